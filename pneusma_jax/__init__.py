@@ -1,0 +1,52 @@
+"""Differentiable model of pneumatic soft actuators with resistance-sensed nitinol springs.
+
+Call `enable_float64()` once, then:
+
+    >>> import pneusma_jax as pj
+    >>> pj.enable_float64()
+    >>> body = pj.make_actuator("pneusma2")
+    >>> cold, warm = pj.MartensiteFraction(1.0), pj.MartensiteFraction(0.4)
+    >>> float(pj.solve(body, 30e3, (cold, warm)).curvature)  # 1/m
+"""
+
+from .actuator import Actuator, Geometry, Layout, build_actuator, round_actuator
+from .calibration import available, load_calibration
+from .designs import design_geometry, design_section, fresh_states, layout, make_actuator
+from .equilibrium import Equilibrium, Status, solve, solve_batch
+from .errors import InputError
+from .history import History, SpringHistory, simulate_history, simulate_spring
+from .loads import Gravity, Load, TipForce, gravity_vector
+from .nitinol import (
+    Alloy,
+    MartensiteFraction,
+    Resistance,
+    Spring,
+    SpringGeometry,
+    SpringState,
+    load_alloy,
+)
+from .nitinol.thermal import Heating
+from .precision import enable_float64
+from .section import Section, annulus
+from .section_kinds import polygon, rectangle, semicircle
+from .segments import (
+    ChainEquilibrium,
+    ChainHistory,
+    SegmentChain,
+    chain_of,
+    simulate_chain_history,
+    solve_chain,
+)
+from .silicone import load_silicone, load_silicone_test, tube_length
+from .weight import mass_of, weight
+
+__all__ = [
+    "Actuator", "Alloy", "ChainEquilibrium", "ChainHistory", "Equilibrium", "Geometry", "Gravity",
+    "Heating", "History", "InputError", "Layout", "Load", "MartensiteFraction", "Resistance", "Section",
+    "SegmentChain", "Spring", "SpringGeometry", "SpringHistory", "SpringState", "Status", "TipForce",
+    "annulus", "available", "build_actuator", "chain_of", "design_geometry", "design_section",
+    "enable_float64", "fresh_states", "gravity_vector", "layout", "load_alloy", "load_calibration",
+    "load_silicone", "load_silicone_test", "make_actuator", "mass_of", "polygon", "rectangle",
+    "round_actuator", "semicircle", "simulate_chain_history", "simulate_history", "simulate_spring",
+    "solve", "solve_batch", "solve_chain", "tube_length", "weight",
+]  # fmt: skip

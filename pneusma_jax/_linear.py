@@ -1,0 +1,55 @@
+"""Linear solves of one to three unknowns by the adjugate.
+
+An equilibrium has at most three unknowns. A LAPACK factorisation of so small a matrix costs, in a batch, more
+than evaluating the whole residual; the closed formula is a few multiplications that vectorise over the batch.
+"""
+
+from typing import Any
+
+import jax.numpy as jnp
+import lineax as lx
+from jaxtyping import Array, Float, PyTree
+
+
+def solve_small(matrix: Float[Array, "n n"], vector: Float[Array, "n"]) -> Float[Array, "n"]:
+    """Solution of `matrix @ x = vector` for n of 1, 2 or 3; infinite or NaN where the matrix is singular."""
+    n = matrix.shape[-1]
+    if n == 1:
+        return vector / matrix[0, 0]
+    if n == 2:
+        (a, b), (c, d) = matrix
+        x, y = vector
+        return jnp.stack([d * x - b * y, a * y - c * x]) / (a * d - b * c)
+    if n == 3:
+        rows = [jnp.cross(matrix[:, (i + 1) % 3], matrix[:, (i + 2) % 3]) for i in range(3)]
+        return jnp.stack([row @ vector for row in rows]) / (matrix[:, 0] @ rows[0])
+    raise ValueError(f"Argument `matrix` must have 1 to 3 rows, but it has {n}.")
+
+
+class SmallDense(lx.AbstractLinearSolver):
+    """`solve_small` as a lineax solver, for `optimistix.Newton(linear_solver=SmallDense())`."""
+
+    def init(self, operator: lx.AbstractLinearOperator, options: dict[str, Any]) -> Array:
+        """Materialise the operator, which must map a vector to a vector."""
+        return operator.as_matrix()
+
+    def compute(
+        self, state: Array, vector: PyTree[Array], options: dict[str, Any]
+    ) -> tuple[PyTree[Array], lx.RESULTS, dict[str, Any]]:
+        """Solve; a singular matrix is reported, not raised."""
+        solution = solve_small(state, vector)
+        singular = ~jnp.all(jnp.isfinite(solution))
+        result = lx.RESULTS.where(singular, lx.RESULTS.singular, lx.RESULTS.successful)
+        return jnp.where(singular, 0.0, solution), result, {}
+
+    def transpose(self, state: Array, options: dict[str, Any]) -> tuple[Array, dict[str, Any]]:
+        """State of the transposed operator."""
+        return state.T, {}
+
+    def conj(self, state: Array, options: dict[str, Any]) -> tuple[Array, dict[str, Any]]:
+        """State of the conjugated operator."""
+        return jnp.conj(state), {}
+
+    def assume_full_rank(self) -> bool:
+        """The matrix is taken to be regular."""
+        return True

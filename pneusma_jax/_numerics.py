@@ -1,0 +1,55 @@
+"""Functions that stay finite, in value and in gradient, where the plain formula is singular.
+
+Each uses the double-`where`: the argument is made harmless first, the result is chosen afterwards, so that
+no branch that is not taken can leak a NaN into a gradient.
+"""
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+Scalar = Float[Array, ""]
+
+
+def chord_power(base: Array, exponent: Array, knee: float = 1e-6) -> Array:
+    """`base**exponent` for base >= 0, replaced below `knee` by its chord to the origin.
+
+    For an exponent below 1 the power has an infinite slope at 0; the chord's slope is finite. A negative
+    base counts as 0.
+    """
+    base = jnp.maximum(base, 0.0)
+    small = base < knee
+    safe = jnp.where(small, knee, base)
+    return jnp.where(small, base * knee ** (exponent - 1.0), safe**exponent)
+
+
+def unit_power(base: Array, exponent: Array) -> Array:
+    """`base**exponent` for base in [0, 1], with zero value and zero slope at a base of exactly 0."""
+    positive = base > 0.0
+    safe = jnp.where(positive, base, 1.0)
+    return jnp.where(positive, safe**exponent, 0.0)
+
+
+def safe_divide(numerator: Array, denominator: Array, floor: float) -> Array:
+    """Quotient whose denominator keeps its sign but never comes closer to zero than `floor`."""
+    sign = jnp.where(denominator < 0.0, -1.0, 1.0)
+    close = jnp.abs(denominator) < floor
+    return numerator / jnp.where(close, sign * floor, denominator)
+
+
+def safe_norm(vector: Array, axis: int = -1) -> Array:
+    """Euclidean norm with zero gradient at the zero vector."""
+    square = jnp.sum(vector**2, axis=axis)
+    positive = square > 0.0
+    return jnp.where(positive, jnp.sqrt(jnp.where(positive, square, 1.0)), 0.0)
+
+
+def smoothstep(u: Array) -> Array:
+    """Quintic step: 0 below 0, 1 above 1, with two continuous derivatives."""
+    u = jnp.clip(u, 0.0, 1.0)
+    return u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
+
+
+def is_concrete(*values: object) -> bool:
+    """Whether none of the values is being traced, so that a check may look at them."""
+    return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(values))

@@ -1,0 +1,108 @@
+"""Tables of constants on disk: each number with its unit, where it comes from and how well it is known.
+
+A table describes an alloy, a silicone or an actuator design. It is a TOML file in which every number is
+
+    G_m = {value = 3.0, unit = "GPa", status = "fitted", source = "...", prior = {mean = 3.0, sd = 0.9}}
+
+Values are converted once, at reading, to the internal units of `pneusma_jax.units`. Nothing here needs JAX.
+The records are in `calibration_model.py`, the known keys in `calibration_keys.py`, the text in
+`calibration_toml.py`; this module finds, reads and writes files.
+"""
+
+import os
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from .calibration_model import Calibration, Line, Prior, Quantity
+from .calibration_toml import SCHEMA, parse_calibration, render_calibration
+from .errors import InputError, nearest
+
+_EXAMPLES = resources.files("calibration_data").joinpath("examples", "designs")
+
+__all__ = [
+    "SCHEMA", "Calibration", "Line", "Prior", "Quantity", "available", "examples", "load_calibration",
+    "write_calibration",
+]  # fmt: skip
+
+
+def available(kind: str | None = None) -> list[str]:
+    """Names of the tables that come with the package, sorted; those of one kind, or all if it is None."""
+    names = sorted(
+        entry.name.removesuffix(".toml")
+        for entry in resources.files("calibration_data").iterdir()
+        if entry.name.endswith(".toml")
+    )
+    return [name for name in names if kind is None or load_calibration(name).kind == kind]
+
+
+def examples() -> list[str]:
+    """Names of the example actuators that come with the package, sorted; to be loaded by name and copied."""
+    return sorted(
+        entry.name.removesuffix(".toml") for entry in _EXAMPLES.iterdir() if entry.name.endswith(".toml")
+    )
+
+
+def load_calibration(name_or_path: str | Path, kind: str | None = None) -> Calibration:
+    """Read and check a table.
+
+    Args:
+        name_or_path: name of a table or example of the package (`"krl35"`), or a path. A `Path`, and any
+            text that ends in `.toml` or contains a path separator, is a path.
+        kind: the kind that is wanted, or None for any.
+
+    Returns:
+        The table, with values in internal units.
+
+    Raises:
+        InputError: if the table cannot be found or read, if it is of another kind, or if anything in it is
+            unknown, missing, of the wrong dimension or outside its own prior. One line: file, key, remedy.
+    """
+    path, place = _locate(name_or_path, kind)
+    try:
+        text = place.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise InputError(f"{path}: there is no such file") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: cannot be read as a text file ({error})") from None
+    table = parse_calibration(text, path)
+    if kind is not None and table.kind != kind:
+        raise InputError(f"{path}: kind is {table.kind!r}, but a table of kind {kind!r} is needed here")
+    return table
+
+
+def write_calibration(calibration: Calibration, path: str | Path) -> None:
+    """Write a table that `load_calibration` reads back equal; the file appears whole or not at all.
+
+    Args:
+        calibration: the table; quantities are written in their own `unit`.
+        path: file to write or replace.
+
+    Raises:
+        InputError: if the table would be refused when read back, or the place cannot be written.
+    """
+    path = Path(path)
+    text = render_calibration(calibration)
+    parse_calibration(text, path)
+    draft = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        draft.write_text(text, encoding="utf-8")
+        os.replace(draft, path)
+    except OSError as error:
+        draft.unlink(missing_ok=True)
+        raise InputError(f"{path}: cannot be written ({error.strerror})") from None
+
+
+def _locate(name_or_path: str | Path, kind: str | None) -> tuple[Path, Any]:
+    """Path to show in messages, and the place to read: a file, or a resource of the installed package."""
+    name = str(name_or_path)
+    if isinstance(name_or_path, Path) or name.endswith(".toml") or "/" in name or os.sep in name:
+        return Path(name), Path(name)
+    if name in examples():
+        file = f"{name}.toml"
+        return Path("calibration_data", "examples", "designs", file), _EXAMPLES.joinpath(file)
+    if name not in available():
+        known = available(kind) + (examples() if kind in (None, "actuator") else [])
+        raise InputError(f"no table of constants is called {name!r}, {nearest(name, known)}")
+    file = f"{name}.toml"
+    return Path("calibration_data", file), resources.files("calibration_data").joinpath(file)

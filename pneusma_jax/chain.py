@@ -1,0 +1,151 @@
+"""How missing physics joins the model: effects that act at named slots of a row.
+
+A row of a recording runs through slots in a fixed order, each a value that the base model hands on unchanged:
+
+    actuator   pressure -> [elongation -> phase -> stress -> pull -> resistance] per spring, wall, load -> outputs
+    spring     elongation -> phase -> stress -> pull -> resistance -> outputs
+    elastomer  strain -> wall -> outputs          tube  pressure -> wall, load -> outputs
+
+An effect is a module with a parameter whose neutral value means absent, a method for each slot it acts at, and,
+if it has a history, a memory that is carried from row to row. Effects compose in the order in which they are
+given; a chain without effects is the base model and adds nothing to the compiled program.
+"""
+
+from typing import Any, ClassVar
+
+import equinox as eqx
+from jaxtyping import Array
+
+
+class Known(eqx.Module):
+    """What is known of a row when a slot is reached, by name; asking for an unknown name is a `KeyError`.
+
+    Row: `time`, `interval`, `pressure`, `temperature`, `cycle`, `actuator` or `spring` (the element).
+    Spring: `number` (as recordings count, an int), `elongation`, `gamma`, `xi0`, `gamma_R`, `stress`, `force`.
+    Wall: `strain`, `fibre_y`. Configuration: `delta_centre`, `bend`.
+    """
+
+    values: dict[str, Any] = eqx.field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> Any:
+        return self.values[name]
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.values
+
+    def also(self, **more: Any) -> "Known":
+        """The same, knowing more."""
+        return Known(self.values | more)
+
+
+class Effect(eqx.Module):
+    """Physics that the base model leaves out.
+
+    Class attributes:
+        slug: name in the catalogue and in reports.
+        component: where a report locates it.
+        kinds: recordings that can show it: A actuator, S spring, W wire, E elastomer, T tube.
+        sentence: what was left out, for a laboratory.
+        literature: where the form comes from.
+
+    The methods below are the slots; each returns its value unchanged unless overridden. `memory` is what `begin`
+    made and `remember` keeps; it is a pytree, `None` for an effect without history.
+    """
+
+    slug: ClassVar[str] = ""
+    component: ClassVar[str] = "unknown"
+    kinds: ClassVar[str] = ""
+    sentence: ClassVar[str] = ""
+    literature: ClassVar[str] = ""
+
+    def begin(self, at: Known) -> Any:
+        """Memory before the first row, at rest."""
+        return None
+
+    def remember(self, memory: Any, at: Known) -> Any:
+        """Memory after a row, all of which is known."""
+        return memory
+
+    def pressure(self, value: Array, at: Known, memory: Any) -> Array:
+        """Chamber pressure [Pa] from the recorded one."""
+        return value
+
+    def elongation(self, value: Array, at: Known, memory: Any) -> Array:
+        """Elongation that the wire of a spring sees [m] from that of its ends."""
+        return value
+
+    def wire_resistance(self, value: Array, at: Known, memory: Any) -> Array:
+        """Resistance of the active wire [ohm] from the measured one; the inverse of `resistance`."""
+        return value
+
+    def phase(self, value: Array, at: Known, memory: Any) -> Array:
+        """Onset martensite fraction [1]."""
+        return value
+
+    def stress(self, value: Array, at: Known, memory: Any) -> Array:
+        """Shear stress of a spring's wire [Pa]."""
+        return value
+
+    def pull(self, value: Array, at: Known, memory: Any) -> Array:
+        """Force of a spring [N]."""
+        return value
+
+    def resistance(self, value: Array, at: Known, memory: Any) -> Array:
+        """Measured resistance [ohm] from that of the active wire."""
+        return value
+
+    def wall(self, value: Array, at: Known, memory: Any) -> Array:
+        """Engineering stress of fibres of the wall [Pa], shape (fibres,)."""
+        return value
+
+    def load(self, value: tuple[Array, Array], at: Known, memory: Any) -> tuple[Array, Array]:
+        """Pull [N] and first moments [N m] that resist the pressure, on top of springs and wall."""
+        return value
+
+    def outputs(self, value: dict[str, Array], at: Known, memory: Any) -> dict[str, Array]:
+        """What the instruments show, by canonical column name in SI."""
+        return value
+
+
+class Chain(eqx.Module):
+    """Effects bound to their memories and to what is known of the row: what the model's slots call.
+
+    Attributes:
+        effects: in the order in which they act.
+        memories: one per effect.
+        known: of the row so far.
+    """
+
+    effects: tuple[Effect, ...] = ()
+    memories: tuple[Any, ...] = ()
+    known: Known = eqx.field(default_factory=Known)
+
+    @classmethod
+    def begin(cls, effects: tuple[Effect, ...], **known: Any) -> "Chain":
+        """Effects with their memories at rest."""
+        at = Known(known)
+        return cls(tuple(effects), tuple(effect.begin(at) for effect in effects), at)
+
+    def knowing(self, **more: Any) -> "Chain":
+        """The same chain further along the row."""
+        return Chain(self.effects, self.memories, self.known.also(**more)) if self.effects else self
+
+    def through(self, slot: str, value: Any, **more: Any) -> Any:
+        """A value after every effect that acts at a slot."""
+        at = self.known.also(**more) if self.effects else self.known
+        for effect, memory in zip(self.effects, self.memories, strict=True):
+            value = getattr(effect, slot)(value, at, memory)
+        return value
+
+    def acts_at(self, slot: str) -> bool:
+        """Whether any effect overrides a slot; decided while tracing."""
+        return any(getattr(type(e), slot) is not getattr(Effect, slot) for e in self.effects)
+
+    def remembered(self, **more: Any) -> tuple[Any, ...]:
+        """Memories after the row."""
+        at = self.known.also(**more)
+        pairs = zip(self.effects, self.memories, strict=True)
+        return tuple(effect.remember(memory, at) for effect, memory in pairs)
+
+
+PLAIN = Chain()

@@ -1,0 +1,123 @@
+"""Effects on the end cap's balance: contact, friction, pressure that pushes on more than the nominal bore."""
+
+from typing import Any, ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array
+
+from ..chain import Effect, Known
+from ._spec import Spec
+
+UP = (0.0, 1.0)  # the plane of sides 1 and 2
+
+
+class TipContact(Effect):
+    """One-sided stop past a bend angle; stiffness [N m/rad^exponent], angle [rad], exponent [1]."""
+
+    stiffness: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    angle: Array = eqx.field(converter=jnp.asarray, default=4.7)
+    exponent: Array = eqx.field(converter=jnp.asarray, default=1.0)
+
+    slug: ClassVar[str] = "tip_contact"
+    component: ClassVar[str] = "contact"
+    kinds: ClassVar[str] = "A"
+    sentence: ClassVar[str] = "Past a certain bend the tip touches the base and cannot go on."
+    specs: ClassVar[dict[str, Spec]] = {
+        "stiffness": Spec(0.0, 0.0, 0.1, 0.01, "N m/rad", "stiffness of the stop"),
+        "angle": Spec(4.7, 0.3, 8.0, 3.0, "rad", "bend angle at which they touch", True),
+        "exponent": Spec(1.0, 1.0, 1.5, 1.0, "1", "exponent of the contact law", True),
+    }
+
+    def load(self, value: tuple[Array, Array], at: Known, memory: Any) -> tuple[Array, Array]:
+        """See `Effect.load`; acts against the bend, in the plane of sides 1 and 2."""
+        force, moment = value
+        theta = at["bend"][1]
+        deep = jnp.abs(theta) - self.angle
+        touching = deep > 0.0
+        push = jnp.where(touching, jnp.where(touching, deep, 1.0) ** self.exponent, 0.0)
+        return force, moment + self.stiffness * push * jnp.sign(theta) * jnp.asarray(UP)
+
+
+class WrapFriction(Effect):
+    """Friction of the fibre wrapping against the bend, an elastic-slip element.
+
+    Limit `constant + per_pressure * P` [N m, N m/Pa]; slip [rad] is the bend over which it reverses by half.
+    """
+
+    constant: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    per_pressure: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    slip: Array = eqx.field(converter=jnp.asarray, default=0.1)
+
+    slug: ClassVar[str] = "wrap_friction"
+    component: ClassVar[str] = "friction"
+    kinds: ClassVar[str] = "A"
+    sentence: ClassVar[str] = "The fibre wrapping rubs, so that bending and straightening follow different paths."
+    specs: ClassVar[dict[str, Spec]] = {
+        "constant": Spec(0.0, 0.0, 2e-3, 2e-4, "N m", "friction moment without pressure"),
+        "per_pressure": Spec(0.0, 0.0, 5e-8, 5e-9, "N m/Pa", "friction moment per pressure"),
+        "slip": Spec(0.1, 0.01, 0.6, 0.1, "rad", "bend over which the friction builds up", True),
+    }
+
+    def begin(self, at: Known) -> tuple[Array, Array, Array]:
+        """Whether there was a row, its bend, and the element's state in [-1, 1]."""
+        return jnp.asarray(0.0), jnp.asarray(0.0), jnp.asarray(0.0)
+
+    def _state(self, theta: Array, memory: tuple[Array, Array, Array]) -> Array:
+        started, before, state = memory
+        return jnp.clip(state + started * (theta - before) / self.slip, -1.0, 1.0)
+
+    def load(self, value: tuple[Array, Array], at: Known, memory: tuple) -> tuple[Array, Array]:
+        """See `Effect.load`."""
+        force, moment = value
+        limit = self.constant + self.per_pressure * jnp.maximum(at["pressure"], 0.0)
+        return force, moment + limit * self._state(at["bend"][1], memory) * jnp.asarray(UP)
+
+    def remember(self, memory: tuple, at: Known) -> tuple[Array, Array, Array]:
+        """Bend and state after the row."""
+        theta = at["solved"].bend[1]
+        return jnp.asarray(1.0), theta, self._state(theta, memory)
+
+
+class RadialExpansion(Effect):
+    """The bore widens with pressure, so that it pushes more; per_pressure [1/Pa] of the area."""
+
+    per_pressure: Array = eqx.field(converter=jnp.asarray, default=0.0)
+
+    slug: ClassVar[str] = "radial_expansion"
+    component: ClassVar[str] = "pressure"
+    kinds: ClassVar[str] = "AT"
+    sentence: ClassVar[str] = "The tube widens under pressure, so that the pressure pushes on a larger area."
+    specs: ClassVar[dict[str, Spec]] = {
+        "per_pressure": Spec(0.0, 0.0, 3e-6, 1e-6, "1/Pa", "relative growth of the bore's area per pressure")
+    }
+
+    def load(self, value: tuple[Array, Array], at: Known, memory: Any) -> tuple[Array, Array]:
+        """See `Effect.load`."""
+        section, pressure = at["actuator"].section, at["pressure"]
+        more = pressure * section.enclosed_area * self.per_pressure * pressure
+        return value[0] - more, value[1] - more * section.enclosed_centroid
+
+
+class WallEccentricity(Effect):
+    """The bore is off centre towards side 1; shift [m]. The wall is thinner there."""
+
+    shift: Array = eqx.field(converter=jnp.asarray, default=0.0)
+
+    slug: ClassVar[str] = "wall_eccentricity"
+    component: ClassVar[str] = "geometry"
+    kinds: ClassVar[str] = "A"
+    sentence: ClassVar[str] = "The bore is off centre, so that one wall is thinner than the other."
+    specs: ClassVar[dict[str, Spec]] = {"shift": Spec(0.0, -2e-4, 2e-4, 5e-5, "m", "offset of the bore to side 1")}
+
+    def load(self, value: tuple[Array, Array], at: Known, memory: Any) -> tuple[Array, Array]:
+        """Wall lost where the bore moves to, won where it comes from; the pressure's resultant moves along."""
+        body = at["actuator"]
+        section, bore = body.section, body.section.shapes[-1]
+        rule = bore.rule(jnp.asarray(UP), jnp.zeros(0), section.nodes)
+        stress = lambda y: body.silicone((at["delta_centre"] + y * at["bend"][1]) / body.length)  # noqa: E731
+        pull, moved = rule.area * stress(rule.s), rule.area * stress(rule.s + self.shift)
+        force = value[0] + jnp.sum(pull) - jnp.sum(moved)
+        push = at["pressure"] * section.enclosed_area * self.shift
+        moment = jnp.sum(pull * rule.s) - jnp.sum(moved * (rule.s + self.shift)) - push
+        return force, value[1] + moment * jnp.asarray(UP)

@@ -1,0 +1,265 @@
+"""Path-dependent simulation: spring memories carried along a history by one scan.
+
+A row is solved from its neighbour's configuration with the memories of the row before; the memories are
+committed with the converged values. Everything is differentiable end to end and can be vmapped over specimens,
+designs and protocols.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ._numerics import is_concrete
+from .actuator import Actuator
+from .chain import Chain, Effect, Known
+from .equilibrium import Equilibrium, Problem, Status, _equilibrium, _find_root, start
+from .nitinol import MartensiteFraction, Spring, SpringResponse, SpringState
+from .nitinol.spring import Activation
+from .nitinol.thermal import Heating, next_temperature
+from .precision import require_float64
+
+
+class History(eqx.Module):
+    """A simulated history of an actuator.
+
+    Attributes:
+        rows: the equilibrium of every row; arrays have a leading axis of rows.
+        states: each spring's memory after every row, arrays of shape (rows,).
+        temperatures: of each spring [degC], shape (rows, springs); NaN for a spring that no current drives.
+        seen: `curvature` [1/m], `bend_angle` [rad] and `length` [m] as the instruments show them, shape (rows,);
+            those of `rows` unless an effect acts on them.
+    """
+
+    rows: Equilibrium
+    states: tuple[SpringState, ...]
+    temperatures: Float[Array, "rows springs"]
+    seen: dict[str, Array]
+
+    @property
+    def converged(self) -> Array:
+        """Which rows found an equilibrium, shape (rows,)."""
+        return self.rows.status == int(Status.converged)
+
+
+class SpringHistory(eqx.Module):
+    """A simulated test of one spring on a stand.
+
+    Attributes:
+        rows: the spring's response in every row.
+        states: its memory after every row.
+        seen: `force` [N] and `resistance` [ohm] as the instruments show them, shape (rows,).
+    """
+
+    rows: SpringResponse
+    states: SpringState
+    seen: dict[str, Array]
+
+
+class _Carry(eqx.Module):
+    """What one row hands to the next."""
+
+    states: tuple[SpringState, ...]
+    unknowns: Array
+    temperatures: tuple[Array, ...]
+    resistances: tuple[Array, ...]
+    memories: tuple
+
+
+def simulate_history(
+    actuator: Actuator,
+    pressure: Float[Array, "rows"],
+    activations: tuple[Activation | Heating, ...] = (),
+    states: tuple[SpringState, ...] | None = None,
+    *,
+    time: Float[Array, "rows"] | None = None,
+    effects: tuple[Effect, ...] = (),
+) -> History:
+    """Actuator under histories of pressure and of phase, resistance or current.
+
+    Args:
+        actuator: what is loaded.
+        pressure: gauge [Pa], shape (rows,).
+        activations: one per spring, with arrays of shape (rows,) or (): `MartensiteFraction`, `Resistance`, or
+            `Heating` by a current. Cold where empty.
+        states: memories before the first row; fresh with the pre-strain 0.1924 where None.
+        time: [s], shape (rows,); needed by `Heating` and by effects that depend on rate or duration, checked to
+            be non-decreasing.
+        effects: beyond the base model; their memories start at rest.
+
+    Returns:
+        The history. A row without equilibrium is NaN with a status, commits nothing, and stops no later row.
+
+    Raises:
+        ValueError: for an empty history, arrays of different lengths, or time going backwards.
+    """
+    require_float64()
+    pressure = jnp.asarray(pressure, dtype=float)
+    count = len(actuator.springs)
+    activations = tuple(activations) or tuple(MartensiteFraction(1.0) for _ in range(count))
+    states = states if states is not None else tuple(SpringState.fresh(0.1924) for _ in range(count))
+    _check(actuator, pressure, activations, states, time)
+    rows = pressure.shape[0]
+    spread = jax.tree.map(lambda x: jnp.broadcast_to(x, (rows, *x.shape[1:])), activations)
+    clock = jnp.zeros(rows) if time is None else jnp.asarray(time, float)
+    return _simulate(actuator, pressure, spread, states, clock, tuple(effects))
+
+
+@eqx.filter_jit
+def _simulate(
+    actuator: Actuator,
+    pressure: Array,
+    activations: tuple[Activation | Heating, ...],
+    states: tuple[SpringState, ...],
+    time: Array,
+    effects: tuple[Effect, ...],
+) -> History:
+    """`simulate_history` after its arguments are checked: one program per design and length."""
+
+    def step(carry: _Carry, row: tuple) -> tuple[_Carry, tuple]:
+        pressure, activations, time, interval = row
+        phases, temperatures = _phases(actuator, carry, activations, interval)
+        known = Known(dict(time=time, interval=interval, actuator=actuator))
+        chain = Chain(effects, carry.memories, known)
+        pressure = chain.through("pressure", pressure)
+        problem = Problem(actuator, pressure, phases, carry.states, chain.knowing(pressure=pressure))
+        found = _equilibrium(problem, *_find_root(problem, carry.unknowns))
+        good = found.status == int(Status.converged)
+        # a failed row is NaN: what it would commit is replaced before the memory's laws see it
+        calm = jax.tree.map(lambda x: jnp.where(good, x, 0.0) if eqx.is_inexact_array(x) else x, found)
+        committed = tuple(
+            spring.remember(state, response)
+            for spring, state, response in zip(actuator.springs, carry.states, calm.springs, strict=True)
+        )
+        memories = problem.chain.remembered(solved=calm) if effects else ()
+        keep = lambda new, old: jnp.where(good, new, old)  # noqa: E731
+        after = _Carry(
+            states=jax.tree.map(keep, committed, carry.states),
+            unknowns=keep(calm.unknowns, carry.unknowns),
+            temperatures=temperatures,
+            resistances=tuple(
+                keep(r.resistance, old) for r, old in zip(calm.springs, carry.resistances, strict=True)
+            ),
+            memories=jax.tree.map(keep, memories, carry.memories),
+        )
+        true = dict(curvature=found.curvature, bend_angle=found.bend_angle, length=found.length)
+        seen = problem.chain.through("outputs", true, solved=found)
+        return after, (found, after.states, jnp.stack(temperatures) if temperatures else jnp.zeros(0), seen)
+
+    interval = jnp.diff(time, prepend=time[:1])
+    at_rest = Chain.begin(effects, actuator=actuator, pressure=pressure[0])
+    first = _first_carry(actuator, activations, states, at_rest.memories)
+    history = (pressure, activations, time, interval)
+    _, (rows, memories, temperatures, seen) = jax.lax.scan(step, first, history)
+    return History(rows, memories, temperatures, seen)
+
+
+def _phases(
+    actuator: Actuator, carry: _Carry, activations: tuple, interval: Array
+) -> tuple[tuple[Activation, ...], tuple[Array, ...]]:
+    """Activations of a row, currents turned into phases, and the springs' temperatures [degC]."""
+    phases, temperatures = [], []
+    rows = zip(actuator.springs, activations, carry.temperatures, carry.resistances, strict=True)
+    for spring, activation, temperature, resistance in rows:
+        if isinstance(activation, Heating):
+            temperature = next_temperature(
+                spring.alloy, spring.geometry, temperature, interval,
+                activation.current, resistance, activation.ambient,
+            )  # fmt: skip
+            activation = MartensiteFraction(spring.alloy.martensite_fraction_at(temperature))
+        phases.append(activation)
+        temperatures.append(temperature)
+    return tuple(phases), tuple(temperatures)
+
+
+def _first_carry(
+    actuator: Actuator,
+    activations: tuple[Activation | Heating, ...],
+    states: tuple[SpringState, ...],
+    memories: tuple,
+) -> _Carry:
+    """At rest: springs at ambient temperature and at their attached length."""
+    temperatures = tuple(
+        a.ambient[0] if isinstance(a, Heating) else jnp.asarray(jnp.nan) for a in activations
+    )
+    resistances = tuple(
+        s.alloy.resistivity(jnp.asarray(1.0), s.shear_strain(jnp.asarray(0.0))) * s.geometry.wire_length
+        for s in actuator.springs
+    )
+    states = jax.tree.map(lambda x: jnp.asarray(x, dtype=float), states)
+    return _Carry(states, start(actuator), temperatures, resistances, memories)
+
+
+@eqx.filter_jit
+def simulate_spring(
+    spring: Spring,
+    elongation: Float[Array, "rows"],
+    activation: Activation,
+    state: SpringState | None = None,
+    *,
+    time: Float[Array, "rows"] | None = None,
+    effects: tuple[Effect, ...] = (),
+) -> SpringHistory:
+    """One spring on a test stand, stretched along a history of elongation.
+
+    Args:
+        spring: with `attached_length` equal to its free length, as on a stand.
+        elongation: from the attached length [m], shape (rows,).
+        activation: with arrays of shape (rows,) or (): an isothermal test holds `MartensiteFraction`, an
+            isoresistive one `Resistance`.
+        state: memory before the first row; fresh and never stretched where None.
+        time: [s], shape (rows,), for effects that depend on rate or duration.
+        effects: beyond the base model; their memories start at rest.
+    """
+    rows = jnp.shape(elongation)[0]
+    state = SpringState.fresh(0.0) if state is None else state
+    state = jax.tree.map(lambda x: jnp.asarray(x, dtype=float), state)
+    spread = jax.tree.map(lambda x: jnp.broadcast_to(x, (rows, *x.shape[1:])), activation)
+    clock = jnp.zeros(rows) if time is None else jnp.asarray(time, dtype=float)
+
+    def step(carry: tuple, row: tuple) -> tuple:
+        state, memories = carry
+        elongation, activation, time, interval = row
+        chain = Chain(effects, memories, Known(dict(time=time, interval=interval, number=1)))
+        response = spring.respond(elongation, activation, state, chain)
+        after = spring.remember(state, response)
+        later = chain.remembered(spring=spring, solved=response, elongation=elongation) if effects else ()
+        true = dict(force=response.force, resistance=response.resistance)
+        return (after, later), (response, after, chain.through("outputs", true, solved=response))
+
+    at_rest = Chain.begin(effects, spring=spring)
+    history = (jnp.asarray(elongation, dtype=float), spread, clock, jnp.diff(clock, prepend=clock[:1]))
+    _, (responses, memories, seen) = jax.lax.scan(step, (state, at_rest.memories), history)
+    return SpringHistory(responses, memories, seen)
+
+
+def _check(
+    actuator: Actuator, pressure: Array, activations: tuple, states: tuple, time: Array | None
+) -> None:
+    """Refuse what has no meaning, in one sentence."""
+    if pressure.ndim != 1 or pressure.shape[0] == 0:
+        raise ValueError(
+            f"Argument `pressure` must be a history of at least one row, but its shape is {pressure.shape}."
+        )
+    rows, count = pressure.shape[0], len(actuator.springs)
+    for what, given in (("activations", activations), ("states", states)):
+        if len(given) != count:
+            raise ValueError(
+                f"Argument `{what}` must have one entry per spring, {count} here, but it has {len(given)}."
+            )
+    for leaf in jax.tree.leaves(activations):
+        if leaf.ndim and leaf.shape[0] != rows:
+            raise ValueError(
+                f"Argument `activations` must have {rows} rows like the pressure, but one has {leaf.shape[0]}."
+            )
+    if time is None:
+        if any(isinstance(a, Heating) for a in activations):
+            raise ValueError("Argument `time` must be given where a current heats a spring, but it is None.")
+        return
+    if jnp.shape(time) != (rows,):
+        raise ValueError(f"Argument `time` must have {rows} rows like the pressure, but it has {jnp.shape(time)}.")
+    if is_concrete(time):
+        back = np.flatnonzero(np.diff(np.asarray(time)) < 0.0)
+        if back.size:
+            raise ValueError(f"Argument `time` must not go backwards, but it does after row {back[0] + 1}.")

@@ -1,0 +1,175 @@
+"""The module that holds an alloy's constants and calls the laws with them."""
+
+import dataclasses
+from pathlib import Path
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+from .._numerics import is_concrete
+from ..calibration import Calibration, load_calibration
+from . import detwinning, residual_strain, resistivity, stress
+from .residual_strain import SpringState, hottest
+from .resistivity import PhaseReading
+
+
+def _number() -> Array:
+    return eqx.field(converter=jnp.asarray)
+
+
+class Alloy(eqx.Module):
+    """Constants of one nitinol alloy after one heat treatment (Table 2.2, Eqs. 3.1 and 3.2).
+
+    Field names are those of the files. SI units; resistivities in ohm per metre of wire, temperatures in degC.
+
+    Attributes:
+        beta_1, beta_2, beta_3: detwinned fraction of martensite [1].
+        ka_1, ka_2, ka_3: stress-induced fraction of austenite [1].
+        rho_mean, rho_span, km_1, km_2, km_3: resistivity of martensite [ohm/m, ohm/m, 1, 1, 1].
+        alpha_1, alpha_2: resistivity of austenite [ohm/m].
+        a, b, gamma_max: power law between them [1].
+        G_m, G_a: shear moduli [Pa]; gamma_L: largest detwinning strain [1]; poisson_ratio [1].
+        gR_amplitude, gR_slope, gR_shift, gR_decay: residual strain [1].
+        T_mid, T_width: reversible martensite fraction over temperature [degC, K].
+        density, heat_capacity, convection: of the wire [kg/m3, J/(kg K), W/(m2 K)].
+        name: static label.
+    """
+
+    beta_1: Array = _number()
+    beta_2: Array = _number()
+    beta_3: Array = _number()
+    ka_1: Array = _number()
+    ka_2: Array = _number()
+    ka_3: Array = _number()
+    rho_mean: Array = _number()
+    rho_span: Array = _number()
+    km_1: Array = _number()
+    km_2: Array = _number()
+    km_3: Array = _number()
+    alpha_1: Array = _number()
+    alpha_2: Array = _number()
+    a: Array = _number()
+    b: Array = _number()
+    gamma_max: Array = _number()
+    G_m: Array = _number()
+    G_a: Array = _number()
+    gamma_L: Array = _number()
+    poisson_ratio: Array = _number()
+    gR_amplitude: Array = _number()
+    gR_slope: Array = _number()
+    gR_shift: Array = _number()
+    gR_decay: Array = _number()
+    T_mid: Array = _number()
+    T_width: Array = _number()
+    density: Array = _number()
+    heat_capacity: Array = _number()
+    convection: Array = _number()
+    name: str = eqx.field(static=True, default="")
+
+    def __check_init__(self) -> None:
+        if not is_concrete(self):
+            return
+        for key in ("G_m", "G_a", "gamma_max", "a", "b", "T_width"):
+            if not np.all(np.asarray(getattr(self, key)) > 0.0):
+                raise ValueError(f"Alloy constant `{key}` must be positive, but it is {getattr(self, key)}.")
+        if np.any(np.asarray(_contrast_at_rest(self)) == 0.0):
+            raise ValueError("The phases of the alloy must differ in resistivity at zero strain, but they do not.")
+
+    @classmethod
+    def from_calibration(cls, table: Calibration) -> "Alloy":
+        """Alloy from a loaded table; keys that a spring does not need are left out.
+
+        Raises:
+            InputError: if the table, one for straight wires say, lacks a constant.
+        """
+        names = [field.name for field in dataclasses.fields(cls) if field.name != "name"]
+        return cls(**table.require(names), name=table.name)
+
+    def xi_sm(self, gamma: Array) -> Array:
+        """Detwinned fraction of the martensite at a shear strain [1]."""
+        return detwinning.generalised_logistic(gamma, self.beta_1, self.beta_2, self.beta_3)
+
+    def xi_sa(self, gamma: Array) -> Array:
+        """Stress-induced fraction of the austenite at a shear strain [1]."""
+        return detwinning.algebraic_sigmoid(gamma, self.ka_1, self.ka_2, self.ka_3)
+
+    def rho_m(self, gamma: Array) -> Array:
+        """Resistivity of the fully martensitic wire at a shear strain [ohm/m]."""
+        return resistivity.martensite_resistivity(
+            self.xi_sm(gamma), self.rho_mean, self.rho_span, self.km_1, self.km_2, self.km_3
+        )
+
+    def rho_a(self, gamma: Array) -> Array:
+        """Resistivity of the fully austenitic wire at a shear strain [ohm/m]."""
+        return resistivity.austenite_resistivity(self.xi_sa(gamma), self.alpha_1, self.alpha_2)
+
+    def resistivity(self, xi0: Array, gamma: Array) -> Array:
+        """Resistivity of the wire, Eq. 2.40 [ohm/m]."""
+        exponent = resistivity.interpolation_exponent(gamma, self.a, self.b, self.gamma_max)
+        weight = resistivity.mixing_fraction(xi0, exponent)
+        return resistivity.mixed_resistivity(weight, self.rho_m(gamma), self.rho_a(gamma))
+
+    def martensite_fraction(self, rho: Array, gamma: Array) -> PhaseReading:
+        """Onset martensite fraction from the resistivity [ohm/m], Eq. 2.48."""
+        exponent = resistivity.interpolation_exponent(gamma, self.a, self.b, self.gamma_max)
+        return resistivity.martensite_fraction(rho, self.rho_m(gamma), self.rho_a(gamma), exponent)
+
+    def martensite_fraction_at(self, temperature: Array) -> Array:
+        """Onset martensite fraction on the one reversible curve over temperature [degC] -> [1]."""
+        return 1.0 / (1.0 + jnp.exp((temperature - self.T_mid) / self.T_width))
+
+    def residual_strain_limit(self, prestrain: Array) -> Array:
+        """Residual strain of the cold wire after a pre-strain, Eq. 3.1 [1]."""
+        return residual_strain.residual_strain_limit(
+            prestrain, self.gR_amplitude, self.gR_slope, self.gR_shift, self.gamma_L * self.xi_sm(prestrain)
+        )
+
+    def residual_strain(self, state: SpringState, xi0: Array) -> Array:
+        """Residual strain at the present martensite fraction, remembering the hottest since, Eq. 3.2 [1]."""
+        limit = self.residual_strain_limit(state.prestrain)
+        return residual_strain.residual_strain(limit, hottest(state, xi0), self.gR_decay)
+
+    def modulus(self, xi0: Array) -> Array:
+        """Shear modulus of the phase mixture, Eq. 2.29 [Pa]."""
+        return stress.shear_modulus(xi0, self.G_m, self.G_a)
+
+    def detwinning_stress(self, gamma: Array, xi0: Array) -> Array:
+        """Stress that detwinning takes off the elastic one, Eq. 2.33 [Pa]."""
+        return stress.detwinning_stress(
+            xi0, self.xi_sm(gamma), self.xi_sa(gamma), self.G_m, self.G_a, self.gamma_L
+        )
+
+    def shear_stress(self, gamma: Array, xi0: Array, gamma_R: Array) -> Array:
+        """Shear stress, Eqs. 2.33 and 3.3 [Pa]."""
+        return stress.shear_stress(gamma, self.modulus(xi0), self.detwinning_stress(gamma, xi0), gamma_R)
+
+    def remember(self, state: SpringState, gamma: Array, xi0: Array) -> SpringState:
+        """State after a row that ended at strain `gamma` and fraction `xi0` (Section 3.4.1).
+
+        Heating lowers `xi_min`. Detwinning past what the residual strain accounts for sets both anew.
+        """
+        heated = SpringState(state.prestrain, hottest(state, xi0))
+        gamma_R = self.residual_strain(heated, xi0)
+        loading = stress.on_detwinning_branch(self.modulus(xi0), self.detwinning_stress(gamma, xi0), gamma_R)
+        deeper = residual_strain.residual_strain(self.residual_strain_limit(gamma), xi0, self.gR_decay) > gamma_R
+        renew = loading & deeper
+        return SpringState(
+            jnp.where(renew, gamma, heated.prestrain), jnp.where(renew, xi0, heated.xi_min)
+        )
+
+
+@eqx.filter_jit
+def _contrast_at_rest(alloy: Alloy) -> Array:
+    """Resistivity of martensite over that of austenite at zero strain [ohm/m]."""
+    return alloy.rho_m(0.0) - alloy.rho_a(0.0)
+
+
+def load_alloy(name_or_path: str | Path) -> Alloy:
+    """Alloy by the name of a shipped table (`"krl35"`, `"krl45"`) or from a TOML file.
+
+    Raises:
+        InputError: if there is no such table, or something in it is wrong.
+    """
+    return Alloy.from_calibration(load_calibration(name_or_path, kind="alloy"))

@@ -1,0 +1,87 @@
+"""Resistivity of the wire from its phases, and the martensite fraction back from it: Eqs. 2.40 to 2.48.
+
+Resistivity is in ohm per metre of wire, as the source states it.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool
+
+from .._numerics import chord_power, safe_divide, unit_power
+from .detwinning import signed_algebraic_sigmoid
+
+DEGENERATE_CONTRAST = 0.02  # ohm/m, about a thousandth of a phase's resistivity
+LOWEST_EXPONENT = 0.5
+
+
+def martensite_resistivity(
+    xi_sm: Array, rho_mean: Array, rho_span: Array, k_1: Array, k_2: Array, k_3: Array
+) -> Array:
+    """Resistivity of cold wire over its detwinned fraction, Table 2.2 row 3 [ohm/m]."""
+    return rho_mean + 0.5 * rho_span * signed_algebraic_sigmoid(k_1 * xi_sm + k_2, k_3)
+
+
+def austenite_resistivity(xi_sa: Array, alpha_1: Array, alpha_2: Array) -> Array:
+    """Resistivity of hot wire over its stress-induced fraction, Table 2.2 row 4 [ohm/m].
+
+    The printed `alpha_1` is 48 ohm/m too large for an austenite that conducts better than martensite; the
+    shipped constants are reconstructed (correction 4).
+    """
+    return alpha_1 + alpha_2 * xi_sa
+
+
+def interpolation_exponent(gamma: Array, a: Array, b: Array, gamma_max: Array) -> Array:
+    """Exponent of Eq. 2.41: `a` at zero strain, 1 at gamma_max [1].
+
+    A negative strain counts as zero. Past gamma_max the printed power goes on falling and would change sign;
+    it is held at 0.5 (reached at about 1.1 gamma_max).
+    """
+    return jnp.maximum(a + (1.0 - a) * chord_power(gamma / gamma_max, b), LOWEST_EXPONENT)
+
+
+def mixing_fraction(xi0: Array, exponent: Array) -> Array:
+    """Weight A of the martensite's resistivity in the mixture, Eq. 2.41 [1]."""
+    return unit_power(xi0, exponent)
+
+
+def mixed_resistivity(weight: Array, rho_m: Array, rho_a: Array) -> Array:
+    """Resistivity of the two-phase wire, Eq. 2.40 [ohm/m]."""
+    return weight * rho_m + (1.0 - weight) * rho_a
+
+
+class PhaseReading(eqx.Module):
+    """What a resistance says about the phase.
+
+    Attributes:
+        xi0: onset martensite fraction [1].
+        clipped: the resistance lies outside what the phases allow at this strain; xi0 was held at 0 or 1 and
+            does not respond to the resistance.
+        degenerate: both phases conduct alike at this strain, so that resistance cannot tell them apart.
+    """
+
+    xi0: Array
+    clipped: Bool[Array, "..."]
+    degenerate: Bool[Array, "..."]
+
+    @property
+    def blind(self) -> Array:
+        """Whether xi0 does not follow from the resistance here."""
+        return self.clipped | self.degenerate
+
+
+def martensite_fraction(rho: Array, rho_m: Array, rho_a: Array, exponent: Array) -> PhaseReading:
+    """Onset martensite fraction from resistivity, Eq. 2.48, with its base held in [0, 1] (correction 14).
+
+    A held base has zero slope; both flags of the reading say where not to trust it.
+    """
+    held, clipped = martensite_weight(rho, rho_m, rho_a)
+    degenerate = jnp.abs(rho_m - rho_a) < DEGENERATE_CONTRAST
+    return PhaseReading(unit_power(held, 1.0 / exponent), clipped, degenerate)
+
+
+def martensite_weight(rho: Array, rho_m: Array, rho_a: Array) -> tuple[Array, Array]:
+    """Weight A of Eq. 2.46 held in [0, 1], and whether it had to be held [1, boolean]."""
+    weight = safe_divide(rho - rho_a, rho_m - rho_a, floor=1e-9)
+    clipped = (weight <= 0.0) | (weight >= 1.0)
+    return jnp.where(clipped, jax.lax.stop_gradient(jnp.clip(weight, 0.0, 1.0)), weight), clipped

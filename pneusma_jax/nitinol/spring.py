@@ -1,0 +1,131 @@
+"""One nitinol spring as an element: elongation and activation in, pull and resistance out."""
+
+from typing import Protocol
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array
+
+from ..chain import PLAIN, Chain
+from .alloy import Alloy
+from .geometry import SpringGeometry
+from .residual_strain import SpringState
+from .resistivity import PhaseReading, interpolation_exponent, martensite_weight, mixing_fraction
+
+
+class Activation(Protocol):
+    """How a spring's phase is known: it turns strain into a martensite fraction."""
+
+    def read(self, alloy: Alloy, gamma: Array, wire_length: Array, chain: Chain = PLAIN) -> PhaseReading:
+        """Martensite fraction of the wire at shear strain `gamma`."""
+
+
+class MartensiteFraction(eqx.Module):
+    """The onset martensite fraction xi0 is given: 1 is cold, 0 is fully austenitic [1]."""
+
+    value: Array = eqx.field(converter=jnp.asarray)
+
+    def read(self, alloy: Alloy, gamma: Array, wire_length: Array, chain: Chain = PLAIN) -> PhaseReading:
+        """The given fraction, which never clips."""
+        no = jnp.zeros(jnp.broadcast_shapes(jnp.shape(self.value), jnp.shape(gamma)), bool)
+        return PhaseReading(self.value, no, no)
+
+
+class Resistance(eqx.Module):
+    """The electrical resistance of the active wire was measured [ohm]."""
+
+    value: Array = eqx.field(converter=jnp.asarray)
+
+    def read(self, alloy: Alloy, gamma: Array, wire_length: Array, chain: Chain = PLAIN) -> PhaseReading:
+        """The fraction by Eq. 2.48."""
+        wire = chain.through("wire_resistance", self.value)
+        return alloy.martensite_fraction(wire / wire_length, gamma)
+
+    def mismatch(self, spring: "Spring", elongation: Array, xi0: Array, chain: Chain = PLAIN) -> Array:
+        """Eq. 2.41 minus Eq. 2.46 for a trial fraction: zero where xi0 explains the resistance [1].
+
+        Near full heat xi0 rises with infinite slope over resistance; as an equation in xi0 this stays smooth.
+        """
+        chain, alloy = chain.knowing(spring=spring), spring.alloy
+        gamma = spring.shear_strain(chain.through("elongation", elongation))
+        exponent = interpolation_exponent(gamma, alloy.a, alloy.b, alloy.gamma_max)
+        wire = chain.knowing(elongation=elongation, gamma=gamma).through("wire_resistance", self.value)
+        rho = wire / spring.geometry.wire_length
+        weight, _ = martensite_weight(rho, alloy.rho_m(gamma), alloy.rho_a(gamma))
+        return mixing_fraction(xi0, exponent) - weight
+
+
+class SpringResponse(eqx.Module):
+    """Everything about a spring at one elongation.
+
+    Attributes:
+        force: pull [N]; stress: shear stress [Pa]; gamma: shear strain [1]; xi0: martensite fraction [1];
+        gamma_R: residual strain [1]; resistance: as the instrument shows it, of the active wire in the base
+        model [ohm];
+        clipped, degenerate: see `PhaseReading`.
+    """
+
+    force: Array
+    stress: Array
+    gamma: Array
+    xi0: Array
+    gamma_R: Array
+    resistance: Array
+    clipped: Array
+    degenerate: Array
+
+
+class Spring(eqx.Module):
+    """A spring held at `attached_length` when its elongation coordinate is zero.
+
+    Attributes:
+        geometry: dimensions.
+        alloy: constants.
+        attached_length: its length at zero elongation [m]; the free length on a test stand, 56 mm on the
+            source's actuators.
+    """
+
+    geometry: SpringGeometry
+    alloy: Alloy
+    attached_length: Array = eqx.field(converter=jnp.asarray)
+
+    def shear_strain(self, elongation: Array) -> Array:
+        """Shear strain of the wire at an elongation from the attached length [m] -> [1]."""
+        stretch = self.attached_length + elongation - self.geometry.free_length
+        return self.geometry.shear_strain(stretch, self.alloy.poisson_ratio)
+
+    def respond(
+        self, elongation: Array, activation: Activation, state: SpringState, chain: Chain = PLAIN
+    ) -> SpringResponse:
+        """Pull and resistance at an elongation from the attached length [m].
+
+        Args:
+            elongation: of the spring's ends from the attached length [m].
+            activation: how its phase is known.
+            state: what it remembers.
+            chain: effects beyond the base model.
+        """
+        chain = chain.knowing(spring=self)
+        gamma = self.shear_strain(chain.through("elongation", elongation))
+        chain = chain.knowing(elongation=elongation, gamma=gamma)
+        reading = activation.read(self.alloy, gamma, self.geometry.wire_length, chain)
+        xi0 = chain.through("phase", reading.xi0)
+        gamma_R = self.alloy.residual_strain(state, xi0)
+        chain = chain.knowing(xi0=xi0, gamma_R=gamma_R)
+        stress = chain.through("stress", self.alloy.shear_stress(gamma, xi0, gamma_R))
+        force = chain.through("pull", self.geometry.force(stress), stress=stress)
+        wire = self.alloy.resistivity(xi0, gamma) * self.geometry.wire_length
+        return SpringResponse(
+            force=force,
+            stress=stress,
+            gamma=gamma,
+            xi0=xi0,
+            gamma_R=gamma_R,
+            resistance=chain.through("resistance", wire, stress=stress, force=force),
+            clipped=reading.clipped,
+            degenerate=reading.degenerate,
+        )
+
+    def remember(self, state: SpringState, response: SpringResponse) -> SpringState:
+        """State after a row that ended with this response."""
+        return self.alloy.remember(state, response.gamma, response.xi0)

@@ -1,0 +1,38 @@
+"""Shear stress of the wire: Eqs. 2.29 to 2.33 and 3.3."""
+
+import jax.numpy as jnp
+from jaxtyping import Array
+
+
+def shear_modulus(xi0: Array, G_m: Array, G_a: Array) -> Array:
+    """Shear modulus of the phase mixture by Voigt's rule, Eq. 2.29 [Pa]."""
+    return xi0 * G_m + (1.0 - xi0) * G_a
+
+
+def detwinning_stress(
+    xi0: Array, xi_sm: Array, xi_sa: Array, G_m: Array, G_a: Array, gamma_L: Array
+) -> Array:
+    """Stress that detwinning takes off the elastic one, the last two terms of Eq. 2.33 [Pa]."""
+    return gamma_L * (xi0 * G_m * xi_sm + (1.0 - xi0) * G_a * xi_sa)
+
+
+def shear_stress(gamma: Array, modulus: Array, detwinning: Array, gamma_R: Array) -> Array:
+    """Shear stress on loading and after pre-strain in one expression, equal to Eq. 3.3 [Pa].
+
+    The printed intersection strain is where the elastic line through `gamma_R` meets the loading curve, so the
+    larger of the two subtracted stresses decides. At a tie the elastic branch is taken. (Eqs. 2.33, 2.49 and
+    3.3 print `G` where `G gamma` is meant, correction 3.)
+
+    Args:
+        gamma: shear strain [1].
+        modulus: `shear_modulus(...)` [Pa].
+        detwinning: `detwinning_stress(...)` [Pa].
+        gamma_R: residual strain [1].
+    """
+    elastic = modulus * gamma_R
+    return modulus * gamma - jnp.where(detwinning > elastic, detwinning, elastic)
+
+
+def on_detwinning_branch(modulus: Array, detwinning: Array, gamma_R: Array) -> Array:
+    """Whether the wire is loading along the detwinning curve rather than elastically (boolean)."""
+    return detwinning > modulus * gamma_R

@@ -1,0 +1,87 @@
+"""Silicone laws from calibration tables."""
+
+from pathlib import Path
+
+import jax.numpy as jnp
+
+from ..calibration import Calibration, load_calibration
+from .laws import Gent, NeoHookean, Ogden, SiliconeLaw, Yeoh
+from .polynomial import PolynomialFit
+from .regularised import RegularisedSilicone
+
+
+def _numbered(values: dict[str, float], stem: str) -> jnp.ndarray:
+    """Values `stem_1, stem_2, ...` in order."""
+    names = sorted((n for n in values if n.startswith(stem + "_") and n[len(stem) + 1 :].isdigit()), key=_index)
+    return jnp.asarray([values[name] for name in names])
+
+
+def _index(name: str) -> int:
+    return int(name.rsplit("_", 1)[1])
+
+
+def _regularised(table: Calibration) -> RegularisedSilicone:
+    values = table.values()
+    return RegularisedSilicone(
+        tension=_numbered(table.table("standard_tension"), "p"),
+        compression=_numbered(table.table("needle_buckling"), "p"),
+        half_width=values["blend_half_width"],
+        lower=values["clip_min"],
+        upper=values["clip_max"],
+        least_slope=values["minimum_slope"],
+        stiffness=values.get("silicone_stiffness", 1.0),
+    )
+
+
+def _polynomial(table: Calibration) -> PolynomialFit:
+    values = table.values()
+    table.require(["p_1", "p_2"])
+    low, high = values.get("strain_min", -jnp.inf), values.get("strain_max", jnp.inf)
+    return PolynomialFit(_numbered(values, "p"), low, high)
+
+
+_BUILDERS = {
+    "regularised": _regularised,
+    "polynomial": _polynomial,
+    "neo_hookean": lambda t: NeoHookean(t.values()["mu"]),
+    "yeoh": lambda t: Yeoh(*(t.values()[key] for key in ("c_10", "c_20", "c_30"))),
+    "gent": lambda t: Gent(t.values()["mu"], t.values()["j_m"]),
+    "ogden": lambda t: Ogden(_numbered(t.values(), "mu"), _numbered(t.values(), "alpha")),
+}
+
+
+def load_silicone(name_or_path: str | Path = "dragon_skin_10_fast", law: str | None = None) -> SiliconeLaw:
+    """Silicone law by the name of a shipped table or from a TOML file.
+
+    Args:
+        name_or_path: such as `"dragon_skin_10_fast"`, or a `material.toml` that a fit has written.
+        law: another of the laws that the table holds numbers for; the table's own by default.
+
+    Raises:
+        InputError: if there is no such table, or it lacks a number of the law.
+    """
+    table = load_calibration(name_or_path, kind="silicone")
+    law = law or table.text.get("law", "regularised")
+    if law not in _BUILDERS:
+        raise ValueError(f"Argument `law` must be one of {sorted(_BUILDERS)}, but it is {law!r}.")
+    try:
+        return _BUILDERS[law](table)
+    except KeyError as missing:
+        table.require([missing.args[0]])
+        raise
+
+
+def load_silicone_test(test: str, name_or_path: str | Path = "dragon_skin_10_fast") -> PolynomialFit:
+    """One of the five mechanical tests of Table 3.1.
+
+    Args:
+        test: `"standard_tension"`, `"bulk_compression"`, `"tube_tension"`, `"tube_buckling"` or
+            `"needle_buckling"`.
+        name_or_path: the table that holds it.
+    """
+    table = load_calibration(name_or_path, kind="silicone")
+    values = table.table(test)
+    if not values:
+        tests = sorted({name.split(".")[0] for name in table.values() if "." in name})
+        raise ValueError(f"Argument `test` must be one of {tests}, but it is {test!r}.")
+    return PolynomialFit(_numbered(values, "p"), values["strain_min"], values["strain_max"])

@@ -1,0 +1,42 @@
+"""Polynomial fits of engineering stress over engineering strain: Table 3.1."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array
+
+
+def polynomial_stress(strain: Array, coefficients: Array) -> Array:
+    """`p_1 eps^n + ... + p_n eps + p_(n+1)` by Horner's rule [Pa].
+
+    Args:
+        strain: engineering strain [1], any shape.
+        coefficients: highest power first, as Table 3.1 lists them [Pa], shape (n + 1,).
+    """
+    return jnp.polyval(coefficients, strain)
+
+
+def polynomial_slope(strain: Array, coefficients: Array) -> Array:
+    """Derivative of `polynomial_stress` over strain [Pa]."""
+    return jnp.polyval(jnp.polyder(coefficients), strain)
+
+
+class PolynomialFit(eqx.Module):
+    """One row of Table 3.1: a mechanical test of the silicone, as fitted.
+
+    Attributes:
+        coefficients: highest power first [Pa].
+        strain_min, strain_max: strains that the test reached [1].
+    """
+
+    coefficients: Array = eqx.field(converter=jnp.asarray)
+    strain_min: Array = eqx.field(converter=jnp.asarray)
+    strain_max: Array = eqx.field(converter=jnp.asarray)
+
+    def __call__(self, strain: Array) -> Array:
+        """Engineering stress [Pa] at an engineering strain [1]; not continued past the test's range."""
+        return polynomial_stress(strain, self.coefficients)
+
+    @property
+    def cuts(self) -> Array:
+        """Strains where the law is not smooth: none."""
+        return jnp.zeros(0)

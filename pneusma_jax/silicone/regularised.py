@@ -1,0 +1,77 @@
+"""The silicone law of the actuator: Table 3.1's tension and buckling fits, joined so that a root-find can cross zero.
+
+Eqs. 3.22 to 3.25 switch from one polynomial to the other at zero strain, where they jump from -0.37 to
++5.76 kPa, and use them past the strains that were tested. Here each polynomial loses its constant term, is
+held to the tested strains, continued linearly outside, and the two are blended over a narrow band
+(correction 10).
+"""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array
+
+from .._numerics import smoothstep
+from .laws import SiliconeLaw
+from .polynomial import polynomial_slope, polynomial_stress
+
+
+def continued_polynomial(
+    strain: Array, coefficients: Array, lower: Array, upper: Array, least_slope: Array
+) -> Array:
+    """Polynomial inside [lower, upper], a straight line of at least `least_slope` outside [Pa]."""
+    inside = jnp.clip(strain, lower, upper)
+    end_slope = jnp.where(
+        strain > upper, polynomial_slope(upper, coefficients), polynomial_slope(lower, coefficients)
+    )
+    return polynomial_stress(inside, coefficients) + jnp.maximum(end_slope, least_slope) * (strain - inside)
+
+
+def regularised_stress(
+    strain: Array,
+    tension: Array,
+    compression: Array,
+    half_width: Array,
+    lower: Array,
+    upper: Array,
+    least_slope: Array,
+) -> Array:
+    """Engineering stress, monotone and twice differentiable inside the tested strains [Pa].
+
+    Args:
+        strain: engineering strain [1], any shape.
+        tension, compression: coefficients of Table 3.1, highest power first [Pa]; their constant terms are
+            dropped, so that there is no stress at zero strain.
+        half_width: of the blend around zero strain [1].
+        lower, upper: strains beyond which the law is linear [1].
+        least_slope: smallest slope of those lines [Pa].
+    """
+    drop = lambda c: jnp.concatenate([c[:-1], jnp.zeros(1, c.dtype)])  # noqa: E731
+    weight = smoothstep((strain + half_width) / (2.0 * half_width))
+    pulled = continued_polynomial(strain, drop(tension), lower, upper, least_slope)
+    pushed = continued_polynomial(strain, drop(compression), lower, upper, least_slope)
+    return weight * pulled + (1.0 - weight) * pushed
+
+
+class RegularisedSilicone(SiliconeLaw):
+    """Dragon Skin 10 FAST in a fibre-wrapped tube, as the source models it.
+
+    Attributes: see `regularised_stress`; `stiffness` multiplies the stress [1] (batch and strain-range spread).
+    """
+
+    tension: Array = eqx.field(converter=jnp.asarray)
+    compression: Array = eqx.field(converter=jnp.asarray)
+    half_width: Array = eqx.field(converter=jnp.asarray)
+    lower: Array = eqx.field(converter=jnp.asarray)
+    upper: Array = eqx.field(converter=jnp.asarray)
+    least_slope: Array = eqx.field(converter=jnp.asarray)
+    stiffness: Array = eqx.field(converter=jnp.asarray, default=1.0)
+
+    def __call__(self, strain: Array) -> Array:
+        return self.stiffness * regularised_stress(
+            strain, self.tension, self.compression, self.half_width, self.lower, self.upper, self.least_slope
+        )
+
+    @property
+    def cuts(self) -> Array:
+        """Ends of the blend and of the tested strains."""
+        return jnp.stack([self.lower, -self.half_width, self.half_width, self.upper])

@@ -1,0 +1,40 @@
+"""Elongation of a fibre-wrapped tube under pressure, without springs: Eqs. 3.7 to 3.15."""
+
+import jax.numpy as jnp
+import optimistix as optx
+from jaxtyping import Array
+
+from ..precision import require_float64
+from .laws import SiliconeLaw
+
+
+def tube_strain(pressure: Array, outer_diameter: Array, wall_thickness: Array, law: SiliconeLaw) -> Array:
+    """Axial strain that balances the end cap's pressure with the wall's tension, Eq. 3.9 [1].
+
+    Args:
+        pressure: gauge [Pa], scalar.
+        outer_diameter, wall_thickness: of the tube [m].
+        law: axial engineering stress of the wall; `laws.NeoHookean` or any other.
+
+    Raises:
+        RuntimeError: if the balance has no solution or float64 is off.
+    """
+    require_float64()
+    bore = outer_diameter - 2.0 * wall_thickness
+    ratio = bore**2 / (outer_diameter**2 - bore**2)
+
+    def balance(strain: Array, _: None) -> Array:
+        return (law(strain) - pressure * ratio) / 1e5
+
+    # Newton from rest diverges where a law softens; a bracketed search cannot
+    solver = optx.Bisection(rtol=1e-14, atol=1e-14)
+    options = dict(lower=-0.9, upper=20.0)
+    found = optx.root_find(balance, solver, jnp.asarray(0.1), None, options=options, max_steps=200, throw=True)
+    return found.value
+
+
+def tube_length(
+    pressure: Array, length: Array, outer_diameter: Array, wall_thickness: Array, law: SiliconeLaw
+) -> Array:
+    """Length of the pressurised tube, Eq. 3.10 [m]."""
+    return length * (1.0 + tube_strain(pressure, outer_diameter, wall_thickness, law))

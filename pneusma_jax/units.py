@@ -1,0 +1,229 @@
+"""Unit names, their factors to SI, and the unit suffix of a column name.
+
+Units are converted where files are read and figures drawn, nowhere else. SI inside, with one exception:
+**temperatures stay in degC**, because every published constant of the model is in degC; differences of
+temperature are in K, which is the same size.
+"""
+
+import difflib
+from typing import NamedTuple
+
+from .errors import InputError, nearest
+
+
+class Unit(NamedTuple):
+    """What a unit name means: `internal = factor * value + offset`.
+
+    Attributes:
+        dimension: the kind of quantity, a key of `INTERNAL_UNITS`.
+        factor: size of the unit in the internal unit of its dimension.
+        offset: internal value of zero in this unit; only temperatures have one.
+    """
+
+    dimension: str
+    factor: float
+    offset: float = 0.0
+
+
+TEMPERATURE = "temperature"
+TEMPERATURE_DIFFERENCE = "temperature difference"
+
+# The unit that values of a dimension have inside the package.
+INTERNAL_UNITS = {
+    "number": "1",
+    "length": "m",
+    "area": "m2",
+    "time": "s",
+    "rate": "1/s",
+    "speed": "m/s",
+    "acceleration": "m/s2",
+    "mass": "kg",
+    "density": "kg/m3",
+    "force": "N",
+    "pressure": "Pa",
+    "stiffness": "N/m",
+    "moment": "N m",
+    "angle": "rad",
+    "curvature": "1/m",
+    "current": "A",
+    "voltage": "V",
+    "power": "W",
+    "resistance": "ohm",
+    "resistance per length": "ohm/m",
+    TEMPERATURE: "degC",
+    TEMPERATURE_DIFFERENCE: "K",
+    "heat capacity": "J/(kg K)",
+    "heat transfer coefficient": "W/(m2 K)",
+    "number per temperature": "1/K",
+    "pressure per temperature": "Pa/K",
+    "number per pressure": "1/Pa",
+    "force rate": "N/s",
+    "pressure rate": "Pa/s",
+    "temperature rate": "K/s",
+}
+
+_INCH, _POUND, _DEGREE = 0.0254, 4.4482216152605, 0.017453292519943295
+_PSI = _POUND / _INCH**2
+
+
+def _table() -> dict[str, Unit]:
+    groups: dict[str, dict[str, float]] = {
+        "number": {
+            "1": 1.0, "%": 1e-2, "percent": 1e-2, "strain": 1.0, "mm/mm": 1.0, "m/m": 1.0, "in/in": 1.0,
+        },
+        "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": _INCH},
+        "area": {"m2": 1.0, "cm2": 1e-4, "mm2": 1e-6},
+        "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0},
+        "rate": {"1/s": 1.0, "1/min": 1.0 / 60.0, "Hz": 1.0},
+        "speed": {"m/s": 1.0, "mm/s": 1e-3, "mm/min": 1e-3 / 60.0, "in/min": _INCH / 60.0},
+        "acceleration": {"m/s2": 1.0, "mm/s2": 1e-3},
+        "mass": {"kg": 1.0, "g": 1e-3, "mg": 1e-6},
+        "density": {"kg/m3": 1.0, "g/cm3": 1e3},
+        "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "lbf": _POUND, "gf": 9.80665e-3, "kgf": 9.80665},
+        "pressure": {
+            "Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "mbar": 1e2, "bar": 1e5,
+            "N/mm2": 1e6, "psi": _PSI, "ksi": 1e3 * _PSI, "mmHg": 133.322387415, "atm": 101325.0,
+        },
+        "stiffness": {"N/m": 1.0, "N/mm": 1e3, "mN/mm": 1.0, "lbf/in": _POUND / _INCH},
+        "moment": {"N m": 1.0, "N mm": 1e-3},
+        "angle": {"rad": 1.0, "mrad": 1e-3, "deg": _DEGREE},
+        "curvature": {"1/m": 1.0, "1/cm": 1e2, "1/mm": 1e3},
+        "current": {"A": 1.0, "mA": 1e-3},
+        "voltage": {"V": 1.0, "mV": 1e-3},
+        "power": {"W": 1.0, "mW": 1e-3},
+        "resistance": {"ohm": 1.0, "mohm": 1e-3, "kohm": 1e3},
+        "resistance per length": {"ohm/m": 1.0, "ohm/cm": 1e2, "mohm/mm": 1.0},
+        "heat capacity": {"J/(kg K)": 1.0, "J/(g K)": 1e3, "kJ/(kg K)": 1e3},
+        "heat transfer coefficient": {"W/(m2 K)": 1.0},
+        "number per temperature": {"1/K": 1.0},
+        "pressure per temperature": {"Pa/K": 1.0, "MPa/K": 1e6},
+        "number per pressure": {"1/Pa": 1.0, "1/kPa": 1e-3, "1/MPa": 1e-6},
+        "force rate": {"N/s": 1.0, "mN/s": 1e-3},
+        "pressure rate": {"Pa/s": 1.0, "kPa/s": 1e3},
+        "temperature rate": {"K/s": 1.0, "K/min": 1.0 / 60.0},
+    }  # fmt: skip
+    units = {name: Unit(kind, factor) for kind, group in groups.items() for name, factor in group.items()}
+    units["degC"] = Unit(TEMPERATURE, 1.0)
+    units["K"] = Unit(TEMPERATURE, 1.0, -273.15)
+    units["degF"] = Unit(TEMPERATURE, 5.0 / 9.0, -160.0 / 9.0)
+    # A column name has no slash: `curvature_1pcm`, `stiffness_Npmm`. Both spellings are accepted everywhere.
+    spoken = {name.replace("/", "p"): unit for name, unit in units.items() if "/" in name and "(" not in name}
+    clash = spoken.keys() & units.keys()
+    if clash:
+        raise ValueError(f"Spellings of units without a slash must be unique, but {sorted(clash)} are not.")
+    return units | spoken
+
+
+UNITS = _table()
+
+# Names that people write out, for suggestions only: difflib cannot see that `celsius` is near `degC`.
+_WRITTEN_OUT = {
+    "c": "degC", "celsius": "degC", "f": "degF", "fahrenheit": "degF", "kelvin": "K", "degree": "deg",
+    "radian": "rad", "newton": "N", "pascal": "Pa", "volt": "V", "amp": "A", "ampere": "A", "sec": "s",
+    "second": "s", "minute": "min", "hour": "h", "gram": "g", "inch": "in", "metre": "m", "meter": "m",
+}  # fmt: skip
+
+# Words that end a column's name without being its unit: `max_strain` is a strain, not a "max" in strains.
+_DIMENSIONLESS_ENDINGS = ("strain", "cycle")
+
+
+def find_unit(name: str) -> Unit:
+    """Look a unit up.
+
+    Args:
+        name: a unit name such as `"kPa"`, `"1/m"` or `"1pm"`; upper and lower case matter.
+
+    Returns:
+        Its dimension, factor and offset.
+
+    Raises:
+        InputError: if there is no such unit; the message names the nearest known one.
+    """
+    try:
+        return UNITS[name]
+    except (KeyError, TypeError):
+        raise InputError(f"unknown unit {name!r}, {_suggestion(str(name))}") from None
+
+
+def dimension_of(name: str) -> str:
+    """Dimension of a unit, in words (`"length"`, `"pressure"`, ...).
+
+    Raises:
+        InputError: if there is no such unit.
+    """
+    return find_unit(name).dimension
+
+
+def to_si(value, unit: str, difference: bool = False):
+    """Convert to the internal unit of the dimension: SI, and degC for temperatures.
+
+    Args:
+        value: number or array in `unit`; anything with `*` and `+`.
+        unit: name of its unit.
+        difference: the value is a difference or a spread (a standard deviation, a width), so that zero stays
+            zero; this only matters for temperatures.
+
+    Returns:
+        The value in the internal unit, of the same shape.
+
+    Raises:
+        InputError: if there is no such unit.
+    """
+    _, factor, offset = find_unit(unit)
+    scaled = value * factor
+    return scaled if difference or offset == 0.0 else scaled + offset
+
+
+def from_si(value, unit: str, difference: bool = False):
+    """Convert from the internal unit of the dimension; the inverse of `to_si`.
+
+    Args:
+        value: number or array in the internal unit.
+        unit: name of the unit wanted.
+        difference: as in `to_si`.
+
+    Returns:
+        The value in `unit`, of the same shape.
+
+    Raises:
+        InputError: if there is no such unit.
+    """
+    _, factor, offset = find_unit(unit)
+    shifted = value if difference or offset == 0.0 else value - offset
+    return shifted / factor
+
+
+def unit_of_column(name: str) -> tuple[str, str]:
+    """Split a column name into the quantity and the unit after the last underscore.
+
+    `force_mN` is `("force", "mN")`, `resistance_2_ohm` is `("resistance_2", "ohm")`. A name without an
+    underscore, or one that ends in `strain` or `cycle`, is a plain number: `strain` is `("strain", "1")`.
+
+    Args:
+        name: the column's name.
+
+    Returns:
+        The quantity, and a unit that `to_si` accepts.
+
+    Raises:
+        InputError: if what follows the last underscore is not a known unit; names the nearest.
+    """
+    quantity, underscore, unit = name.rpartition("_")
+    if not underscore or unit in _DIMENSIONLESS_ENDINGS:
+        return name, "1"
+    if not quantity or unit.isdigit():  # `resistance_1` is spring 1, without its unit
+        raise InputError(f"column {name!r} must end in a unit, such as `resistance_1_ohm` or `force_N`")
+    if unit not in UNITS:
+        raise InputError(
+            f"column {name!r}: unknown unit {unit!r} after the last underscore, {_suggestion(unit)}"
+        )
+    return quantity, unit
+
+
+def _suggestion(name: str) -> str:
+    """Nearest unit name; a slip of the shift key (`kpa`) is nearer than any other spelling."""
+    folded = dict(_WRITTEN_OUT)
+    for known in UNITS:
+        folded.setdefault(known.casefold(), known)
+    close = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=0.6)
+    return f"did you mean {folded[close[0]]!r}?" if close else nearest(name, INTERNAL_UNITS.values())

@@ -1,0 +1,52 @@
+"""Weight of an actuator from its own dimensions and densities."""
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ._numerics import is_concrete
+from .actuator import Actuator
+from .loads import Gravity
+from .shapes import as_numpy
+
+
+def mass_of(actuator: Actuator, silicone_density: Array) -> tuple[Array, Float[Array, "2"]]:
+    """Mass of tube and springs [kg], and its centre in the section [m], shape (2,).
+
+    Fibre wrapping, leads and the springs' inactive ends are not counted; an end cap is a tip mass.
+
+    Args:
+        actuator: dimensions and alloys.
+        silicone_density: of the wall [kg/m3].
+    """
+    section = actuator.section
+    area, first, _ = (as_numpy(section) if is_concrete(section) else section).moments()
+    per_area = silicone_density * actuator.length
+    wires = [
+        spring.alloy.density * 0.25 * np.pi * spring.geometry.wire_diameter**2 * spring.geometry.wire_length
+        for spring in actuator.springs
+    ]
+    mass = per_area * area + sum(wires)
+    turning = per_area * first + sum(m * r for m, r in zip(wires, actuator.spring_places, strict=True))
+    return mass, turning / mass
+
+
+def weight(
+    actuator: Actuator,
+    silicone_density: Array,
+    acceleration: Float[Array, "3"],
+    tip_mass: Array = 0.0,
+    tip_place: Float[Array, "2"] | None = None,
+) -> Gravity:
+    """Gravity on an actuator: `actuator.with_loads(weight(actuator, 1070.0, gravity_vector("horizontal")))`.
+
+    Args:
+        actuator: dimensions and alloys.
+        silicone_density: of the wall [kg/m3].
+        acceleration: of gravity in the base frame [m/s2]; see `loads.gravity_vector`.
+        tip_mass: of the end cap and what it carries [kg].
+        tip_place: centre of the tip mass in the section [m]; the bore's centroid if None.
+    """
+    mass, place = mass_of(actuator, silicone_density)
+    tip_place = actuator.section.enclosed_centroid if tip_place is None else tip_place
+    return Gravity(jnp.asarray(acceleration), mass, place, tip_mass, tip_place)
