@@ -1,0 +1,12 @@
+"""Staged pipelines that turn a campaign into a characterised material, one for each kind of specimen.
+
+>>> from fitting.characterise import characterise
+>>> fit = characterise("campaign_folder")
+>>> print(fit.report())
+>>> fit.save("results")
+"""
+
+from .registry import PIPELINES, characterise
+from .result import Characterisation, Estimate
+
+__all__ = ["PIPELINES", "Characterisation", "Estimate", "characterise"]

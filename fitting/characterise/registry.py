@@ -1,0 +1,85 @@
+"""Which pipeline serves which kind of recording. A new kind adds a line here and a module of its own."""
+
+import importlib
+import inspect
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Protocol
+
+from fitting.recordings import Campaign, read_campaign
+from pneusma_jax.errors import InputError
+
+from .result import Characterisation
+
+# kind -> (module, function)
+PIPELINES = {"elastomer": ("fitting.characterise.elastomer", "characterise_elastomer")}
+
+
+class Pipeline(Protocol):
+    """Fits the recordings of one kind; options of its own are keyword arguments with defaults."""
+
+    def __call__(
+        self, campaign: Campaign, *, seed: int, progress: Callable[[str], None], **options: Any
+    ) -> Characterisation:
+        """Characterise a campaign.
+
+        Args:
+            campaign: recordings of its kind.
+            seed: of everything random.
+            progress: called with a few words after each step.
+            **options: what this kind can be asked for besides.
+
+        Raises:
+            InputError: if the recordings or options cannot be used.
+        """
+
+
+def characterise(campaign: str | Path | Campaign, **options: Any) -> Characterisation:
+    """Fit the material of a campaign of recordings; float64 must be on.
+
+    Args:
+        campaign: a folder of recordings, one CSV, or what `read_campaign` returned.
+        **options: of the pipeline of its kind; for elastomers those of `characterise_elastomer`
+            (`law`, `terms`, `max_strain`, `weighting`, `adjust`, `seed`, `progress`). None is as good as
+            leaving one out.
+
+    Returns:
+        The result, with `report()`, `plot()` and `save(folder)`.
+
+    Raises:
+        InputError: if the recordings cannot be read, are of several kinds or of one without a pipeline, or
+            that kind does not know an option.
+    """
+    if not isinstance(campaign, Campaign):
+        campaign = read_campaign(campaign)
+    pipeline = pipeline_of(campaign)
+    given = {name: value for name, value in options.items() if value is not None}
+    known = inspect.signature(pipeline).parameters
+    for name in given:
+        if name not in known:
+            raise InputError(
+                f"{campaign.path}: option {name.replace('_', '-')} means nothing for recordings of kind "
+                f"{campaign.kinds[0]}"
+            )
+    return pipeline(campaign, **given)
+
+
+def pipeline_of(campaign: Campaign) -> Pipeline:
+    """Pipeline of a campaign's kind.
+
+    Raises:
+        InputError: if it holds several kinds, or one that has no pipeline.
+    """
+    kinds = campaign.kinds
+    if len(kinds) > 1:
+        raise InputError(
+            f"{campaign.path}: recordings of kinds {', '.join(kinds)} lie here together; "
+            "characterise one kind at a time, each in its own folder"
+        )
+    if kinds[0] not in PIPELINES:
+        raise InputError(
+            f"{campaign.path}: recordings of kind {kinds[0]} cannot be characterised; "
+            f"{', '.join(PIPELINES)} can"
+        )
+    module, function = PIPELINES[kinds[0]]
+    return getattr(importlib.import_module(module), function)

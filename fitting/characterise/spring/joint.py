@@ -1,0 +1,153 @@
+"""The joint fit of everything to everything, from several starts, with errors that know about misfit."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fitting.characterise.noise import correlation_time
+from fitting.least_squares import FitResult
+from fitting.models import residual_of
+from fitting.models.spring import OUTPUTS
+from fitting.parameters import Parameters
+
+from .problem import Problem, values_of
+
+MISFIT = 1.3
+"""Reduced chi-square from which what is left is more than noise, and standard errors grow with it."""
+WANDERS = 2
+"""Rounds of finding how fast the martensite fraction wanders."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where one joint fit began and ended.
+
+    Attributes:
+        name: in words.
+        result: of the fit.
+    """
+
+    name: str
+    result: FitResult
+
+
+@dataclass(frozen=True)
+class Joint:
+    """The joint fit.
+
+    Attributes:
+        problem: at the values found, its walks and inflation settled.
+        result: the best fit.
+        starts: every fit, the best one first.
+        reduced_chi_square: of the noise as stated, before any inflation.
+        correlation_time: samples of the force's misfit that make one independent one.
+    """
+
+    problem: Problem
+    result: FitResult
+    starts: tuple[Start, ...]
+    reduced_chi_square: float
+    correlation_time: float
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Free parameters at the best fit, in SI."""
+        return self.result.values
+
+    @property
+    def parameters(self) -> Parameters:
+        """Free parameters with values and standard errors, in SI."""
+        return self.result.parameters
+
+    @property
+    def inflation(self) -> float:
+        """Factor on the noise, and so on the standard errors."""
+        return self.problem.inflation
+
+
+def fit_jointly(
+    problem: Problem, staged: Mapping[str, float], progress: Callable[[str], None] = lambda _: None
+) -> Joint:
+    """Fit all free parameters to all tests.
+
+    Args:
+        problem: what is fitted.
+        staged: values to start from, as the stages left them.
+        progress: called with a word for each fit that is done.
+    """
+    values = dict(staged)
+    for _ in range(WANDERS):
+        problem = problem.at(values).wandering(values)
+        result = problem.fit()
+        values = result.values
+        progress("joint fit")
+    return _settled(problem.at(values), (Start("stages", result),), progress)
+
+
+def try_others(
+    joint: Joint, others: Mapping[str, Mapping[str, float]], progress: Callable[[str], None] = lambda _: None
+) -> Joint:
+    """Fit from further starts too, and keep the best.
+
+    Args:
+        joint: the fit from the stages.
+        others: starts by name, each of them some of the values.
+        progress: called with a word for each fit that is done.
+    """
+    if not others:
+        return joint
+    problem = joint.problem.inflated(1.0)
+    starts = list(joint.starts)
+    for name, other in others.items():
+        starts.append(Start(name, problem.at({**joint.values, **other}).fit()))
+        progress(f"start from {name}")
+    starts.sort(key=lambda start: (not start.result.success, _cost(start.result)))
+    if starts[0] is joint.starts[0]:
+        return replace(joint, starts=tuple(starts))
+    return _settled(problem.at(starts[0].result.values), tuple(starts), progress)
+
+
+def _settled(problem: Problem, starts: tuple[Start, ...], progress: Callable[[str], None]) -> Joint:
+    """The best fit with errors that know about misfit and serial correlation."""
+    best = starts[0].result
+    time = correlation_time(force_misfit(problem, best.values))
+    reduced = best.reduced_chi_square or np.nan
+    if reduced > MISFIT:
+        problem = problem.inflated(float(np.sqrt(reduced * time)))
+        best = problem.fit()
+        problem = problem.at(best.values)
+        progress("errors")
+    return Joint(problem, best, starts, float(reduced), time)
+
+
+def _cost(result: FitResult) -> float:
+    return np.inf if result.chi_square is None else result.chi_square
+
+
+def force_misfit(problem: Problem, values: Mapping[str, float]) -> list[np.ndarray]:
+    """Misfit of the force over its noise, of every test that is fitted, in the order of sampling."""
+    found = np.asarray(residual_of("spring")(values_of(problem.parameters, values), problem.stacked))
+    size = problem.stacked.mask.shape[1]
+    place = OUTPUTS.index("force")
+    weight = np.asarray(problem.stacked.weight["force"])
+    series = []
+    for k in problem.fitted:
+        held = weight[k] > 0.0
+        if held.any():
+            series.append(found[k, place * size : (place + 1) * size][held])
+    return series
+
+
+def shifted(result: FitResult, sizes: float) -> dict[str, float]:
+    """Values moved along the loosest direction of a fit, by a number of its standard deviations."""
+    names = result.uncertainty.names
+    covariance = result.uncertainty.covariance
+    if not names:
+        return {}
+    scale = np.sqrt(np.diag(covariance))
+    width, axes = np.linalg.eigh(covariance / np.outer(scale, scale))
+    step = sizes * np.sqrt(width[-1]) * axes[:, -1] * scale
+    changes = dict(zip(names, step, strict=True))
+    entries = {name: result.parameters[name] for name in names}
+    return {name: float(np.clip(e.value + changes[name], e.min, e.max)) for name, e in entries.items()}

@@ -1,0 +1,83 @@
+"""Parameter sets that fit equally well although they are not the same: wrong-but-good fits, exposed."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.least_squares import FitResult
+
+from .joint import Joint
+
+EQUAL = 6.0
+"""Chi-square by which a fit may be worse and still be called as good (a p-value of 5 % for two
+directions)."""
+APART = 5.0
+"""Distance from the best fit, in the standard errors of a linear model, from which a fit is another one."""
+
+
+@dataclass(frozen=True)
+class Mode:
+    """Another parameter set that fits as well as the best one.
+
+    Attributes:
+        start: where it was found from, in words.
+        values: free parameters, SI.
+        worse_by: chi-square above the best fit's; negative is better.
+        distance: from the best fit, in standard deviations of the linear model.
+        different: parameters that differ most, each with its change in standard errors, largest first.
+    """
+
+    start: str
+    values: dict[str, float]
+    worse_by: float
+    distance: float
+    different: tuple[tuple[str, float], ...]
+
+
+def other_modes(joint: Joint) -> list[Mode]:
+    """Fits from other starts that are as good as the best one but not near it.
+
+    A distance of d standard deviations should cost d^2 of chi-square. Where it costs next to nothing, the
+    data do not
+    choose: either there is a second minimum, or a curved valley between the two.
+    """
+    best = joint.starts[0].result
+    if best.chi_square is None:
+        return []
+    found: list[Mode] = []
+    for start in joint.starts[1:]:
+        result = start.result
+        if not result.success or result.chi_square is None:
+            continue
+        worse = result.chi_square - best.chi_square
+        distance, different = apart(best, result)
+        if worse > EQUAL or distance < max(APART, 2.0 * np.sqrt(max(worse, 0.0))):
+            continue
+        if any(apart(known, result)[0] < APART for known in _results(joint, found)):
+            continue
+        values = {name: result.values[name] for name in joint.problem.parameters}
+        found.append(Mode(start.name, values, float(worse), distance, different))
+    return found
+
+
+def _results(joint: Joint, modes: Sequence[Mode]) -> list[FitResult]:
+    names = {mode.start for mode in modes}
+    return [start.result for start in joint.starts if start.name in names]
+
+
+def apart(best: FitResult, other: FitResult) -> tuple[float, tuple[tuple[str, float], ...]]:
+    """Distance between two fits in the metric of the first one's covariance, and what differs most."""
+    names = best.uncertainty.names
+    if not names:
+        return 0.0, ()
+    change = np.array([other.values[name] - best.values[name] for name in names])
+    scale = np.sqrt(np.diag(best.uncertainty.covariance))
+    correlation = best.uncertainty.covariance / np.outer(scale, scale)
+    inverse = np.linalg.pinv(correlation, rcond=1e-10, hermitian=True)
+    distance = float(np.sqrt(max(change / scale @ inverse @ (change / scale), 0.0)))
+    order = np.argsort(-np.abs(change / scale))
+    different = tuple(
+        (names[k], float(change[k] / scale[k])) for k in order[:4] if abs(change[k] / scale[k]) > 1.0
+    )
+    return distance, different

@@ -1,0 +1,243 @@
+"""From a campaign of springs on a stand to a characterised alloy."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from fitting.characterise.result import Characterisation, Estimate
+from fitting.models import model_of, priors
+from fitting.models.spring import ALLOY
+from fitting.parameters import Parameters
+from fitting.recordings import Campaign
+from pneusma_jax.calibration import Calibration, available, load_calibration
+from pneusma_jax.calibration_model import Quantity
+from pneusma_jax.errors import InputError
+from pneusma_jax.nitinol import Alloy
+from pneusma_jax.precision import require_float64
+from pneusma_jax.units import to_si
+
+from .alloy_table import alloy_table, estimate
+from .information import Information, information, sentences, spread_given_geometry
+from .joint import Joint, fit_jointly, shifted, try_others
+from .modes import Mode, other_modes
+from .next_test import NextTest, next_test
+from .problem import Problem
+from .profiles import Profile, loosest, profiles
+from .scores import Score, scores
+from .stages import Stage, run_stages
+from .stand_tests import LEVEL, Phase, StandTest, classify
+
+STARTS = 3
+PROFILES = 2
+FAR = 4.0
+"""Standard deviations along the loosest direction at which one start is placed."""
+
+
+@dataclass(frozen=True)
+class SpringCharacterisation(Characterisation):
+    """An alloy identified, or checked, from springs on a stand.
+
+    Attributes:
+        title: of the campaign.
+        identify: the alloy was identified; otherwise it was known and only adjusted within its tolerances.
+        tests: the recordings, classified.
+        stages: what each stage found; empty for a known alloy.
+        joint: the joint fit.
+        base: constants of the alloy that it started from.
+        start: values of the free parameters before any fit, SI.
+        information: what the tests say.
+        identifiability: what they do not say, in words.
+        modes: other parameter sets that fit as well.
+        profiles: profile likelihoods by parameter.
+        scores: every test predicted from resistance.
+        next_test: which further test would help most.
+        real: measured (True), simulated (False), or nobody said (None).
+        notices: what was assumed or left out.
+        seed: of the scattered starts.
+    """
+
+    title: str
+    identify: bool
+    tests: tuple[StandTest, ...]
+    stages: tuple[Stage, ...]
+    joint: Joint
+    base: dict[str, Quantity]
+    start: dict[str, float]
+    information: Information
+    identifiability: list[dict[str, Any]]
+    modes: tuple[Mode, ...]
+    profiles: dict[str, Profile]
+    scores: tuple[Score, ...]
+    next_test: NextTest
+    real: bool | None
+    notices: tuple[str, ...]
+    seed: int
+
+    @property
+    def fitted(self) -> Parameters:
+        """Free parameters at the values found, in SI, with standard errors and correlations."""
+        return self.joint.parameters
+
+    @property
+    def alloy(self) -> Alloy:
+        """The alloy found, as the model takes it."""
+        return Alloy.from_calibration(self.table())
+
+    @property
+    def verdict(self) -> list[str]:
+        """What was found, in a few sentences."""
+        from fitting.report.spring_words import verdict
+
+        return verdict(self)
+
+    @property
+    def parameters(self) -> dict[str, Estimate]:
+        """Constants of the alloy and dimensions that were free, in the unit of files."""
+        return {name: estimate(entry) for name, entry in self.fitted.items()}
+
+    def sd_given_geometry(self) -> dict[str, float]:
+        """Standard errors of the alloy's constants if the dimensions were exactly as stated, SI."""
+        return spread_given_geometry(self.information, [n for n in self.information.names if n in ALLOY])
+
+    def table(self) -> Calibration:
+        """The alloy as a table of constants."""
+        return alloy_table(self.title, self.base, self.fitted, self.real is False, {})
+
+    def report(self) -> str:
+        """The whole result as plain text."""
+        from fitting.report.spring_words import text_report
+
+        return text_report(self)
+
+    def plot(self) -> dict[str, Figure]:
+        """Figures by name: `fit`, `resistance`, `laws`, `residuals`, `profiles`."""
+        from fitting.report.spring_figures import figures
+
+        return figures(self)
+
+    def documents(self) -> dict[str, str | bytes]:
+        """Content of every file of the result, by file name."""
+        from fitting.report.spring_documents import documents
+
+        return documents(self)
+
+
+def characterise_spring(
+    campaign: Campaign,
+    *,
+    base: str | Path | None = None,
+    phases: Mapping[str, Phase] | None = None,
+    adjust: Mapping[str, Mapping[str, Any]] | None = None,
+    starts: int = STARTS,
+    profile: int | Sequence[str] = PROFILES,
+    seed: int = 0,
+    progress: Callable[[str], None] = lambda _: None,
+) -> SpringCharacterisation:
+    """Identify an alloy from springs on a stand, or adjust a known one within its tolerances.
+
+    With `alloy = "fit"` in the recordings everything is found, in the source's stages and then jointly; the
+    softest tests are taken to be fully martensitic and the stiffest fully austenitic, as the source does.
+    With a named alloy only what `[tolerance]` leaves open is.
+
+    Args:
+        campaign: recordings of kind `spring` of one alloy.
+        base: table to start from, instead of the one named, or of a nitinol that nobody has characterised.
+        phases: `cold`, `hot` or `intermediate` for recordings, by name, whose phase is known better.
+        adjust: changes to free parameters by name, each a mapping with any of `value`, `min`, `max` (in the
+            unit of files), `vary` and `tie`: `{"gR_decay": {"value": 5, "vary": False}}`.
+        starts: joint fits in all, from different places.
+        profile: parameters to profile, or how many of the loosest.
+        seed: of what is drawn.
+        progress: called with a word for each step that is done.
+
+    Raises:
+        InputError: if the recordings or options cannot be used, in one line.
+    """
+    require_float64()
+    recordings = campaign.of_kind("spring")
+    if not any(recording.role == "fit" for recording in recordings):
+        raise InputError(
+            f'{campaign.path}: every recording has role = "validation"; at least one with role = "fit" is needed'
+        )
+    quantities, identify = priors.alloy_quantities(campaign, ALLOY, base)
+    known = None if identify else Alloy(**{name: q.value for name, q in quantities.items()})
+    tests = classify(recordings, phases, known)
+    problem = _problem(campaign, tests, base, identify, adjust or {})
+    start = {name: entry.value for name, entry in problem.parameters.items()}
+    staged, stages = run_stages(problem, progress) if identify else (start, [])
+    joint = fit_jointly(problem, staged, progress)
+    joint = try_others(joint, _other_starts(joint, identify, starts - 1, seed), progress)
+    told = information(joint.problem, joint.parameters)
+    progress("information")
+    fitted = [test for test in tests if test.fitted]
+    wanted = loosest(joint, profile) if isinstance(profile, int) else list(profile)
+    profiled = profiles(joint, wanted)
+    progress("profiles")
+    further = next_test(joint.problem, joint.parameters, told, identify)
+    stated = [recording.real for recording in recordings]
+    return SpringCharacterisation(
+        title=campaign.title,
+        identify=identify,
+        tests=tuple(tests),
+        stages=tuple(stages),
+        joint=joint,
+        base=quantities,
+        start=start,
+        information=told,
+        identifiability=sentences(told, joint.parameters, start, fitted),
+        modes=tuple(other_modes(joint)),
+        profiles=profiled,
+        scores=tuple(scores(joint.problem, joint.values)),
+        next_test=further,
+        real=False if False in stated else None if None in stated else True,
+        notices=tuple(f"{r.name}: {notice}" for r in recordings for notice in r.notices),
+        seed=seed,
+    )
+
+
+def _problem(
+    campaign: Campaign, tests: Sequence[StandTest], base: Any, identify: bool, adjust: Mapping[str, Mapping]
+) -> Problem:
+    model = model_of("spring")
+    held = {t.name: LEVEL[t.phase] for t in tests if LEVEL[t.phase] is not None} if identify else {}
+    parameters = model.parameters_for(campaign, base=base)
+    if not parameters:
+        raise InputError(
+            f"{campaign.path}: the alloy is known and the tolerances leave nothing open; "
+            'state alloy = "fit", or a [tolerance]'
+        )
+    changes = {name: _in_si(parameters, name, change) for name, change in adjust.items()}
+    return Problem.of(
+        tests, model.rows_for(campaign, base=base, held_at=held), priors.adjusted(parameters, changes)
+    )
+
+
+def _in_si(parameters: Parameters, name: str, change: Mapping[str, Any]) -> dict[str, Any]:
+    """A change in the unit of files, in SI."""
+    if name not in parameters:
+        return dict(change)
+    unit = parameters[name].unit
+    return {
+        key: to_si(value, unit) if key in ("value", "min", "max") else value for key, value in change.items()
+    }
+
+
+def _other_starts(joint: Joint, identify: bool, count: int, seed: int) -> dict[str, dict[str, float]]:
+    """Further places to start from: along the loosest direction, the published alloys, then drawn from the
+    priors."""
+    free = joint.problem.parameters
+    found = {"the loosest direction": shifted(joint.result, FAR)}
+    if identify:
+        for name in available("alloy"):
+            table = load_calibration(name).values()
+            if set(free) <= set(table):
+                found[f"the constants of {name}"] = {n: table[n] for n in free}
+    random = np.random.default_rng(seed)
+    for k in range(max(count - len(found), 0)):
+        drawn = {n: random.normal(p.prior.mean, p.prior.sd) for n, p in free.items() if p.prior is not None}
+        found[f"draw {k + 1} from the priors"] = drawn
+    return dict(list(found.items())[: max(count, 0)])

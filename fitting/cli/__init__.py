@@ -1,0 +1,154 @@
+"""The `pneusma` command: parses and calls; a subcommand lives in its own module, imported when it runs.
+
+Importing this module must stay cheap (no JAX, no matplotlib), so that `pneusma --help` answers at once. Every
+error that a user can cause ends here, as one line on stderr and exit code 2.
+"""
+
+import difflib
+import errno
+import importlib
+import sys
+from typing import Any
+
+import click
+
+# name -> (module, function, line in the list of commands)
+COMMANDS = {
+    "simulate": (
+        "fitting.cli.simulate",
+        "simulate_command",
+        "Predict one state of an actuator, or every row of a recording.",
+    ),
+    "workspace": (
+        "fitting.cli.workspace",
+        "workspace_command",
+        "Curvature and bend angle over pressure and activation.",
+    ),
+    "reproduce": (
+        "fitting.cli.reproduce",
+        "reproduce_command",
+        "Draw the published figures and check what the source states.",
+    ),
+    "check": (
+        "fitting.cli.check",
+        "check_command",
+        "Check the installed model against exact values.",
+    ),
+    "import": (
+        "fitting.cli.import_",
+        "import_command",
+        "Turn raw files of a laboratory into recordings.",
+    ),
+    "plan": (
+        "fitting.cli.plan",
+        "plan_command",
+        "Plan the first campaign for a new alloy.",
+    ),
+    "synthesise": (
+        "fitting.cli.synthesise",
+        "synthesise_command",
+        "Simulate a campaign with a known truth.",
+    ),
+    "characterise": (
+        "fitting.cli.characterise",
+        "characterise_command",
+        "Fit a material to a campaign of recordings and report on it.",
+    ),
+    "posterior": (
+        "fitting.cli.posterior",
+        "posterior_command",
+        "Sample what a campaign says of its parameters.",
+    ),
+}
+UNUSABLE_INPUT = 2  # exit code
+
+
+class LazyGroup(click.Group):
+    """A group that knows its commands by name and imports one only when it is called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names of the commands, in the order of a first session."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
+        """Import and return a command, or None if there is no such one."""
+        if name not in COMMANDS:
+            return None
+        module, function, _ = COMMANDS[name]
+        return getattr(importlib.import_module(module), function)
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple:
+        """Find the command that the arguments call; a mistyped one is answered with the nearest."""
+        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
+            close = difflib.get_close_matches(args[0], COMMANDS, n=1, cutoff=0.5)
+            hint = f"did you mean {close[0]!r}?" if close else "known: " + ", ".join(COMMANDS)
+            raise click.UsageError(f"there is no command {args[0]!r}, {hint}")
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands from the table, without importing them."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, line) for name, (_, _, line) in COMMANDS.items()])
+
+    def main(self, args: list[str] | None = None, prog_name: str | None = None, **extra: Any) -> Any:
+        """Run, and turn what a user can cause into one line on stderr and an exit code."""
+        if not extra.pop("standalone_mode", True):
+            return super().main(args, prog_name, standalone_mode=False, **extra)
+        args = list(sys.argv[1:] if args is None else args) or ["--help"]
+        try:
+            code = super().main(args, prog_name, standalone_mode=False, **extra)
+        except click.exceptions.Abort:
+            _leave("interrupted", 130)
+        except click.ClickException as error:
+            _leave(_usage_line(error))
+        except OSError as error:
+            if error.errno == errno.EPIPE:
+                # the reader (`head`, `less`) has gone: that is its right
+                sys.stdout = None
+                sys.exit(0)
+            _leave(_file_line(error))
+        except ValueError as error:
+            if not _is_input_error(error):
+                raise
+            _leave(str(error))
+        sys.exit(code if isinstance(code, int) else 0)
+
+
+def _leave(message: str, code: int = UNUSABLE_INPUT) -> None:
+    """Say one line on stderr and end."""
+    click.echo(f"pneusma: {' '.join(line.strip() for line in message.splitlines())}", err=True)
+    sys.exit(code)
+
+
+def _usage_line(error: click.ClickException) -> str:
+    """A click error without its usage block."""
+    message = error.format_message().strip()
+    message = message[:1].lower() + message[1:]
+    context = getattr(error, "ctx", None)
+    if isinstance(error, click.UsageError) and context is not None:
+        called = context.command_path.split(" ", 1)[-1] if context.parent else ""
+        return f"{message.rstrip('.')}; see `pneusma {called} --help`".replace("  ", " ")
+    return message
+
+
+def _file_line(error: OSError) -> str:
+    """What the system said about a file."""
+    named = f"{error.filename}: " if error.filename else ""
+    return f"{named}{(error.strerror or str(error)).lower()}"
+
+
+def _is_input_error(error: ValueError) -> bool:
+    """Whether this is the package's own InputError; its module is loaded if anything has raised one."""
+    errors = sys.modules.get("pneusma_jax.errors")
+    return errors is not None and isinstance(error, errors.InputError)
+
+
+@click.group(
+    cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110}
+)
+@click.version_option(package_name="pneusma-jax", prog_name="pneusma")
+def main() -> None:
+    """Model and characterise pneumatic soft actuators with resistance-sensed nitinol springs.
+
+    Pressures are gauge. Columns of files carry their unit. Unusable input ends in one line and exit code 2.
+    """

@@ -1,0 +1,88 @@
+"""`pneusma characterise`: fit a material to a campaign and report on it."""
+
+import os
+from pathlib import Path
+
+import click
+
+# Read when SciPy loads its BLAS. Factoring tall, thin Jacobians in several threads that wait for each other
+# is up to # a hundred times slower than in one, where other programs use the cores.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
+def _fixed(context: click.Context, option: click.Parameter, given: tuple[str, ...]) -> dict[str, dict] | None:
+    """`NAME=VALUE` of `--fix` as changes to constants."""
+    changes = {}
+    for text in given:
+        name, _, number = text.partition("=")
+        try:
+            changes[name.strip()] = {"value": float(number), "vary": False}
+        except ValueError:
+            raise click.BadParameter(f"{text!r} must be NAME=VALUE, for example p_5=0") from None
+    return changes or None
+
+
+@click.command("characterise")
+@click.argument("campaign", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
+@click.option(
+    "--law",
+    type=click.Choice(["polynomial", "neo_hookean", "yeoh", "gent", "ogden", "all"]),
+    help="Law of an elastomer; all of them are compared by default.",
+)
+@click.option("--terms", type=click.IntRange(1, 3), help="Terms of Ogden's law; 1 to 3 are tried by default.")
+@click.option("--max-strain", type=float, help="Leave out samples beyond this engineering strain.")
+@click.option(
+    "--weighting",
+    type=click.Choice(["absolute", "relative"]),
+    help="Residuals over the instrument's noise (default), or over that and 5 % of the stress.",
+)
+@click.option(
+    "--fix",
+    multiple=True,
+    metavar="NAME=VALUE",
+    callback=_fixed,
+    help="Hold a constant, in its unit of files.",
+)
+@click.option("--seed", type=int, default=0, show_default=True, help="Of scattered starting points.")
+@click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
+def characterise_command(campaign, out, law, terms, max_strain, weighting, fix, seed, force) -> None:
+    """Fit the material of CAMPAIGN (a folder of recordings, or one CSV) and write a report to --out.
+
+    For elastomers: five hyperelastic laws with standard errors, compared by what they predict of data that
+    they were not fitted to. Writes material.toml, report.json, report.html, parameters.csv, curve.csv and
+    figures.
+    """
+    from tqdm import tqdm
+
+    from fitting.characterise.registry import characterise, pipeline_of
+    from fitting.cli._common import done, notice, prepare
+    from fitting.recordings import read_campaign
+    from fitting.report.publish import check_free
+
+    recordings = read_campaign(campaign)
+    pipeline_of(recordings)
+    check_free(out, force)
+    prepare()
+    with tqdm(desc="fitting", unit=" laws", leave=False, disable=None) as bar:
+
+        def progress(label: str) -> None:
+            bar.set_postfix_str(label)
+            bar.update()
+
+        result = characterise(
+            recordings,
+            law=law,
+            terms=terms,
+            max_strain=max_strain,
+            weighting=weighting,
+            adjust=fix,
+            seed=seed,
+            progress=progress,
+        )
+    files = result.save(out, force)
+    for text in recordings.notices:
+        notice(text)
+    click.echo(result.report())
+    click.echo()
+    done(files)

@@ -1,0 +1,108 @@
+"""`pneusma import`: raw laboratory files in, recordings out, after showing what was understood."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command("import", epilog="Formats are recognised by content; `pneusma import --formats` lists them.")
+@click.argument("sources", nargs=-1, type=click.Path(path_type=Path), metavar="SOURCE...")
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Folder for the recordings.")
+@click.option("--kind", help="spring, wire, elastomer, tube or actuator; from the file by default.")
+@click.option("--format", "format_", metavar="NAME", help="Raw format, where a file could be of several.")
+@click.option(
+    "--map",
+    "columns",
+    multiple=True,
+    metavar="QUANTITY=COLUMN",
+    help='Column of a quantity by heading or number, e.g. strain="Engineering Strain" or stress=3.',
+)
+@click.option(
+    "--unit", "units", multiple=True, metavar="QUANTITY=UNIT", help="Unit of a raw column, e.g. stress=MPa."
+)
+@click.option(
+    "--scale", "scales", multiple=True, metavar="QUANTITY=FACTOR", help="Factor on a raw column, e.g. -1."
+)
+@click.option(
+    "--dimension",
+    "dimensions",
+    multiple=True,
+    metavar="NAME=SIZE",
+    help="Size of the specimen, e.g. gauge_length_mm=50 or area_mm2=0.2.",
+)
+@click.option(
+    "--circuit",
+    "circuit",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Circuit of a raw voltage: adjust_V and set_ohm of Eq. 2.50; gain, offset_V of an amplifier.",
+)
+@click.option(
+    "--interval", "interval_s", type=float, metavar="S", help="Seconds between rows of a file without clock."
+)
+@click.option(
+    "--licence", help="Who may use these numbers, and how. Needed to write, unless found beside the file."
+)
+@click.option("--citation", help="Who measured them.")
+@click.option("--specimen", help="Name of the specimen; recordings of one specimen share parameters.")
+@click.option("--role", default="fit", show_default=True, help="fit, or validation.")
+@click.option("--preview", is_flag=True, help="Show what was understood and write nothing.")
+@click.option("--force", is_flag=True, help="Replace recordings of the same name in the folder.")
+@click.option("--formats", "list_formats", is_flag=True, help="List the raw formats that are known.")
+def import_command(
+    sources: tuple[Path, ...],
+    out: Path | None,
+    format_: str | None,
+    preview: bool,
+    force: bool,
+    list_formats: bool,
+    **stated: object,
+) -> None:
+    """Turn raw files of a laboratory into recordings (NAME.csv and NAME.toml).
+
+    SOURCE is a text file, an .xlsx, or a folder of them. What was understood is printed: kind, columns,
+    units, ranges, rows dropped and why. Nothing is written with --preview, nor if any file cannot be used.
+    """
+    from fitting.importers import FORMATS, import_files, make_options, raw_files
+    from fitting.importers.preview import describe
+
+    if list_formats:
+        for known in FORMATS:
+            click.echo(f"{known.name:<20}{known.about}")
+        return
+    if not sources:
+        raise click.UsageError("name one or more files to import")
+    if out is None and not preview:
+        raise click.UsageError("name a folder with --out DIR, or only look with --preview")
+    options = make_options(format=format_, **stated)
+    files, aside = raw_files(sources)
+    recordings = import_files(files, options)
+    for recording in recordings:
+        click.echo(describe(recording) + "\n")
+    for file in aside:
+        click.echo(f"left aside: {file} holds no table of numbers")
+    if preview:
+        click.echo("nothing written (--preview)")
+        return
+    for target in _write_all(recordings, out, force):
+        click.echo(f"wrote {target} and {target.with_suffix('.toml').name}")
+
+
+def _write_all(recordings: list, out: Path, force: bool) -> list[Path]:
+    """Write all recordings, after making sure that each one can be: a folder half filled helps nobody."""
+    from fitting.recordings import target_path, write_recording
+    from pneusma_jax.errors import InputError
+
+    for recording in recordings:
+        target = target_path(recording, out)
+        if not str(recording.source.get("licence", "")).strip():
+            raise InputError(
+                f"{recording.path}: no licence was found beside this file; state who may use it with"
+                " --licence"
+            )
+        for file in (target, target.with_suffix(".toml")):
+            if file.exists() and not force:
+                raise InputError(
+                    f"{file}: this file is already there; choose another --out, or replace it with --force"
+                )
+    return [write_recording(recording, out, force) for recording in recordings]

@@ -1,0 +1,54 @@
+"""`pneusma posterior`: sample what a campaign says of its parameters."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command("posterior")
+@click.argument("campaign", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
+@click.option("--model", metavar="FILE", help="Table of constants whose priors are used, by name or path.")
+@click.option("--walkers", type=int, help="Of each ensemble; by default 32, or four times the parameters.")
+@click.option("--ensembles", type=int, default=4, show_default=True, help="Independent ensembles, for R-hat.")
+@click.option(
+    "--max-steps", type=int, default=20000, show_default=True, help="Budget of steps of each ensemble."
+)
+@click.option("--seed", type=int, default=0, show_default=True, help="Of everything random.")
+@click.option("--resume", is_flag=True, help="Continue the chains in --out with the same data and settings.")
+@click.option("--law", help="Elastomers: the law to fit and sample; by default the one that predicts best.")
+@click.option("--force", is_flag=True, help="Replace results and chains that are in the folder already.")
+def posterior_command(campaign, out, model, walkers, ensembles, max_steps, seed, resume, law, force) -> None:
+    """Sample the posterior of the parameters of CAMPAIGN (a folder of recordings, or one CSV).
+
+    Fits first, then runs independent emcee ensembles until they agree and are longer than 50 autocorrelation
+    times, or says that they have not converged within --max-steps. Writes chain.h5 as it goes, then
+    report.html, report.json, summary.csv, posterior.nc (for ArviZ) and figures. An interrupted run goes on
+    with --resume.
+    """
+    from fitting.cli._common import done, notice, prepare, table_argument
+    from fitting.posterior.campaign import sample_problem
+    from fitting.posterior.command import chain_file, problem_for
+    from fitting.recordings import read_campaign
+    from fitting.report.publish import check_free
+
+    recordings = read_campaign(campaign)
+    check_free(out, force or resume)
+    chain = chain_file(out, resume, force)
+    prepare()
+    problem = problem_for(recordings, model and table_argument(model), law, seed)
+    result = sample_problem(
+        problem,
+        file=chain,
+        resume=resume,
+        walkers=walkers,
+        ensembles=ensembles,
+        max_steps=max_steps,
+        seed=seed,
+    )
+    files = result.save(out, force=True)
+    for text in recordings.notices:
+        notice(text)
+    click.echo(result.report())
+    click.echo()
+    done([*files, chain])

@@ -1,0 +1,43 @@
+"""`pneusma reproduce`: the published figures and statements, by this model."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command("reproduce", short_help="Draw the published figures and check what the source states.")
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
+@click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
+def reproduce_command(out: Path, force: bool) -> None:
+    """Draw the published figures that the model can draw, and check the source's statements by number.
+
+    Writes report.html (the verdict first), statements.csv, report.json and one PNG per figure. Disagreements
+    are counted, and explained where the reason is known.
+    """
+    from tqdm import tqdm
+
+    from fitting.cli._common import done, prepare, words_table
+    from fitting.report.publish import check_free
+
+    check_free(out, force)
+    prepare()
+    from fitting.reproduction import ENTRIES, Verdict, reproduce, verdict_sentences
+
+    with tqdm(desc="reproducing", total=len(ENTRIES), unit=" figures", leave=False, disable=None) as bar:
+
+        def progress(label: str) -> None:
+            bar.set_postfix_str(label)
+            bar.update()
+
+        result = reproduce(progress=progress)
+    files = result.save(out, force)
+    rows = []
+    for entry in result.entries:
+        found = [judged.verdict for judged in result.about(entry)]
+        rows.append([f"{entry.number}  {entry.title}", *(str(found.count(verdict)) for verdict in Verdict)])
+    click.echo(words_table(("figure", *(verdict.value for verdict in Verdict)), rows))
+    click.echo()
+    for sentence in verdict_sentences(result):
+        click.echo(sentence)
+    click.echo()
+    done(files)

@@ -1,0 +1,69 @@
+"""From the raw voltages of the source's measuring circuit to resistance, Eq. 2.50.
+
+A current regulator (LM2941) drives `V_adj / R_set` through the nitinol; its output voltage, less `V_adj`,
+over that current is the resistance. The source measured the output through an amplifier (INA125) against an
+offset voltage, so that what is logged may be `gain (V_out - V_offset)`.
+"""
+
+import numpy as np
+
+from ..recordings.table import refuse
+from .channels import Channel, in_unit
+from .options import Options
+
+VOLTAGES = ("voltage", "voltage_1", "voltage_2", "voltage_3")
+NEEDED = ("adjust_V", "set_ohm")
+
+
+def resistance_named(voltage: str) -> str:
+    """Quantity that a voltage becomes: `voltage_2` becomes `resistance_2`."""
+    return voltage.replace("voltage", "resistance")
+
+
+def nitinol_resistance(
+    voltage: np.ndarray, adjust: float, set_resistor: float, gain: float = 1.0, offset: float = 0.0
+) -> np.ndarray:
+    """Resistance of the nitinol [ohm], Eq. 2.50.
+
+    Args:
+        voltage: logged, `gain (V_out - offset)` [V].
+        adjust: voltage of the regulator's adjustment pin, V_adj [V].
+        set_resistor: R_set, which sets the current V_adj / R_set [ohm].
+        gain: of the amplifier [1].
+        offset: reference voltage of the amplifier [V].
+    """
+    current = adjust / set_resistor
+    return (voltage / gain + offset - adjust) / current
+
+
+def add_resistances(
+    channels: dict[str, Channel], kind: str, options: Options, place: object, notices: list[str]
+) -> None:
+    """Add the resistance of each measured voltage of a spring or actuator that has none. Changes `channels`.
+
+    Raises:
+        InputError: if the circuit was not stated, or the voltage's unit is unknown.
+    """
+    if kind not in ("spring", "actuator"):
+        return
+    for name in VOLTAGES:
+        wanted = resistance_named(name)
+        if name not in channels or wanted in channels:
+            continue
+        channel = channels[name]
+        missing = [key for key in NEEDED if key not in options.circuit]
+        if missing:
+            raise refuse(
+                place, f"{wanted} follows from {channel.label!r} by Eq. 2.50, which needs the circuit: "
+                "state it with " + " ".join(f"--circuit {key}=..." for key in missing),
+            )  # fmt: skip
+        circuit = options.circuit
+        adjust, resistor = (circuit[key] for key in NEEDED)
+        gain, offset = circuit.get("gain", 1.0), circuit.get("offset_V", 0.0)
+        volts = in_unit(channel, "V", name, place)
+        ohms = nitinol_resistance(volts, adjust, resistor, gain, offset)
+        channels[wanted] = Channel(ohms, "ohm", channel.label)
+        notices.append(
+            f"{wanted} is ({channel.label!r} / {gain:g} + {offset:g} V - {adjust:g} V) over"
+            f" {adjust / resistor:.4g} A, Eq. 2.50"
+        )

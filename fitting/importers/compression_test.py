@@ -1,0 +1,54 @@
+"""Compression of a cast cylinder: free lines of preamble, then time, load, negative strain and stress."""
+
+import re
+
+from ..recordings import Recording
+from .assemble import Facts, assemble, slug
+from .channels import named_channels
+from .format import Format
+from .grid import Sample
+from .options import Options
+from .provenance import Provenance
+
+NAME = "compression-test"
+_PHANTOMS = Provenance(
+    citation=(
+        "A. B. Dawood, Z. Zhang, H. Suulker, D. Osman, H. Abdulali, M. Angelmahr, K. Althoefer, Tissue"
+        " Phantom Material Database: Hyperelastic Characterisation of Silicone Tissue Phantoms (2026)"
+    ),
+    licence="CC BY 4.0",
+)
+
+
+def recognises(sample: Sample) -> bool:
+    """A line `Compression test` before a header with engineering strain and stress."""
+    head = sample.head.lower()
+    return "compression test" in head and "engineering strain" in head and "engineering stress" in head
+
+
+def read(sample: Sample, options: Options) -> Recording:
+    """An elastomer coupon in compression: strain and stress negative, as the recording format has them."""
+    grid = sample.require_grid()
+    lines = [" ".join(row).rstrip("; ") for row in grid.preamble]
+    notices = [*grid.notices, *(f"preamble: {line}" for line in lines)]
+    channels = named_channels(grid)
+    if "strain" in channels and (channels["strain"].values > 0).sum() > len(grid.rows) / 2:
+        notices.append(
+            "strain is positive in compression here; turn it with --scale strain=-1 --scale stress=-1"
+        )
+    title = lines[0] if lines else ""
+    named = re.fullmatch(r"(?P<specimen>.+?)_sample_(?P<repeat>\d+)", title)
+    if named:
+        notices.append(f"the title {title!r} is repeat {named['repeat']} of specimen {named['specimen']}")
+    facts = Facts(
+        format=NAME,
+        specimen=slug(named["specimen"]) if named else "",
+        provenance=_PHANTOMS if named and re.match(r"EF(10|30|50)_\d+T_", title) else None,
+        source={"title": title} if title else {},
+    )
+    return assemble(sample.raw, grid, channels, options.kind or "elastomer", options, facts, notices)
+
+
+FORMAT = Format(
+    NAME, "comma, 'Compression test' preamble, engineering strain and kPa -> elastomer", recognises, read
+)

@@ -1,0 +1,120 @@
+"""Logs of a testing machine: quoted preamble (`Test Method`, `Sample I. D.`) and headings, `****` blanks."""
+
+import numpy as np
+
+from ..recordings import Recording
+from ..recordings.table import refuse
+from .assemble import Facts, assemble, slug
+from .channels import Channel, in_unit, named_channels
+from .derive import area_mm2
+from .format import Format
+from .grid import Grid, Sample
+from .options import Options
+
+NAME = "machine-log"
+CREDIBLE_STRESS_MPA = (
+    1500.0  # nitinol breaks near 1000 MPa: more is a wrong cross-section in the machine's method
+)
+
+
+def recognises(sample: Sample) -> bool:
+    """Lines `Test Method` and `Specimen Number` before headings of time and load."""
+    head = sample.head.lower()
+    return "test method" in head and "specimen number" in head and "time (" in head and "load (" in head
+
+
+def read(sample: Sample, options: Options) -> Recording:
+    """A wire pulled straight; of a bent beam, given span and depth, the stress and strain of its surface."""
+    grid = sample.require_grid()
+    kind = options.kind or "wire"
+    preamble = {row[0].strip('"'): row[1].strip('"') for row in grid.preamble if len(row) > 1}
+    notices = [*grid.notices, *(f"preamble: {key} {text}" for key, text in preamble.items())]
+    channels = named_channels(grid)
+    probe = next((h for h in grid.headings if h.unit == "degC" and "temperature" not in channels), None)
+    if probe is not None:
+        channels["temperature"] = Channel(grid.values[:, grid.headings.index(probe)], "degC", probe.text)
+    if "temperature" in channels and "chamber" in channels["temperature"].label.lower():
+        notices.append(
+            f"{channels['temperature'].label!r} is the chamber's temperature; the specimen's may lag behind"
+        )
+    notices += _blank_columns(grid)
+    if kind == "wire":
+        if _is_bending(preamble, grid):
+            _bend(channels, grid, options, sample, notices)
+        else:
+            _check_sizes(channels, options, sample, notices)
+    facts = Facts(
+        format=NAME,
+        specimen=slug(preamble.get("Sample I. D.", "").rpartition(".")[0])
+        if "Sample I. D." in preamble
+        else "",
+        source={key.lower().replace(" ", "_").replace(".", ""): text for key, text in preamble.items()},
+    )
+    return assemble(sample.raw, grid, channels, kind, options, facts, notices)
+
+
+def _blank_columns(grid: Grid) -> list[str]:
+    blank = [h.text for i, h in enumerate(grid.headings) if np.isnan(grid.values[:, i]).all()]
+    return [f"column {text!r} is blank in every row and was left out" for text in blank]
+
+
+def _is_bending(preamble: dict[str, str], grid: Grid) -> bool:
+    words = " ".join([*preamble.values(), *(heading.text for heading in grid.headings)]).lower()
+    return "bending" in words or "flexure" in words
+
+
+def _bend(
+    channels: dict[str, Channel], grid: Grid, options: Options, sample: Sample, notices: list[str]
+) -> None:
+    """Stress and strain of the surface of a beam in three-point bending (ASTM D790, Eq. 5).
+
+    strain = 6 depth deflection / span^2; both are turned so that the stretched side is positive.
+    """
+    span, depth = options.dimensions.get("span_mm"), options.dimensions.get("depth_mm")
+    stress = next((i for i, h in enumerate(grid.headings) if h.name == "flexurestress"), None)
+    if span is None or depth is None or stress is None or "elongation" not in channels:
+        raise refuse(
+            sample.raw.path, "this is three-point bending, not a wire pulled straight; give --dimension"
+            " span_mm=... and --dimension depth_mm=... to take the surface of the beam for a wire",
+        )  # fmt: skip
+    deflection = in_unit(channels["elongation"], "mm", "elongation", sample.raw.path)
+    sign = -1.0 if np.nanmean(deflection) < 0.0 else 1.0
+    label = channels["elongation"].label
+    channels["strain"] = Channel(sign * 6.0 * depth * deflection / span**2, "1", label)
+    heading = grid.headings[stress]
+    channels["stress"] = Channel(sign * grid.values[:, stress], heading.unit, heading.text)
+    notices.append(
+        f"stress and strain are those of the stretched surface of a bent beam (span {span:g} mm, depth"
+        f" {depth:g} mm); a wire has the same strain all through, so fitted stiffness is only indicative"
+    )
+
+
+def _check_sizes(channels: dict[str, Channel], options: Options, sample: Sample, notices: list[str]) -> None:
+    """Set the machine's stress aside where a cross-section is stated; ask for sizes that are missing."""
+    missing = []
+    if "strain" not in channels and "gauge_length_mm" not in options.dimensions:
+        missing.append("gauge_length_mm (there is no strain, only extension)")
+    if "stress" in channels and "stress" not in options.columns:
+        stress = in_unit(channels["stress"], "MPa", "stress", sample.raw.path)
+        largest = float(np.nanmax(np.abs(stress)))
+        if area_mm2(options) is not None:
+            notices.append(
+                f"column {channels['stress'].label!r} set aside for load over the stated cross-section"
+            )
+            del channels["stress"]
+        elif largest > CREDIBLE_STRESS_MPA:
+            missing.append(
+                f"area_mm2 (its stress reaches {largest:.0f} MPa, more than any nitinol bears: the machine"
+                " was told a wrong cross-section)"
+            )
+    elif "stress" not in channels and area_mm2(options) is None:
+        missing.append("area_mm2 (there is no stress, only load)")
+    if missing:
+        raise refuse(
+            sample.raw.path, "this log makes a wire when the specimen's sizes are known; state with"
+            " --dimension "
+            + " and ".join(missing),
+        )  # fmt: skip
+
+
+FORMAT = Format(NAME, "quoted testing-machine log (Test Method, Load, Extension) -> wire", recognises, read)

@@ -1,0 +1,142 @@
+"""What a person may tell an importer that the file does not say, parsed and checked."""
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.units import find_unit
+
+from ..recordings import schema
+from .grid import unit_name
+
+# Quantities that a column of a raw file may hold: those of the recording format, and what they are
+# made from.
+QUANTITIES = tuple(
+    dict.fromkeys(
+        [schema.quantity_and_unit(name)[0] for rules in schema.COLUMNS.values() for name in rules.known]
+        + ["stretch", "true_strain", "true_stress", "voltage", "voltage_1", "voltage_2", "voltage_3"]
+    )
+)
+# Sizes of a specimen that turn machine readings into strain and stress.
+DIMENSIONS = ("gauge_length_mm", "area_mm2", "diameter_mm", "width_mm", "thickness_mm", "span_mm", "depth_mm")
+# The circuit that raw voltages were measured with (Eq. 2.50): adjustment voltage and set resistor of the
+# current regulator, gain and offset voltage of an amplifier.
+CIRCUIT = ("adjust_V", "set_ohm", "gain", "offset_V")
+
+
+@dataclass(frozen=True)
+class Options:
+    """Instructions for an import; what is None or absent is left to the file.
+
+    Attributes:
+        kind: of recording to make.
+        format: name of the raw format, where detection is not wanted or not possible.
+        columns: quantity -> column of the raw file, by its heading or its number from 1.
+        units: quantity -> unit that the raw column is in.
+        scales: quantity -> factor on the raw numbers (-1 turns a sign).
+        dimensions: size of the specimen by name (`DIMENSIONS`), in the unit of its name.
+        circuit: that turns raw voltages into resistance, by name (`CIRCUIT`).
+        interval_s: seconds between samples, for files without a clock.
+        licence, citation, specimen, role: go into the sidecar.
+    """
+
+    kind: str | None = None
+    format: str | None = None
+    columns: Mapping[str, str] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    scales: Mapping[str, float] = field(default_factory=dict)
+    dimensions: Mapping[str, float] = field(default_factory=dict)
+    circuit: Mapping[str, float] = field(default_factory=dict)
+    interval_s: float | None = None
+    licence: str | None = None
+    citation: str | None = None
+    specimen: str | None = None
+    role: str = "fit"
+
+
+def make_options(
+    *,
+    kind: str | None = None,
+    format: str | None = None,
+    columns: Iterable[str] = (),
+    units: Iterable[str] = (),
+    scales: Iterable[str] = (),
+    dimensions: Iterable[str] = (),
+    circuit: Iterable[str] = (),
+    interval_s: float | None = None,
+    licence: str | None = None,
+    citation: str | None = None,
+    specimen: str | None = None,
+    role: str = "fit",
+) -> Options:
+    """Options from texts of the form `NAME=VALUE`, as the command line gives them.
+
+    Raises:
+        InputError: for an unknown quantity, unit, dimension or kind, a pair that is not one, a number that
+            cannot be.
+    """
+    if kind is not None and kind not in schema.KINDS:
+        raise InputError(f"--kind {kind}: no such kind of recording, {nearest(kind, schema.KINDS)}")
+    if role not in schema.ROLES:
+        raise InputError(f"--role {role}: no such role, {nearest(role, schema.ROLES)}")
+    if interval_s is not None and not (math.isfinite(interval_s) and interval_s > 0.0):
+        raise InputError(f"--interval {interval_s:g}: seconds between samples must be more than 0")
+    sizes = {
+        name: _number("--dimension", name, text)
+        for name, text in _pairs("--dimension", dimensions, DIMENSIONS)
+    }
+    for name, size in sizes.items():
+        if size <= 0.0:
+            raise InputError(f"--dimension {name}={size:g}: a size must be more than 0")
+    parts = {name: _number("--circuit", name, text) for name, text in _pairs("--circuit", circuit, CIRCUIT)}
+    for name, value in parts.items():
+        if name in ("adjust_V", "set_ohm") and value <= 0.0:
+            raise InputError(f"--circuit {name}={value:g}: must be more than 0")
+    return Options(
+        kind=kind,
+        format=format,
+        columns=dict(_pairs("--map", columns, QUANTITIES)),
+        units={name: _unit(name, text) for name, text in _pairs("--unit", units, QUANTITIES)},
+        scales={name: _number("--scale", name, text) for name, text in _pairs("--scale", scales, QUANTITIES)},
+        dimensions=sizes,
+        circuit=parts,
+        interval_s=interval_s,
+        licence=licence,
+        citation=citation,
+        specimen=specimen,
+        role=role,
+    )
+
+
+def _pairs(option: str, texts: Iterable[str], names: tuple[str, ...]) -> list[tuple[str, str]]:
+    pairs: dict[str, str] = {}
+    for text in texts:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not equals or not value:
+            raise InputError(f"{option} {text}: must be NAME=VALUE, e.g. {option} {names[0]}=...")
+        if name not in names:
+            raise InputError(f"{option} {text}: {name!r} is not known here, {nearest(name, names)}")
+        if name in pairs:
+            raise InputError(f"{option} {name} is given twice; keep one")
+        pairs[name] = value.strip("\"'")
+    return list(pairs.items())
+
+
+def _number(option: str, name: str, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value) or value == 0.0:
+        raise InputError(f"{option} {name}={text}: must be a number other than 0")
+    return value
+
+
+def _unit(name: str, text: str) -> str:
+    unit = unit_name(text)
+    try:
+        find_unit(unit)
+    except InputError as error:
+        raise InputError(f"--unit {name}={text}: {error}") from None
+    return unit

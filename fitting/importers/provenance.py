@@ -1,0 +1,132 @@
+"""Who measured it and who may use it: citation and licence, stated, in the file, or beside it."""
+
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+# A phrase that identifies a licence text, and the name to state.
+_LICENCES = (
+    ("creative commons attribution 4.0", "CC BY 4.0"),
+    ("creative commons attribution-sharealike 4.0", "CC BY-SA 4.0"),
+    ("cc0 1.0", "CC0 1.0"),
+    ("odc open database license", "ODbL 1.0"),
+    ("apache license", "Apache-2.0"),
+    ("mit license", "MIT"),
+    ("redistribution and use in source and binary forms", "BSD (see its text)"),
+    ("gnu general public license", "GPL (see its text)"),
+)
+_LICENCE_FILE = re.compile(r"^(data[_-]?)?licen[cs]e(\.(md|txt))?$", re.IGNORECASE)
+_LEVELS = 4  # the file's folder and three above it
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Citation and licence of a raw file, empty where nothing says, and where they were found."""
+
+    citation: str = ""
+    licence: str = ""
+    notices: tuple[str, ...] = ()
+
+
+def find_provenance(
+    path: Path, citation: str | None, licence: str | None, known: Provenance | None
+) -> Provenance:
+    """Citation and licence: what the person says, else what the file identifies, else what lies beside it.
+
+    Args:
+        path: the raw file; its folder and the ones above, up to the root of a repository, are searched for
+            `PROVENANCE.md`, a licence, `CITATION.cff` or a text with a BibTeX entry.
+        citation: stated by the person.
+        licence: stated by the person.
+        known: what the file's own preamble identifies, if anything.
+    """
+    beside = _search(path)
+    notices = []
+    texts = {"citation": citation, "licence": licence}
+    for key in texts:
+        if texts[key]:
+            continue
+        if known is not None and getattr(known, key):
+            texts[key] = getattr(known, key)
+            notices.append(f"{key} known from the file's preamble: {texts[key]}")
+        elif key in beside:
+            texts[key], where = beside[key]
+            neighbour = Path(os.path.relpath(where, path.resolve().parent)).as_posix()
+            notices.append(f"{key} taken from {neighbour}; check that it covers these numbers")
+    return Provenance(texts["citation"] or "", texts["licence"] or "", tuple(notices))
+
+
+def _search(path: Path) -> dict[str, tuple[str, Path]]:
+    found: dict[str, tuple[str, Path]] = {}
+    for folder in list(path.resolve().parents)[:_LEVELS]:
+        try:
+            files = sorted((p for p in folder.iterdir() if p.is_file()), key=_provenance_first)
+        except OSError:
+            break
+        for file in files:
+            for key, text in _statements(file).items():
+                found.setdefault(key, (text, file))
+        if len(found) == 2 or (folder / ".git").exists() or (folder / "pyproject.toml").exists():
+            break
+    return found
+
+
+def _provenance_first(file: Path) -> tuple[bool, str]:
+    """Order of trust: a note on where the data come from, then the licence of data, then any licence."""
+    return not file.name.lower().startswith("provenance"), file.name.lower()
+
+
+def _statements(file: Path) -> dict[str, str]:
+    """What one neighbouring file says about citation and licence."""
+    name = file.name.lower()
+    if _LICENCE_FILE.match(name):
+        return {"licence": _licence_name(_text(file))}
+    if name == "citation.cff":
+        return _from_cff(_text(file))
+    if name.startswith("provenance"):
+        return _from_provenance(_text(file))
+    if name.endswith((".bib", "source.txt", "citation.txt")):
+        return _from_bibtex(_text(file))
+    return {}
+
+
+def _text(file: Path) -> str:
+    try:
+        return file.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return ""
+
+
+def _licence_name(text: str) -> str:
+    folded = " ".join(text.lower().split())
+    for phrase, name in _LICENCES:
+        if phrase in folded:
+            return name
+    return next((line.strip("# ") for line in text.splitlines() if line.strip("# ")), "")
+
+
+def _from_provenance(text: str) -> dict[str, str]:
+    found = {}
+    for key, words in (("licence", "Licen[cs]e"), ("citation", "Cite|Citation")):
+        match = re.search(rf"^[-*\s]*(?:{words}):\s*(.+)$", text, re.MULTILINE)
+        if match:
+            found[key] = match[1].strip()
+    return found
+
+
+def _from_cff(text: str) -> dict[str, str]:
+    """Title, date and address of a CITATION.cff; its top level alone, which needs no YAML reader."""
+    values = dict(
+        re.findall(r"^(title|doi|url|date-released|version):\s*[\"']?(.+?)[\"']?\s*$", text, re.MULTILINE)
+    )
+    parts = [values[key] for key in ("title", "version", "date-released", "doi", "url") if key in values]
+    return {"citation": ", ".join(parts)} if "title" in values else {}
+
+
+def _from_bibtex(text: str) -> dict[str, str]:
+    values = dict(
+        re.findall(r"^\s*(author|title|journal|year|doi)\s*=\s*[{\"](.+?)[}\"],?\s*$", text, re.MULTILINE)
+    )
+    parts = [values[key] for key in ("author", "title", "journal", "year", "doi") if key in values]
+    return {"citation": ", ".join(parts)} if "title" in values else {}

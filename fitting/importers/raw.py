@@ -1,0 +1,141 @@
+"""A raw laboratory file as rows of text fields, whatever it came in: encodings, delimiters, spreadsheets."""
+
+import csv
+import hashlib
+import io
+import warnings
+import zipfile
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from ..recordings.table import refuse
+
+_DELIMITERS = (",", ";", "\t", " ")  # a space stands for any run of white space
+
+
+@dataclass(frozen=True)
+class RawFile:
+    """Bytes of a file, and what they say as text or as a sheet of cells.
+
+    Attributes:
+        path: where it is.
+        content: its bytes.
+    """
+
+    path: Path
+    content: bytes
+
+    @property
+    def sha256(self) -> str:
+        """Fingerprint of the bytes, so that an import can be traced to its file."""
+        return hashlib.sha256(self.content).hexdigest()
+
+    @property
+    def is_sheet(self) -> bool:
+        """Whether it is an Excel workbook (xlsx)."""
+        return self.content[:4] == b"PK\x03\x04"
+
+    @cached_property
+    def lines(self) -> list[str]:
+        """Lines of text, without their ends; empty for a workbook.
+
+        Raises:
+            InputError: if the file is neither text nor a workbook.
+        """
+        if self.is_sheet:
+            return []
+        if self.content[:4] == b"\xd0\xcf\x11\xe0":
+            raise refuse(self.path, "this is an old Excel file (.xls); save it as .xlsx or .csv")
+        text = _decode(self.content)
+        if "\0" in text:
+            raise refuse(self.path, "this is neither text nor an Excel workbook; export it as .csv")
+        return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+
+    @cached_property
+    def cells(self) -> list[list[str]]:
+        """Rows of the first filled sheet as text, with no trailing empty cells; empty for text files."""
+        return _read_sheet(self) if self.is_sheet else []
+
+    def fields(self, delimiter: str) -> list[list[str]]:
+        """Rows split at a delimiter (a space: at white space); a workbook's rows for any delimiter."""
+        if self.is_sheet:
+            return self.cells
+        return [split_line(line, delimiter) for line in self.lines]
+
+    def head(self, count: int = 60) -> str:
+        """First lines (or rows) as one text, to recognise a file by."""
+        if self.is_sheet:
+            return "\n".join("\t".join(row) for row in self.cells[:count])
+        return "\n".join(self.lines[:count])
+
+
+def open_raw(path: str | Path) -> RawFile:
+    """Read the bytes of a file.
+
+    Raises:
+        InputError: if it does not exist, cannot be read or is empty.
+    """
+    path = Path(path)
+    try:
+        content = path.read_bytes()
+    except FileNotFoundError:
+        raise refuse(path, "there is no such file") from None
+    except OSError as error:
+        raise refuse(path, f"the file cannot be read ({error.strerror})") from None
+    if not content.strip():
+        raise refuse(path, "the file is empty")
+    return RawFile(path, content)
+
+
+def _decode(content: bytes) -> str:
+    """Text in UTF-8, UTF-16 with its mark, or else Windows Latin, in which instruments write degree signs."""
+    if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return content.decode("utf-16", errors="replace")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("cp1252", errors="replace")
+
+
+def split_line(line: str, delimiter: str) -> list[str]:
+    """Fields of one line, stripped, without the empty ones that trailing delimiters leave.
+
+    Every line is split for itself, so that one stray quotation mark cannot swallow the lines below it. A line
+    that is quoted as a whole, with doubled quotes inside (some machines export so), is unpacked first.
+    """
+    if delimiter == " ":
+        return line.split()
+    fields = next(csv.reader([line], delimiter=delimiter), [])
+    if len(fields) == 1 and line.startswith('"') and delimiter in fields[0]:
+        fields = next(csv.reader([fields[0]], delimiter=delimiter), [])
+    fields = [field.strip() for field in fields]
+    while fields and not fields[-1]:
+        fields.pop()
+    return fields
+
+
+def _read_sheet(raw: RawFile) -> list[list[str]]:
+    import openpyxl  # slow to import, and most files are text
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # about styles and extensions that do not touch the numbers
+            book = openpyxl.load_workbook(io.BytesIO(raw.content), read_only=True, data_only=True)
+            sheets = [list(sheet.iter_rows(values_only=True)) for sheet in book.worksheets]
+            book.close()
+    except (zipfile.BadZipFile, KeyError, ValueError, OSError, TypeError) as error:
+        raise refuse(raw.path, f"this is not an Excel workbook that can be read ({error})") from None
+    for rows in sheets:
+        texts = [["" if cell is None else str(cell).strip() for cell in row] for row in rows]
+        for row in texts:
+            while row and not row[-1]:
+                row.pop()
+        if any(texts):
+            return texts
+    raise refuse(raw.path, "the workbook has no filled sheet")
+
+
+def delimiters(raw: RawFile) -> tuple[str, ...]:
+    """Delimiters to try; a workbook needs none."""
+    return ("",) if raw.is_sheet else _DELIMITERS

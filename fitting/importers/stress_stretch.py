@@ -1,0 +1,83 @@
+"""Two columns without header: nominal stress and stretch, as tables of rubber tests in the literature are."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..recordings import Recording
+from ..recordings.table import refuse
+from .assemble import Facts, assemble, slug
+from .channels import numbered
+from .format import Format
+from .grid import Sample
+from .options import Options
+
+NAME = "stress-stretch"
+DEFAULT_UNIT = "MPa"
+# Folders of such collections name the mode of loading, which the numbers do not.
+_OTHER_MODES = {
+    "ET": "equibiaxial tension",
+    "PS": "pure shear",
+    "BT": "biaxial tension",
+    "Biaxial_tension": "biaxial tension",
+}
+
+
+def _agree(stretch: np.ndarray, stress: np.ndarray) -> bool:
+    """Stretch is positive, and stress pulls where it is above one and pushes where it is below."""
+    slack = 0.02 * np.abs(stress).max()
+    pulls = (stretch >= 1.0) & (stress >= -slack)
+    pushes = (stretch <= 1.0) & (stress <= slack)
+    return bool(stretch.min() > 0.0 and (pulls | pushes).all())
+
+
+def _orders(sample: Sample) -> list[tuple[str, str]]:
+    """Orders of the two columns that make sense, the usual one first."""
+    if not sample.headerless(2) or not np.isfinite(sample.grid.values).all():
+        return []
+    first, second = sample.grid.values.T
+    orders = [("stress", "stretch")] if _agree(second, first) else []
+    return orders + ([("stretch", "stress")] if _agree(first, second) else [])
+
+
+def recognises(sample: Sample) -> bool:
+    """Two columns of numbers, one of which is a stretch and the other a stress of matching sign."""
+    return bool(_orders(sample))
+
+
+def read(sample: Sample, options: Options) -> Recording:
+    """An elastomer coupon in uniaxial loading, strain = stretch - 1; other modes of loading are refused."""
+    grid = sample.require_grid()
+    path = sample.raw.path.resolve()
+    mode = next((_OTHER_MODES[part] for part in path.parts[-3:-1] if part in _OTHER_MODES), None)
+    orders = _orders(sample)
+    if mode:
+        raise refuse(
+            sample.raw.path, f"its folder says {mode}; an elastomer recording is uniaxial. If this one is,"
+            " name its columns: --map stress=1 --map stretch=2 --unit stress=MPa --kind elastomer",
+        )  # fmt: skip
+    order = orders[0]
+    channels = numbered(grid, order)
+    notices = [*grid.notices, f"columns without names, taken as {order[0]}, {order[1]} of a uniaxial test"]
+    if len(orders) == 2:
+        notices.append(
+            "the other order of the two columns makes sense too; name them with --map if it is the right one"
+        )
+    if "stress" not in options.units:
+        channels["stress"] = replace(channels["stress"], unit=DEFAULT_UNIT)
+        notices.append(
+            f"the unit of stress is not stated: taken as {DEFAULT_UNIT} (--unit stress=... to correct)"
+        )
+    specimen = slug("_".join(path.parts[-3:-1])) if path.parent.name in ("UT", "UC") else slug(path.stem)
+    return assemble(
+        sample.raw,
+        grid,
+        channels,
+        options.kind or "elastomer",
+        options,
+        Facts(NAME, specimen=specimen),
+        notices,
+    )
+
+
+FORMAT = Format(NAME, "no header; nominal stress and stretch in two columns -> elastomer", recognises, read)

@@ -1,0 +1,97 @@
+"""Standard errors and correlations from the Jacobian at a solution, and what it does not determine."""
+
+from collections.abc import Container, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..parameters import Layout
+
+NEGLIGIBLE = 1e-11
+"""Singular values of the column-scaled Jacobian below this fraction of the largest count as zero: along such
+a direction the standard error exceeds that of a parameter known alone by eleven decades, and derivatives of
+solved equations are not more exact than that."""
+PARTICIPATION = 1e-6
+"""A quantity with a larger component along an undetermined direction is not determined."""
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """Linear propagation of a fit's uncertainty to all its parameters.
+
+    Attributes:
+        standard_errors: by name; None where there is none.
+        names: free parameters with a standard error, in order.
+        covariance: (k, k) of those.
+        correlation: (k, k) of the same.
+        undetermined: for each undetermined direction, its parameters and their weights.
+        condition: of the column-scaled Jacobian, over the directions that are determined.
+    """
+
+    standard_errors: dict[str, float | None]
+    names: tuple[str, ...]
+    covariance: np.ndarray
+    correlation: np.ndarray
+    undetermined: tuple[dict[str, float], ...]
+    condition: float
+
+    @classmethod
+    def none(cls, names: Iterable[str]) -> "Uncertainty":
+        """Nothing known, as where a fit failed."""
+        return cls({name: None for name in names}, (), np.zeros((0, 0)), np.zeros((0, 0)), (), 1.0)
+
+
+def propagate(
+    triangle: np.ndarray,
+    derivatives: np.ndarray,
+    layout: Layout,
+    at_bound: Container[str],
+    variance: float,
+) -> Uncertainty:
+    """Covariance of all parameters, by the delta method from the fitting coordinates.
+
+    Parameters on a bound are taken as exactly there: they have no standard error, and the others' are
+    conditional on them. A direction that the residual does not see is left out of the covariance, and
+    whatever depends on it has no standard error; a tied quantity that does not depend on it keeps one (if
+    only a + b is known, a tie `a + b` is).
+
+    Args:
+        triangle: (k, n) R of the Jacobian by the fitting coordinates.
+        derivatives: (all, n) of all parameters by the fitting coordinates.
+        layout: names of both.
+        at_bound: free parameters on a bound.
+        variance: of a residual: 1 for residuals in units of sigma, reduced chi-square to estimate it.
+    """
+    names, free = layout.names, layout.free
+    kept = [i for i, name in enumerate(free) if name not in at_bound]
+    jacobian, slopes = triangle[:, kept], derivatives[:, kept]
+    norms = np.linalg.norm(jacobian, axis=0)
+    norms = np.where(norms > 0, norms, 1.0)
+    _, singular, right = np.linalg.svd(jacobian / norms, full_matrices=True)
+    singular = np.concatenate([singular, np.zeros(len(kept) - len(singular))])
+    seen = singular > NEGLIGIBLE * max(singular.max(initial=0.0), np.finfo(float).tiny)
+
+    scaled = slopes / norms
+    length = np.linalg.norm(scaled, axis=1)
+    blind = np.linalg.norm(scaled @ right[~seen].T, axis=1) > PARTICIPATION * length
+    root = scaled @ right[seen].T / singular[seen]
+    spread = np.linalg.norm(root, axis=1)
+    usable = {name: bool(length[i] > 0 and not blind[i]) for i, name in enumerate(names)}
+    determined = tuple(name for name in free if name not in at_bound and usable[name])
+    rows = root[[names.index(name) for name in determined]]
+    directions = rows / np.linalg.norm(rows, axis=1, keepdims=True)
+    return Uncertainty(
+        standard_errors={
+            name: float(spread[i] * np.sqrt(variance)) if usable[name] else None
+            for i, name in enumerate(names)
+        },
+        names=determined,
+        covariance=rows @ rows.T * variance,
+        correlation=directions @ directions.T,
+        undetermined=tuple(_members(direction, [free[i] for i in kept]) for direction in right[~seen]),
+        condition=float(singular[seen].max() / singular[seen].min()) if seen.any() else 1.0,
+    )
+
+
+def _members(direction: np.ndarray, names: list[str]) -> dict[str, float]:
+    return {name: float(weight) for name, weight in zip(names, direction, strict=True) if abs(weight) > 0.01}

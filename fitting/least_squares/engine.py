@@ -1,0 +1,196 @@
+"""Levenberg-Marquardt in Moré's form (1978), inside a box, as a solver for `optimistix.least_squares`.
+
+Why not `optimistix.LevenbergMarquardt` as it comes: it knows no bounds; its damping adds a multiple of the
+identity, so its path depends on the units of the parameters; and it stops by comparing each residual with its
+own last value, which says nothing in standard errors. On the 27 NIST problems, which it all solves but one
+(MGH10 from the far start; `Dogleg` fails 6 fits of 54, `IndirectLevenbergMarquardt` 9), it takes 2990 steps
+against 634 here from the near starts, and 3447 against 2821 from the far starts that both manage. Keeping its
+loop and replacing only descent and search (column scaling, Nielsen's damping) takes 1760 and loses BoxBOD and
+MGH10 from the far start: the two share nothing but a step size, so they cannot share the metric of a trust
+region. Geodesic acceleration (Transtrum and Sethna, arXiv:1201.5885) on top saved a third of the steps for
+one more residual, compiled and run, in each. So the step is ours; the loop, its results and its implicit
+derivatives stay optimistix's.
+
+Why a box and not a change of variables: a transform that reaches its bound (MINUIT's sine, lmfit's) has zero
+slope there, so a parameter that touches the bound cannot leave it and its standard error is lost; one that
+does not reach it (logit, softplus) sends such a solution to infinity. In a box a linear problem stays linear,
+a bound is reached exactly, and leaving it costs nothing.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import optimistix as optx
+from jaxtyping import Array, Bool, Float, Int, PyTree, Scalar
+
+from .trust_region import Box, Linearised, Proposal, linearise, propose, undamped
+
+RESOLVED = 1e-10
+"""A reduction below this fraction of the cost drowns in rounding: steps are then judged by their size."""
+SETTLED = 1e-3
+"""A step below this many standard errors changes no conclusion (Bates and Watts' relative offset, 1981)."""
+PATIENCE, PATIENCE_SETTLED = 40, 8
+"""Consecutive refusals, each a quarter of the last step, before giving up; fewer when the fit has settled,
+and as many steps too small to matter."""
+
+
+class EngineState(eqx.Module):
+    """What the solver carries from step to step; `trial` is the point to be judged next."""
+
+    first: Bool[Array, ""]
+    trial: Float[Array, " n"]
+    aux: PyTree
+    residual: Float[Array, " m"]
+    model: Linearised
+    proposal: Proposal
+    radius: Float[Array, ""]
+    offset: Float[Array, ""]
+    refused: Int[Array, ""]
+    negligible: Int[Array, ""]
+    converged: Bool[Array, ""]
+    precise: Bool[Array, ""]
+    stalled: Bool[Array, ""]
+    result: optx.RESULTS
+
+
+class BoxedTrustRegion(optx.AbstractLeastSquaresSolver):
+    """Trust-region Levenberg-Marquardt with MINPACK's column scaling, between bounds, for flat vectors.
+
+    The solve has converged when the undamped step is below `rtol` standard errors of the fit (relative
+    offset). It has reached the precision of the arithmetic when the cost no longer resolves a step and steps
+    no longer shrink, or when steps stay below `atol + rtol * size` in every component without becoming a
+    small part of a standard error, as happens where the residual itself vanishes; the size is a component's
+    magnitude (`relative`) or one.
+
+    Attributes:
+        rtol: see above.
+        atol: see above.
+        norm: how components of a step, each divided by its allowance, are summarised.
+        box: lower and upper bounds (n,), or None for none, which leaves their handling out of the compiled
+            program.
+        relative: (n,) booleans; false for coordinates without a natural zero, such as logarithms.
+        first_radius: the first trust radius, as a fraction of the scaled length of the starting point.
+    """
+
+    rtol: float | Float[Array, ""]
+    atol: float
+    norm: Callable[[PyTree], Scalar]
+    box: Box | None
+    relative: Bool[Array, " n"]
+    first_radius: float = 1.0
+
+    def init(self, fn, y, args, options, f_struct, aux_struct, tags) -> EngineState:
+        """State before anything was evaluated: the first step judges the starting point itself."""
+        del fn, args, options, tags
+        count, size = y.size, f_struct.size
+        kind = y.dtype
+        zero, false = jnp.zeros((), kind), jnp.asarray(False)
+        return EngineState(
+            first=jnp.asarray(True),
+            trial=y,
+            aux=jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), aux_struct),
+            residual=jnp.zeros(size, kind),
+            model=Linearised(
+                jnp.zeros((min(size, count), count), kind),
+                jnp.zeros(min(size, count), kind),
+                jnp.zeros(count, kind),
+            ),
+            proposal=Proposal(jnp.zeros(count, kind), zero, zero),
+            radius=zero,
+            offset=jnp.asarray(jnp.inf, kind),
+            refused=jnp.asarray(0),
+            negligible=jnp.asarray(0),
+            converged=false,
+            precise=false,
+            stalled=false,
+            result=optx.RESULTS.successful,
+        )
+
+    def step(self, fn, y, args, options, state, tags) -> tuple[Array, EngineState, Any]:
+        """Judge the trial point, move there or not, and propose the next."""
+        del options, tags
+        residual, tangent, aux = jax.linearize(lambda point: fn(point, args), state.trial, has_aux=True)
+        finite = jnp.all(jnp.isfinite(residual))
+        # From differences of the residuals, because subtracting two sums of squares loses all digits.
+        actual = 0.5 * jnp.dot(state.residual - residual, state.residual + residual)
+        promised = state.proposal.reduction
+        ratio = jnp.where(promised > 0, actual / jnp.where(promised > 0, promised, 1.0), -1.0)
+        lowers = finite & (ratio > 1e-4)
+        unresolved = finite & (state.offset**2 <= RESOLVED * self._freedom(residual, y))
+        model = jax.lax.cond(
+            state.first | lowers | unresolved,
+            lambda: linearise(tangent, residual, state.model.scale),
+            lambda: state.model,
+        )
+        full_step, gain = undamped(model, state.trial, self.box)
+        tiny = jnp.finfo(y.dtype).tiny
+        offset = jnp.sqrt(gain * self._freedom(residual, y) / jnp.maximum(jnp.sum(residual**2), tiny))
+        usable = jnp.all(jnp.isfinite(model.triangle))
+        accept = state.first | (usable & (lowers | (unresolved & (offset < state.offset))))
+
+        moved = (state.trial, residual, aux, model, offset)
+        stayed = (y, state.residual, state.aux, state.model, state.offset)
+        new_y, residual, aux, model, offset = jax.tree.map(
+            lambda a, b: jnp.where(accept, a, b), moved, stayed
+        )
+        refused = jnp.where(accept, 0, state.refused + 1)
+        radius = jnp.where(state.first, self._first_radius(model, new_y), self._next_radius(state, ratio))
+        proposal = propose(model, new_y, radius, self.box)
+        negligible = jnp.where(self._negligible(full_step, state.trial), state.negligible + 1, 0)
+        settled = offset < SETTLED
+        fit_to_start = jnp.all(jnp.isfinite(residual)) & jnp.all(jnp.isfinite(model.triangle))
+        new_state = EngineState(
+            first=jnp.asarray(False),
+            trial=new_y + proposal.step if self.box is None else self.box.moved(new_y, proposal.step),
+            aux=aux,
+            residual=residual,
+            model=model,
+            proposal=proposal,
+            radius=radius,
+            offset=offset,
+            refused=refused,
+            negligible=negligible,
+            converged=offset <= self.rtol,
+            precise=(unresolved & ~accept)
+            | (settled & (refused >= PATIENCE_SETTLED))
+            | (negligible >= PATIENCE_SETTLED),
+            stalled=~settled & (refused >= PATIENCE),
+            result=optx.RESULTS.where(fit_to_start, optx.RESULTS.successful, optx.RESULTS.nonfinite),
+        )
+        return new_y, new_state, aux
+
+    @staticmethod
+    def _freedom(residual: Array, y: Array) -> int:
+        return max(residual.size - y.size, 1)
+
+    def _negligible(self, step: Array, y: Array) -> Array:
+        allowance = self.atol + self.rtol * jnp.where(self.relative, jnp.abs(y), 1.0)
+        parts = step / jnp.maximum(allowance, jnp.finfo(y.dtype).tiny)
+        return self.norm(parts) <= 1
+
+    def _first_radius(self, model: Linearised, y: Array) -> Array:
+        size = jnp.linalg.norm(model.scale * jnp.where(self.relative, jnp.abs(y), 1.0))
+        return self.first_radius * jnp.where(size > 0, size, 1.0)
+
+    @staticmethod
+    def _next_radius(state: EngineState, ratio: Array) -> Array:
+        """Powell's rule: a quarter of a step that disappointed, twice a radius that held a good step back."""
+        at_edge = state.proposal.length > 0.95 * state.radius
+        kept = jnp.where((ratio > 0.75) & at_edge, 2.0 * state.radius, state.radius)
+        # Written so that a ratio that is NaN, after a residual that is, counts as a disappointment.
+        return jnp.where(ratio >= 0.25, kept, 0.25 * state.proposal.length)
+
+    def terminate(self, fn, y, args, options, state, tags) -> tuple[Bool[Array, ""], optx.RESULTS]:
+        """Stop where the state says so."""
+        del fn, y, args, options, tags
+        return state.converged | state.precise | state.stalled, state.result
+
+    def postprocess(
+        self, fn, y, aux, args, options, state, tags, result
+    ) -> tuple[Array, Any, dict[str, Any]]:
+        """Nothing to add: the state itself is part of optimistix's solution."""
+        del fn, args, options, state, tags, result
+        return y, aux, {}

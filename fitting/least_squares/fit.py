@@ -1,0 +1,185 @@
+"""The entry point: from a residual function and parameters to a result with standard errors."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, PyTree
+
+from pneusma_jax.errors import InputError
+from pneusma_jax.precision import require_float64
+
+from ..parameters import Parameters
+from .covariance import Uncertainty, propagate
+from .notes import SAME_MINIMUM, notes_on
+from .program import Outcome, Problem, run
+from .result import FitError, FitResult, Status
+from .starts import starting_vectors
+from .trust_region import Box
+
+TRUSTED = 0.1
+"""Within this many standard errors of a minimum its covariance may be taken from where the fit stopped."""
+
+
+def fit_least_squares(
+    residual: Callable[[dict[str, Array], PyTree], Array],
+    parameters: Parameters,
+    *,
+    data: PyTree = None,
+    max_steps: int = 2000,
+    rtol: float = 1e-8,
+    starts: int | Sequence[Mapping[str, float]] | None = None,
+    seed: int = 0,
+    use_priors: bool = False,
+    scale_covariance: bool | None = None,
+    observations: int | None = None,
+    throw: bool = False,
+) -> FitResult:
+    """Fit parameters by nonlinear least squares.
+
+    The program is compiled once per residual function, set of free and tied names and shape of the data: pass
+    numbers that change as `data`, and the same function object again (a new lambda compiles anew). Without a
+    sidecar of sigma the residual may be unweighted; then standard errors are scaled by the misfit, as lmfit
+    and `curve_fit` do.
+
+    Args:
+        residual: `residual(values, data)` to an array of any shape, differentiable by JAX: model less data,
+            divided by sigma where that is known. `values` holds every parameter by name, ties computed.
+        parameters: where to start and what is free; not changed.
+        data: passed on to the residual.
+        max_steps: evaluations of the residual allowed from each start.
+        rtol: converged when the undamped step is below this many standard errors.
+        starts: more starting points, see `starting_vectors`; the best minimum wins.
+        seed: of scattered starts.
+        use_priors: append `(value - mean) / sd` for every parameter with a prior. Sigma must then be known.
+        scale_covariance: True to estimate sigma from the misfit, False to take the residual as in units of
+            sigma; by default True without priors, False with them.
+        observations: residuals that count, if some rows only pad the data to a common shape (with zeros).
+        throw: raise if the fit fails, instead of returning a result that says so.
+
+    Returns:
+        The result; look at its `status`.
+
+    Raises:
+        InputError: if nothing is free, there are no residuals, or a start is unusable.
+        ValueError: if the covariance is to be scaled although priors fix the scale of sigma.
+        FitError: on request, if the fit fails.
+    """
+    require_float64()
+    if scale_covariance and use_priors:
+        raise ValueError(
+            "Argument `scale_covariance` must be False with `use_priors`, but both ask for another sigma."
+        )
+    scaled = not use_priors if scale_covariance is None else scale_covariance
+    problem = _problem(residual, parameters, data, use_priors, rtol)
+    vectors = starting_vectors(parameters, starts, seed)
+    outcomes, values, slopes = jax.device_get(run(problem, jnp.asarray(vectors), max_steps))
+    best, chi_squares = _best(outcomes)
+    outcome = jax.tree.map(lambda leaf: leaf[best], outcomes)
+    rows = outcome.residual.size
+    priors = len(problem.prior_names)
+    counted = (rows - priors if observations is None else observations) + priors
+    freedom = counted - len(problem.layout.free)
+    status = _status(outcome, freedom, scaled)
+
+    initial = dict(zip(problem.layout.free, vectors[best], strict=True))
+    reached = dict(zip(problem.layout.names, values[best], strict=True))
+    fitted = _with_values(parameters, reached, status, initial)
+    at_bound = tuple(name for name in problem.layout.free if fitted[name].at_bound)
+    uncertainty = Uncertainty.none(fitted)
+    if status.success or (outcome.offset < TRUSTED and status in (Status.MAX_STEPS, Status.STALLED)):
+        variance = float(outcome.chi_square) / freedom if scaled else 1.0
+        uncertainty = propagate(outcome.triangle, slopes[best], problem.layout, at_bound, variance)
+    _write_uncertainty(fitted, uncertainty)
+    result = FitResult(
+        parameters=fitted,
+        status=status,
+        notes=notes_on(fitted, uncertainty, at_bound, outcome, chi_squares),
+        residual=outcome.residual[: rows - priors],
+        prior_residual=outcome.residual[rows - priors :],
+        observations=counted,
+        degrees_of_freedom=freedom,
+        uncertainty=uncertainty,
+        scaled=scaled,
+        steps=int(outcome.steps),
+        relative_offset=float(outcome.offset),
+        start_chi_squares=chi_squares,
+    )
+    if throw and not result.success:
+        raise FitError(result)
+    return result
+
+
+def _problem(
+    residual: Callable, parameters: Parameters, data: PyTree, use_priors: bool, rtol: float
+) -> Problem:
+    layout = parameters.layout()
+    if not layout.free:
+        raise InputError("no parameter is free; set vary=True and no tie for those to be fitted")
+    parameters.valuesdict()
+    names = tuple(
+        name for name, p in parameters.items() if use_priors and p.prior is not None and (p.free or p.tie)
+    )
+    lower, upper = parameters.box()
+    bounded = bool(jnp.any(jnp.isfinite(lower)) | jnp.any(jnp.isfinite(upper)))
+    return Problem(
+        residual=residual,
+        # Python floats would be compiled in as constants.
+        data=jax.tree.map(
+            lambda leaf: jnp.asarray(leaf) if isinstance(leaf, float | np.number) else leaf, data
+        ),
+        stored=parameters.stored(),
+        prior_mean=jnp.asarray([parameters[name].prior.mean for name in names], float),
+        prior_sd=jnp.asarray([parameters[name].prior.sd for name in names], float),
+        box=Box(lower, upper) if bounded else None,
+        rtol=jnp.asarray(rtol, float),
+        layout=layout,
+        prior_names=names,
+    )
+
+
+def _best(outcomes: Outcome) -> tuple[int, np.ndarray]:
+    """Index of the start that ended lowest (converged, if several share that); chi-square of each start."""
+    finite = outcomes.finite & np.all(np.isfinite(outcomes.residual), axis=-1)
+    chi_squares = np.where(finite, outcomes.chi_square, np.nan)
+    if not finite.any():
+        return 0, chi_squares
+    lowest = np.nanmin(chi_squares)
+    sharing = chi_squares <= lowest * (1 + SAME_MINIMUM)
+    return int(np.argmax(sharing * (1 + (outcomes.converged | outcomes.precise)))), chi_squares
+
+
+def _status(outcome: Outcome, freedom: int, scaled: bool) -> Status:
+    if not outcome.finite or not np.all(np.isfinite(outcome.residual)):
+        return Status.NON_FINITE
+    if freedom < 0 or (freedom == 0 and scaled):
+        return Status.NO_DEGREES_OF_FREEDOM
+    if outcome.converged:
+        return Status.CONVERGED
+    if outcome.precise:
+        return Status.AT_PRECISION
+    return Status.STALLED if outcome.stalled else Status.MAX_STEPS
+
+
+def _with_values(parameters: Parameters, values: dict, status: Status, initial: dict) -> Parameters:
+    fitted = parameters.copy()
+    for name, parameter in parameters.items():
+        start = initial.get(name, parameter.value)
+        if name in initial and parameter.scale == "log":
+            start = float(np.exp(start))
+        fresh = {"initial_value": float(start), "standard_error": None, "correlations": {}}
+        if name in initial and status is not Status.NON_FINITE:
+            # exp(log(bound)) may differ from the bound in the last digit.
+            fresh["value"] = float(np.clip(values[name], parameter.min, parameter.max))
+        fitted[name].set(**fresh)
+    return fitted
+
+
+def _write_uncertainty(fitted: Parameters, uncertainty: Uncertainty) -> None:
+    correlation = uncertainty.correlation
+    for name, error in uncertainty.standard_errors.items():
+        fitted[name].set(standard_error=error)
+    for i, name in enumerate(uncertainty.names):
+        others = {other: float(correlation[i, j]) for j, other in enumerate(uncertainty.names) if i != j}
+        fitted[name].set(correlations=others)

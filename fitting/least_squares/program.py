@@ -1,0 +1,160 @@
+"""The compiled half of a fit: pure, so it may be mapped over starting points, data sets and bootstrap
+replicas."""
+
+from collections.abc import Callable
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import optimistix as optx
+from jaxtyping import Array, Bool, Float, Int, PyTree
+
+from pneusma_jax.errors import InputError
+
+from ..parameters import Layout
+from .engine import BoxedTrustRegion
+from .trust_region import Box
+
+
+class Outcome(eqx.Module):
+    """Where a solve ended, as arrays.
+
+    Attributes:
+        vector: (n,) the fitting coordinates.
+        residual: (m,) there, priors included.
+        triangle: (min(m, n), n) R of the Jacobian's QR factors there; R^T R = J^T J.
+        offset: the undamped step that would come next, in standard errors of the fit.
+        steps: residual evaluations, each with its derivative.
+        converged: offset below the tolerance.
+        precise: further progress drowns in rounding.
+        stalled: no step lowers the cost although the offset is not small.
+        finite: the residual and its derivative are.
+    """
+
+    vector: Float[Array, " n"]
+    residual: Float[Array, " m"]
+    triangle: Float[Array, "k n"]
+    offset: Float[Array, ""]
+    steps: Int[Array, ""]
+    converged: Bool[Array, ""]
+    precise: Bool[Array, ""]
+    stalled: Bool[Array, ""]
+    finite: Bool[Array, ""]
+
+    @property
+    def chi_square(self) -> Float[Array, ""]:
+        """Sum of squared residuals, priors included."""
+        return (self.residual**2).sum(axis=-1)
+
+
+def solve(
+    function: Callable[[Array, PyTree], Array],
+    start: Float[Array, " n"],
+    args: PyTree = None,
+    *,
+    box: Box | None = None,
+    relative: Bool[Array, " n"] | None = None,
+    rtol: float | Array = 1e-8,
+    max_steps: int = 2000,
+) -> Outcome:
+    """Minimise the sum of squares of `function(vector, args)`; may be traced, mapped and compiled.
+
+    Args:
+        function: (n,) to (m,).
+        start: within the box.
+        args: whatever the function needs.
+        box: bounds, or None for none (a smaller program).
+        relative: False for coordinates without a natural zero, such as logarithms; by default all True.
+        rtol: converged when the undamped step is below this many standard errors of the fit.
+        max_steps: residual evaluations allowed.
+    """
+    solver = BoxedTrustRegion(
+        rtol=rtol,
+        atol=0.0,
+        norm=optx.max_norm,
+        box=box,
+        relative=jnp.ones(start.shape, bool) if relative is None else relative,
+    )
+    solution = optx.least_squares(function, solver, start, args, max_steps=max_steps, throw=False)
+    state = solution.state
+    return Outcome(
+        vector=solution.value,
+        residual=state.residual,
+        triangle=state.model.triangle,
+        offset=state.offset,
+        steps=solution.stats["num_steps"],
+        converged=state.converged,
+        precise=state.precise,
+        stalled=state.stalled,
+        finite=solution.result != optx.RESULTS.nonfinite,
+    )
+
+
+class Problem(eqx.Module):
+    """A fit's numbers (traced) and structure (static).
+
+    Attributes:
+        residual: `residual(values, data)`, weighted.
+        data: passed on to it.
+        stored: (all,) values of the parameters that are not free, in the layout's order.
+        prior_mean: (p,) of the parameters `prior_names`.
+        prior_sd: (p,) of the same.
+        box: bounds of the fitting coordinates, or None for none.
+        rtol: tolerance of the solve.
+        layout: how a vector becomes values.
+        prior_names: parameters whose priors are appended as residual rows.
+    """
+
+    residual: Callable[[dict[str, Array], PyTree], Array]
+    data: PyTree
+    stored: Float[Array, " all"]
+    prior_mean: Float[Array, " p"]
+    prior_sd: Float[Array, " p"]
+    box: Box | None
+    rtol: Float[Array, ""]
+    layout: Layout = eqx.field(static=True)
+    prior_names: tuple[str, ...] = eqx.field(static=True)
+
+    def rows(self, vector: Float[Array, " n"]) -> Float[Array, " m"]:
+        """Weighted residuals of the data, then those of the priors."""
+        values = self.layout.values(vector, self.stored)
+        rows = jnp.ravel(self.residual(values, self.data)).astype(vector.dtype)
+        if rows.size == 0:
+            raise InputError("the residual has no rows: there is no data to fit")
+        if not self.prior_names:
+            return rows
+        known = jnp.stack([values[name] for name in self.prior_names])
+        return jnp.concatenate([rows, (known - self.prior_mean) / self.prior_sd])
+
+    def stacked_values(self, vector: Float[Array, " n"]) -> Float[Array, " all"]:
+        """All values in the layout's order."""
+        values = self.layout.values(vector, self.stored)
+        return jnp.stack([values[name] for name in self.layout.names])
+
+
+def _rows(vector: Array, problem: Problem) -> Array:
+    return problem.rows(vector)
+
+
+@eqx.filter_jit
+def run(problem: Problem, starts: Float[Array, "starts n"], max_steps: int) -> tuple[Outcome, Any, Any]:
+    """Solve from every start.
+
+    Compiled once per residual function, layout and shapes; numbers, bounds and data may change.
+
+    Returns:
+        Outcomes, all values (starts, all) and their derivatives by the vector (starts, all, n).
+    """
+
+    def one(start):
+        relative = ~jnp.asarray(problem.layout.logarithmic, bool)
+        outcome = solve(
+            _rows, start, problem, box=problem.box, relative=relative, rtol=problem.rtol, max_steps=max_steps
+        )
+        values = problem.stacked_values(outcome.vector)
+        return outcome, values, jax.jacfwd(problem.stacked_values)(outcome.vector)
+
+    if starts.shape[0] > 1:
+        return jax.vmap(one)(starts)
+    return jax.tree.map(lambda leaf: leaf[None], one(starts[0]))

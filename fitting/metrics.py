@@ -1,0 +1,79 @@
+"""How far a model is from data: the source's measures, Eqs. 2.51-2.52, and the root mean square.
+
+Equation 2.52 as printed sums signed differences, so that too high and too low cancel and a wrong model may
+score zero. It is kept as `rpd_signed` to compare with published numbers; `rpd` takes absolute differences
+(correction 11 of the model's list). All are pure functions of arrays of one shape, differentiable where the
+differences are not zero, and return a scalar.
+"""
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+
+def mean_absolute_error(data: Float[Array, "..."], model: Float[Array, "..."]) -> Float[Array, ""]:
+    """MAE, Eq. 2.51: mean of |data - model|, in the unit of both.
+
+    Args:
+        data: measured values, of any shape.
+        model: predictions, of the same shape.
+
+    Raises:
+        ValueError: if the shapes differ or there are no values.
+    """
+    data, model = _checked(data, model)
+    return jnp.mean(jnp.abs(data - model))
+
+
+def root_mean_square_error(data: Float[Array, "..."], model: Float[Array, "..."]) -> Float[Array, ""]:
+    """RMSE: root of the mean of (data - model)^2, in the unit of both; arguments as for
+    `mean_absolute_error`."""
+    data, model = _checked(data, model)
+    return jnp.sqrt(jnp.mean((data - model) ** 2))
+
+
+def relative_percent_difference(data: Float[Array, "..."], model: Float[Array, "..."]) -> Float[Array, ""]:
+    """RPD with absolute differences: sum |data - model| over sum (|data| + |model|)/2.
+
+    A fraction between 0 and 2 (0.096 is 9.6 %); zero if data and model vanish everywhere. Arguments as for
+    `mean_absolute_error`.
+    """
+    data, model = _checked(data, model)
+    return _over_magnitude(jnp.sum(jnp.abs(data - model)), data, model)
+
+
+def relative_percent_difference_signed(
+    data: Float[Array, "..."], model: Float[Array, "..."]
+) -> Float[Array, ""]:
+    """RPD as printed, Eq. 2.52: sum (data - model) over sum (|data| + |model|)/2.
+
+    A fraction between -2 and 2, positive where the model is low on the whole. Arguments as for
+    `mean_absolute_error`.
+    """
+    data, model = _checked(data, model)
+    return _over_magnitude(jnp.sum(data - model), data, model)
+
+
+def metrics(data: Float[Array, "..."], model: Float[Array, "..."]) -> dict[str, Float[Array, ""]]:
+    """All four by their names in reports: `mae`, `rmse` in the data's unit, `rpd`, `rpd_signed` fractions."""
+    return {
+        "mae": mean_absolute_error(data, model),
+        "rmse": root_mean_square_error(data, model),
+        "rpd": relative_percent_difference(data, model),
+        "rpd_signed": relative_percent_difference_signed(data, model),
+    }
+
+
+def _over_magnitude(total: Array, data: Array, model: Array) -> Array:
+    magnitude = jnp.sum(0.5 * (jnp.abs(data) + jnp.abs(model)))
+    # Without any magnitude there is no difference either.
+    return jnp.where(magnitude > 0, total / jnp.where(magnitude > 0, magnitude, 1.0), 0.0)
+
+
+def _checked(data: Array, model: Array) -> tuple[Array, Array]:
+    data, model = jnp.asarray(data), jnp.asarray(model)
+    if data.shape != model.shape or data.size == 0:
+        raise ValueError(
+            f"Arguments `data` and `model` must have one shape and at least one value, "
+            f"but have shapes {data.shape} and {model.shape}."
+        )
+    return data, model

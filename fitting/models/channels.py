@@ -1,0 +1,67 @@
+"""How much each sample of a measured column counts: its noise, stated or estimated, and how it is
+correlated."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from fitting.characterise.noise import robust_noise
+from fitting.recordings import Recording
+
+CORRELATED = 0.25
+"""Serial correlation below which a column's noise is taken as independent: what short recordings tell
+apart."""
+MOST_CORRELATED = 0.98
+LEAST_NOISE = 1e-5
+"""Of a column's span: noise that is estimated is never less, a printed number has its rounding."""
+
+
+def channel_weight(
+    recording: Recording, quantity: str, columns: Mapping[str, np.ndarray], block: int
+) -> np.ndarray:
+    """One over the 1-sigma of every sample; zero where it is missing.
+
+    Serially correlated noise is taken as independent noise that is larger: a sample counts for as many
+    independent ones as it is worth to anything that varies slowly, `(1 - r) / (1 + r)`.
+
+    Args:
+        recording: states the noise, if anyone does.
+        quantity: column, by quantity.
+        columns: `time` and the quantity, in SI, NaN where missing, averaged over blocks.
+        block: samples in a block.
+    """
+    values = columns[quantity]
+    held = np.isfinite(values)
+    if not held.any():
+        return np.zeros(len(values))
+    stated = recording.noise_si(quantity)
+    raw = recording.si(quantity)
+    raw = raw[np.isfinite(raw)]
+    if stated is not None and stated > 0.0:
+        correlation = serial_correlation(raw, stated)
+        sigma = stated * np.sqrt((1.0 + correlation) / (1.0 - correlation) / block)
+    else:
+        sigma = robust_noise(columns["time"][held], values[held])
+        sigma = max(sigma, LEAST_NOISE * float(np.ptp(values[held])), 1e-12)
+    return np.where(held, 1.0 / sigma, 0.0)
+
+
+def serial_correlation(values: np.ndarray, sigma: float) -> float:
+    """Correlation of neighbouring errors, from second differences and the instrument's own 1-sigma.
+
+    For first-order noise on a smooth course their variance is `sigma^2 (6 - 8 r + 2 r^2)`. Residuals of a
+    model would mistake misfit for correlation.
+
+    Args:
+        values: samples in their order, shape (n,).
+        sigma: marginal 1-sigma.
+
+    Returns:
+        The correlation; 0 where it is small or negative.
+    """
+    if len(values) < 12:
+        return 0.0
+    bend = np.diff(values, 2)
+    share = (np.median(np.abs(bend)) / (0.6744897501960817 * sigma)) ** 2
+    correlation = 2.0 - np.sqrt(max(1.0 + 0.5 * share, 0.0))
+    return float(np.clip(correlation, 0.0, MOST_CORRELATED)) if correlation > CORRELATED else 0.0

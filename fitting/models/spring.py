@@ -1,0 +1,389 @@
+"""Recordings of one spring on a test stand as functions of the parameters: pull and resistance.
+ The martensite fraction is no input. It is a latent course that has to explain resistance and force together
+(`latent.profile`), because a resistance says much about a cold wire, little about a hot one and nothing where
+both phases conduct alike; read sample by sample, its noise would enter the running minimum that the residual
+strain remembers. Both measured quantities are outputs, and the profile carries the fraction's uncertainty
+into both, so that no row counts for more than it knows.
+"""
+
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+from fitting.parameters import Parameters
+from fitting.recordings import Campaign, Recording
+from fitting.simulation.denoise import denoised
+from fitting.simulation.specimen import geometry_of
+from pneusma_jax.errors import InputError
+from pneusma_jax.nitinol import Alloy, Spring, SpringGeometry, SpringState
+from pneusma_jax.nitinol.residual_strain import residual_strain
+from pneusma_jax.nitinol.stress import on_detwinning_branch
+
+from . import latent, priors
+from .channels import channel_weight
+from .rows import Rows, averaged, numbers
+
+OUTPUTS = ("force", "resistance")
+ALLOY = tuple(field.name for field in dataclasses.fields(Alloy) if field.name != "name")
+GEOMETRY = ("wire_diameter", "mandrel_diameter", "initial_pitch", "active_coils", "free_length")
+SPREAD = 0.5
+"""1-sigma of the martensite fraction at the start, around one half, where nobody says more."""
+WANDER = 1e-6
+"""Variance per second of the martensite fraction's walk until `with_wander` has found it."""
+
+
+class Trajectory(eqx.Module):
+    """What a spring does over a recording; arrays of shape (rows,), SI.
+
+    Attributes:
+        force [N], resistance [ohm], stress [Pa]: predicted.
+        gamma: shear strain [1]; xi0: martensite fraction [1]; gamma_R: residual strain [1].
+        local: force and resistance as functions of the martensite fraction, about this course.
+    """
+
+    force: Array
+    resistance: Array
+    stress: Array
+    gamma: Array
+    xi0: Array
+    gamma_R: Array
+    local: latent.Local
+
+
+def rows_of(
+    recording: Recording, alloy: Mapping[str, float], specimen: int = 1, held_at: float | None = None
+) -> Rows:
+    """A recording of kind spring as arrays.
+
+    Args:
+        recording: checked.
+        alloy: base constants by name, in SI.
+        specimen: its number in the campaign.
+        held_at: martensite fraction that the whole recording is taken to be at (1 cold, 0 hot); None to find
+            it.
+
+    Raises:
+        InputError: if fewer than four rows have both time and elongation.
+    """
+    columns = {name: recording.si(name) for name in ("time", "elongation", *OUTPUTS)}
+    driven = np.isfinite(columns["time"]) & np.isfinite(columns["elongation"])
+    if driven.sum() < 4:
+        raise InputError(
+            f"{recording.path or recording.name}: {int(driven.sum())} rows have both time and elongation, "
+            "but a test needs four or more"
+        )
+    kept, block = averaged({name: values[driven] for name, values in columns.items()})
+    weight = {name: channel_weight(recording, name, kept, block) for name in OUTPUTS}
+    smooth = denoised(kept["time"], kept["resistance"])
+    known = np.isfinite(smooth)
+    size = len(kept["time"])
+    return Rows(
+        mask=np.ones(size, bool),
+        time=kept["time"],
+        inputs={
+            "elongation": kept["elongation"],
+            "resistance": np.interp(kept["time"], kept["time"][known], smooth[known])
+            if known.any()
+            else np.full(size, np.nan_to_num(alloy["rho_mean"])),
+        },
+        measured={name: np.nan_to_num(kept[name]) for name in OUTPUTS},
+        weight=weight,
+        base={**{name: np.asarray(float(alloy[name])) for name in ALLOY}, **_dimensions(recording)},
+        extra={
+            "wander": np.asarray(WANDER),
+            "level": np.asarray(0.5 if held_at is None else held_at),
+            "level_sd": np.asarray(SPREAD if held_at is None else 0.0),
+            "force_informs": np.asarray(1.0),
+            "loading": _loading(kept["elongation"]),
+        },
+        specimen=np.asarray(specimen),
+    )
+
+
+def _loading(elongation: np.ndarray) -> np.ndarray:
+    """Rows on which the spring is longer than ever before: one, the others zero."""
+    before = np.concatenate([[-np.inf], np.maximum.accumulate(elongation)[:-1]])
+    return (elongation > before).astype(float)
+
+
+def dimensions(recording: Recording) -> SpringGeometry:
+    """Dimensions that a recording states for its spring, in SI."""
+    geometry = geometry_of(recording)
+    return SpringGeometry(**{name: getattr(geometry, name) for name in GEOMETRY})
+
+
+def _dimensions(recording: Recording) -> dict[str, np.ndarray]:
+    geometry = geometry_of(recording)
+    return {name: np.asarray(float(getattr(geometry, name))) for name in (*GEOMETRY, "prestrain")}
+
+
+def spring_of(known: Mapping[str, Array]) -> Spring:
+    """The spring that numbers describe; on a stand its elongation counts from the free length."""
+    alloy = Alloy(**{name: known[name] for name in ALLOY})
+    geometry = SpringGeometry(**{name: known[name] for name in GEOMETRY})
+    return Spring(geometry, alloy, geometry.free_length)
+
+
+class Decisions(eqx.Module):
+    """What the rule of the residual strain decided in each row of a test, shape (rows,) each.
+
+    Attributes:
+        origin: row whose strain set the residual strain that this row begins with; -1 for the pre-strain.
+        hottest: row whose martensite fraction is the smallest since then; -1 for none.
+        hotter: this row is hotter than that one.
+        loading: the wire is on the detwinning branch, not on the elastic one.
+    """
+
+    origin: Int[Array, " rows"]
+    hottest: Int[Array, " rows"]
+    hotter: Bool[Array, " rows"]
+    loading: Bool[Array, " rows"]
+
+
+class _Law(eqx.Module):
+    """A spring and its test: what the latent course is profiled against."""
+
+    spring: Spring
+    prestrain: Array
+    elongation: Array
+    decisions: Decisions | None
+
+    def states(self, gamma: Array, xi0: Array) -> tuple[SpringState, Array]:
+        """Memory at the beginning of every row, by the rule or from the rows that are known to have set it.
+
+        Beside it the row that its martensite fraction comes from, -1 for none.
+        """
+        if self.decisions is None:
+            states, (_, hottest) = self.by_rule(gamma, xi0)
+            return states, hottest
+        origin, hottest = self.decisions.origin, self.decisions.hottest
+        strain = jnp.where(origin < 0, self.prestrain, gamma[origin])
+        return SpringState(strain, jnp.where(hottest < 0, 1.0, xi0[hottest])), hottest
+
+    def by_rule(self, gamma: Array, xi0: Array) -> tuple[SpringState, tuple[Array, Array]]:
+        """Memory at the beginning of every row, and the rows that its strain and its fraction come from."""
+
+        def row(carry: tuple, now: tuple[Array, Array, Array]) -> tuple[tuple, tuple]:
+            state, origin, hottest = carry
+            gamma, xi0, number = now
+            after = self.spring.alloy.remember(state, gamma, xi0)
+            moved = (
+                jnp.where(after.prestrain != state.prestrain, number, origin),
+                jnp.where(after.xi_min != state.xi_min, number, hottest),
+            )
+            return (after, *moved), carry
+
+        first = SpringState(self.prestrain, jnp.ones_like(self.prestrain))
+        never = jnp.asarray(-1)
+        rows = (gamma, xi0, jnp.arange(gamma.size))
+        states, *sources = jax.lax.scan(row, (first, never, never), rows)[1]
+        return states, tuple(sources)
+
+    def mechanics(self, gamma: Array, xi0: Array, states: SpringState) -> tuple[Array, Array]:
+        """Shear stress [Pa] and residual strain [1]."""
+        alloy = self.spring.alloy
+        if self.decisions is None:
+            gamma_R = alloy.residual_strain(states, xi0)
+            return alloy.shear_stress(gamma, xi0, gamma_R), gamma_R
+        hottest = jnp.where(self.decisions.hotter, xi0, states.xi_min)
+        limit = alloy.residual_strain_limit(states.prestrain)
+        gamma_R = residual_strain(limit, hottest, alloy.gR_decay)
+        modulus, detwinning = alloy.modulus(xi0), alloy.detwinning_stress(gamma, xi0)
+        return modulus * gamma - jnp.where(self.decisions.loading, detwinning, modulus * gamma_R), gamma_R
+
+    def follow(self, xi0: Array) -> Trajectory:
+        """The test at a course of the martensite fraction."""
+        alloy, geometry = self.spring.alloy, self.spring.geometry
+        gamma = self.spring.shear_strain(self.elongation)
+        states, hottest = self.states(gamma, xi0)
+
+        def outputs(xi0: Array, xi_min: Array) -> tuple[Array, tuple[Array, Array]]:
+            stress, gamma_R = self.mechanics(gamma, xi0, SpringState(states.prestrain, xi_min))
+            resistance = alloy.resistivity(xi0, gamma) * geometry.wire_length
+            return jnp.stack([geometry.force(stress), resistance]), (stress, gamma_R)
+
+        one, none = jnp.ones_like(xi0), jnp.zeros_like(xi0)
+        predicted, slope, (stress, gamma_R) = jax.jvp(
+            outputs, (xi0, states.xi_min), (one, none), has_aux=True
+        )
+        remembered = jax.jvp(outputs, (xi0, states.xi_min), (none, one), has_aux=True)[1]
+        local = latent.Local(
+            predicted, slope, jnp.where(hottest < 0, 0.0, remembered), jnp.maximum(hottest, 0)
+        )
+        return Trajectory(predicted[0], predicted[1], stress, gamma, xi0, gamma_R, local)
+
+    def decide(self, xi0: Array) -> Decisions:
+        """What the rule decides at a course of the martensite fraction."""
+        alloy, gamma = self.spring.alloy, self.spring.shear_strain(self.elongation)
+        states, (origin, hottest) = self.by_rule(gamma, xi0)
+        gamma_R = alloy.residual_strain(states, xi0)
+        loading = on_detwinning_branch(alloy.modulus(xi0), alloy.detwinning_stress(gamma, xi0), gamma_R)
+        return Decisions(origin, hottest, xi0 < states.xi_min, loading)
+
+
+def _outputs(law: _Law, xi0: Array) -> latent.Local:
+    return law.follow(xi0).local
+
+
+def _law(values: Mapping[str, Array], rows: Rows) -> _Law:
+    known = numbers(values, rows)
+    return _Law(spring_of(known), known["prestrain"], rows.inputs["elongation"], rows.extra.get("decisions"))
+
+
+def _walk(rows: Rows) -> latent.Walk:
+    extra = rows.extra
+    free = extra["level_sd"] > 0.0
+    level_sd = jnp.where(free, extra["level_sd"], 1.0)
+    return latent.Walk.over(rows.time, rows.mask & free, extra["wander"], extra["level"], level_sd)
+
+
+def _readings(law: _Law, rows: Rows) -> Array:
+    """First trial: the fraction that each smoothed resistance stands for, or the level where it is held."""
+    gamma = law.spring.shear_strain(rows.inputs["elongation"])
+    rho = rows.inputs["resistance"] / law.spring.geometry.wire_length
+    read = law.spring.alloy.martensite_fraction(rho, gamma).xi0
+    return jnp.where(rows.extra["level_sd"] > 0.0, read, rows.extra["level"])
+
+
+def trajectory(values: Mapping[str, Array], rows: Rows) -> Trajectory:
+    """A recording as the model has it, at the course of the martensite fraction that explains it best.
+
+    Args:
+        values: free parameters by name, SI.
+        rows: one recording. Where `extra["force_informs"]` is 0 the course is found from resistance alone, as
+            for a prediction; where it is 1, as for a fit, force takes part.
+    """
+    law = _law(values, rows)
+    measured = jnp.stack([rows.measured[name] for name in OUTPUTS])
+    weight = jnp.stack([rows.weight["force"] * rows.extra["force_informs"], rows.weight["resistance"]])
+    course = latent.profile(_outputs, law, measured, weight, _walk(rows), _readings(law, rows))
+    return law.follow(jnp.where(rows.extra["level_sd"] > 0.0, course, rows.extra["level"]))
+
+
+@jax.jit
+def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
+    """A stack that knows what the rule of the residual strain decides in each row at these parameters.
+
+    The rule goes row by row, and as a function of the parameters it has corners and small jumps. With its
+    decisions known everything is smooth and all rows are computed at once. A fit decides, fits, and decides
+    again until nothing changes.
+
+    Args:
+        values: free parameters by name, SI.
+        stacked: recordings of kind spring.
+    """
+    plain = undecided(stacked)
+
+    def decide(rows: Rows) -> Decisions:
+        return _law(values, rows).decide(trajectory(values, rows).xi0)
+
+    return eqx.tree_at(lambda r: r.extra, plain, {**plain.extra, "decisions": jax.vmap(decide)(plain)})
+
+
+def undecided(rows: Rows) -> Rows:
+    """A recording or stack in which the rule decides anew at any parameters: exact, slower, not smooth."""
+    extra = {name: value for name, value in rows.extra.items() if name != "decisions"}
+    return eqx.tree_at(lambda r: r.extra, rows, extra)
+
+
+def predict(values: Mapping[str, Array], rows: Rows) -> dict[str, Float[Array, " rows"]]:
+    """Pull [N] and resistance [ohm] of every row; see `trajectory`."""
+    found = trajectory(values, rows)
+    return {"force": found.force, "resistance": found.resistance}
+
+
+def residual(values: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
+    """Misfit of force and resistance and of the latent course, in standard deviations.
+
+    Its sum of squares over the parameters alone is the profile of the joint problem; the rows of the course
+    number as many as its unknowns, so that degrees of freedom are those of the measured values.
+    """
+    found = trajectory(values, rows)
+    misfit = [rows.weight[name] * (getattr(found, name) - rows.measured[name]) for name in OUTPUTS]
+    return jnp.concatenate([*misfit, _walk(rows).residual(found.xi0)])
+
+
+def log_likelihood(values: Mapping[str, Array], rows: Rows) -> Float[Array, ""]:
+    """Log-likelihood with the latent course integrated out (Laplace), up to a constant of the parameters."""
+    found = trajectory(values, rows)
+    weight = jnp.stack([rows.weight[name] for name in OUTPUTS])
+    walk = _walk(rows)
+    curvature = latent.hessian(found.local, weight, walk, found.xi0)
+    misfit = [rows.weight[name] * (getattr(found, name) - rows.measured[name]) for name in OUTPUTS]
+    square = sum(jnp.sum(r**2) for r in (*misfit, walk.residual(found.xi0)))
+    return -0.5 * (square + latent.log_determinant(*curvature))
+
+
+def phase_sd(values: Mapping[str, Array], rows: Rows, by_force: bool = True) -> Float[Array, " rows"]:
+    """Standard deviation of the martensite fraction in every row, given the parameters.
+
+    Args:
+        values: free parameters by name.
+        rows: one recording.
+        by_force: whether the force takes part; without it, what resistance alone says.
+    """
+    found = trajectory(values, rows)
+    share = jnp.asarray([[1.0 if by_force else 0.0], [1.0]])
+    weight = share * jnp.stack([rows.weight[name] for name in OUTPUTS])
+    diagonal, upper = latent.hessian(found.local, weight, _walk(rows), found.xi0)
+    return jnp.sqrt(latent.variances(diagonal, upper))
+
+
+def wander_evidence(values: Mapping[str, Array], rows: Rows, wander: Array) -> Float[Array, ""]:
+    """Log-evidence of how fast the martensite fraction wanders, from resistance alone.
+
+    Force is left out: a wrong force law must not be explained by a phase that wanders.
+    """
+    rows = undecided(rows)
+    extra = {**rows.extra, "wander": wander, "force_informs": jnp.zeros(())}
+    rows = eqx.tree_at(lambda r: r.extra, rows, extra)
+    rows = eqx.tree_at(lambda r: r.weight["force"], rows, jnp.zeros_like(rows.weight["force"]))
+    count = jnp.sum(_walk(rows).weight > 0.0)
+    return log_likelihood(values, rows) - 0.5 * count * jnp.log(wander)
+
+
+FIXED = ("gamma_max", "poisson_ratio", "T_mid", "T_width", "density", "heat_capacity", "convection")
+"""Constants that tests on a stand do not identify: conventions, and those of heating."""
+
+
+def parameters_for(campaign: Campaign, base: str | Path | None = None) -> Parameters:
+    """Free numbers of a campaign of springs with their priors; the alloy's first, then each specimen's
+    dimensions.
+
+    Args:
+        campaign: recordings of kind spring.
+        base: table to start from where `alloy = "fit"`; see `priors.alloy_quantities`.
+
+    Raises:
+        InputError: if the recordings name several alloys, or one that cannot be loaded.
+    """
+    parameters, _ = priors.alloy_parameters(campaign, ALLOY, FIXED, base)
+    dimensions = {
+        specimen: {name: float(value) for name, value in _dimensions(recordings[0]).items()}
+        for specimen, recordings in campaign.specimens().items()
+    }
+    parameters.update(priors.geometry_parameters(campaign, dimensions))
+    return parameters
+
+
+def rows_for(
+    campaign: Campaign, base: str | Path | None = None, held_at: Mapping[str, float] | None = None
+) -> list[Rows]:
+    """Every recording of a campaign as arrays, in its order.
+
+    Args:
+        campaign: recordings of kind spring.
+        base: as for `parameters_for`.
+        held_at: martensite fraction of recordings, by name, that are taken to be at one.
+    """
+    quantities, _ = priors.alloy_quantities(campaign, ALLOY, base)
+    alloy = {name: quantity.value for name, quantity in quantities.items()}
+    number = {specimen: k for k, specimen in enumerate(campaign.specimens(), start=1)}
+    held = held_at or {}
+    return [rows_of(r, alloy, number[r.specimen], held.get(r.name)) for r in campaign.recordings]

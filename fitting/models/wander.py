@@ -1,0 +1,42 @@
+"""How fast the martensite fraction of each test wanders: found by evidence, from resistance alone."""
+
+from collections.abc import Mapping
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+from .rows import Rows
+from .spring import wander_evidence
+
+CANDIDATES = tuple(float(x) for x in np.logspace(-12, -3, 10))
+"""Variances per second; the fraction then moves by 1e-6 to 0.03 in a second."""
+DECISIVE = 3.0
+"""Spread of the log-evidence below which a test says nothing about its wander."""
+
+
+@jax.jit
+def _evidence(values: Mapping[str, Array], stacked: Rows, wander: Array) -> Array:
+    return jax.vmap(lambda rows: wander_evidence(values, rows, wander))(stacked)
+
+
+def with_wander(values: Mapping[str, Array], stacked: Rows) -> Rows:
+    """A stack whose walks are as fast as their resistances say at these parameters.
+
+    A test in which resistance says nothing (hot, or too short) is given the median of the others, and one
+    whose phase is held stays held.
+
+    Args:
+        values: free parameters by name, SI.
+        stacked: recordings of kind spring.
+    """
+    values = {name: jnp.asarray(value, float) for name, value in values.items()}
+    table = np.array([np.asarray(_evidence(values, stacked, jnp.asarray(w))) for w in CANDIDATES])
+    held = np.asarray(stacked.extra["level_sd"]) == 0.0
+    told = (np.ptp(table, axis=0) > DECISIVE) & ~held
+    best = np.asarray(CANDIDATES)[np.argmax(table, axis=0)]
+    usual = 10.0 ** np.median(np.log10(best[told])) if told.any() else CANDIDATES[len(CANDIDATES) // 2]
+    wander = np.where(told, best, usual)
+    return eqx.tree_at(lambda rows: rows.extra["wander"], stacked, jnp.asarray(wander))

@@ -1,0 +1,134 @@
+"""Parameters tied to others by an expression, such as `2*mu` or `c_10 + c_20`.
+
+Expressions are read by `asteval`, lmfit's own interpreter, in its minimal form (no statements, no imports, no
+attributes), with elementwise functions of NumPy outside a traced program and of `jax.numpy` inside one, so a
+tie differentiates and compiles like the rest of a model.
+"""
+
+import ast
+import math
+from collections.abc import Iterable, Mapping
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from asteval import Interpreter
+
+from pneusma_jax.errors import InputError, nearest
+
+FUNCTIONS = (
+    *("sin", "cos", "tan", "arcsin", "arccos", "arctan", "arctan2", "sinh", "cosh", "tanh"),
+    *("exp", "expm1", "log", "log1p", "log10", "sqrt", "abs", "minimum", "maximum", "where"),
+)
+CONSTANTS = {"pi": math.pi}
+RESERVED = frozenset(FUNCTIONS) | frozenset(CONSTANTS)
+"""Names that an expression gives a meaning of its own; no parameter may be called so."""
+
+_ALLOWED = (ast.Expression, ast.Name, ast.Load, ast.Constant, ast.BinOp, ast.UnaryOp, ast.Call, ast.Compare)
+
+
+def names_in(expression: str, owner: str) -> set[str]:
+    """Parameters that an expression refers to.
+
+    Args:
+        expression: the tie.
+        owner: the tied parameter, for the message.
+
+    Raises:
+        InputError: if the text is not one arithmetic expression.
+    """
+    try:
+        tree = ast.parse(expression.strip(), mode="eval")
+    except (SyntaxError, ValueError):
+        raise InputError(
+            f"parameter {owner!r}: tie {expression!r} is not an expression like '2*mu' or 'c_10 + c_20'"
+        ) from None
+    for node in ast.walk(tree):
+        numeric = not isinstance(node, ast.Constant) or isinstance(node.value, int | float)
+        known = isinstance(node, (*_ALLOWED, ast.operator, ast.unaryop, ast.cmpop))
+        if not (known and numeric) or (isinstance(node, ast.Call) and node.keywords):
+            raise InputError(
+                f"parameter {owner!r}: tie {expression!r} may only hold numbers, parameters, + - * / ** "
+                f"and the functions {', '.join(FUNCTIONS)}"
+            )
+    called = {id(node.func): node.func for node in ast.walk(tree) if isinstance(node, ast.Call)}
+    names = [node for node in ast.walk(tree) if isinstance(node, ast.Name)]
+    for node in names:
+        if (id(node) in called) != (node.id in FUNCTIONS):
+            if node.id in FUNCTIONS:
+                raise InputError(
+                    f"parameter {owner!r}: tie {expression!r} gives {node.id!r} no argument; "
+                    f"write {node.id}(...)"
+                )
+            raise InputError(
+                f"parameter {owner!r}: tie {expression!r} calls {node.id!r}; {nearest(node.id, FUNCTIONS)}"
+            )
+    return {node.id for node in names} - RESERVED
+
+
+def evaluation_order(ties: Mapping[str, str], names: Iterable[str]) -> tuple[str, ...]:
+    """Tied parameters in an order in which each comes after all it depends on.
+
+    Args:
+        ties: expression by tied parameter.
+        names: all parameters there are.
+
+    Raises:
+        InputError: if an expression names a parameter that does not exist, or depends on itself.
+    """
+    names = set(names)
+    needs = {}
+    for owner, expression in ties.items():
+        needs[owner] = names_in(expression, owner)
+        for name in sorted(needs[owner] - names):
+            raise InputError(
+                f"parameter {owner!r}: tie {expression!r} names {name!r}, which is no parameter; "
+                f"{nearest(name, names - {owner})}"
+            )
+    order: list[str] = []
+
+    def visit(owner: str, path: tuple[str, ...]) -> None:
+        if owner in path:
+            loop = " -> ".join((*path[path.index(owner) :], owner))
+            raise InputError(f"parameter {owner!r}: ties run in a circle ({loop}); free or fix one of them")
+        if owner in order or owner not in needs:
+            return
+        for name in sorted(needs[owner]):
+            visit(name, (*path, owner))
+        order.append(owner)
+
+    for owner in needs:
+        visit(owner, ())
+    return tuple(order)
+
+
+def evaluate(
+    ties: Iterable[tuple[str, str]], values: Mapping[str, Any], functions: ModuleType = np
+) -> dict[str, Any]:
+    """All values, those of tied parameters computed.
+
+    Args:
+        ties: (tied parameter, expression) in evaluation order.
+        values: numbers or traced scalars of the others.
+        functions: `numpy`, or `jax.numpy` for traced values.
+
+    Returns:
+        `values` and the tied ones, as a new dictionary.
+
+    Raises:
+        InputError: if an expression cannot be evaluated.
+    """
+    values = dict(values)
+    table = CONSTANTS | {name: getattr(functions, name) for name in FUNCTIONS} | values
+    interpreter = Interpreter(symtable=table, minimal=True, use_numpy=False)
+    for owner, expression in ties:
+        try:
+            with np.errstate(all="ignore"):
+                result = interpreter(expression, raise_errors=True)
+        except Exception as problem:
+            reason = str(problem).strip().splitlines()[-1]
+            raise InputError(
+                f"parameter {owner!r}: tie {expression!r} cannot be evaluated: {reason}"
+            ) from None
+        interpreter.symtable[owner] = values[owner] = result
+    return values

@@ -1,0 +1,161 @@
+"""The tests that a first campaign is chosen from: how far, in which steps, at what phase to pull."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array
+
+import pneusma_jax as pj
+from pneusma_jax.errors import InputError
+
+PUBLISHED = pj.SpringGeometry(0.25e-3, 0.9e-3, 0.269e-3, 52.0, 14e-3)  # the source's spring
+STEPS = (1.15, 2.30, 3.45, 4.60, 5.75)  # spring strains that it was stretched to, Section 2.4.2
+HOT_STEPS = 3  # a hot spring is not stretched further than this step, so as not to damage it
+ROUND = 0.05  # spring strains are rounded to
+LONGEST = 40.0  # spring strain up to which a step is looked for
+SHARES = tuple(k / 8.0 for k in range(1, 8))  # of the way from the hot to the cold resistance at rest
+HOT_SHARE = 0.45  # below it a spring whose resistance is held may be heated through at high strain
+LEG_ROWS = 12  # readings of a pull or a return that are taken to be independent
+LATENT_ROWS = 4  # readings that share one unknown deviation of the phase
+COLD, HOT, HELD, HEATED = range(4)
+HOLDS = ("cold", "hot", "resistance", "heated at length")
+PHASE_SD = (0.003, 0.01, 0.3, 0.3)  # 1-sigma of the martensite fraction by hold, before resistance is read
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A test that can be done.
+
+    Attributes:
+        hold: `COLD` (unheated), `HOT` (full current), `HELD` (resistance held by a controller) or `HEATED`
+            (pulled cold, heated through and cooled at that length, released).
+        strains: spring strains of the loading cycles, in order [1].
+        share: of the way from the hot resistance at rest to the cold one that is held; 0 where none is.
+    """
+
+    hold: int
+    strains: tuple[float, ...]
+    share: float = 0.0
+
+    @property
+    def is_hot(self) -> bool:
+        """Whether the spring is too hot to be stretched far."""
+        return self.hold in (HOT, HEATED) or (self.hold == HELD and self.share < HOT_SHARE)
+
+    @property
+    def name(self) -> str:
+        """Short name for tables and files, such as `held_0.50_to_575`."""
+        head = {COLD: "cold", HOT: "hot", HELD: f"held_{self.share:.3g}", HEATED: "heated"}[self.hold]
+        steps = "in_steps_" if len(self.strains) > 1 else ""
+        twice = "_twice" if self.strains.count(self.strains[-1]) > 1 else ""
+        return f"{head}_{steps}to_{100.0 * max(self.strains):.0f}{twice}"
+
+    @property
+    def words(self) -> str:
+        """What is done, in words."""
+        peaks = ", ".join(f"{100.0 * s:.0f}" for s in self.strains)
+        pulls = f"pull to {peaks} % of the free length, back to 0 after each"
+        if self.hold == HEATED:
+            return f"pull cold to {peaks} %, heat through and let cool at that length, release"
+        where = {COLD: "cold", HOT: "at full current", HELD: "with resistance held"}[self.hold]
+        return f"{pulls}, {where}"
+
+
+def steps_of(geometry: pj.SpringGeometry) -> tuple[float, ...]:
+    """Spring strains at which the wire of a spring is strained as the source's was at its own five steps.
+
+    Raises:
+        InputError: if the spring would have to be stretched beyond all measure.
+    """
+    wanted = PUBLISHED.shear_strain(PUBLISHED.free_length * np.array(STEPS))
+    strain = np.linspace(0.0, LONGEST, 8001)
+    gamma = np.asarray(geometry.shear_strain(geometry.free_length * strain))
+    rising = np.maximum.accumulate(gamma)
+    if rising[-1] < float(wanted[-1]):
+        raise InputError(
+            f"[geometry]: even at {LONGEST:g} times its free length the wire of this spring is strained to"
+            f" {rising[-1]:.3g} only, not to {float(wanted[-1]):.3g}; are its dimensions right?"
+        )
+    steps = ROUND * np.round(np.interp(np.asarray(wanted), rising, strain) / ROUND)
+    return tuple(float(f"{max(step, ROUND):.6g}") for step in steps)
+
+
+def candidates(
+    steps: tuple[float, ...] = STEPS, shares: Sequence[float] = SHARES
+) -> list[Candidate]:
+    """At every phase: single pulls to each step, stepwise ones, and these with the last step repeated.
+
+    Args:
+        steps: spring strains, ascending.
+        shares: of the way from the hot to the cold resistance at rest, to be held.
+    """
+    tests = []
+    for hold, share in [(COLD, 0.0), (HOT, 0.0), *((HELD, s) for s in shares)]:
+        reach = steps[:HOT_STEPS] if Candidate(hold, steps[:1], share).is_hot else steps
+        tests += [Candidate(hold, (peak,), share) for peak in reach]
+        tests += [Candidate(hold, reach[: k + 1], share) for k in range(1, len(reach))]
+        tests.append(Candidate(hold, (*reach, reach[-1]), share))
+    return [*tests, *(Candidate(HEATED, (peak,)) for peak in steps[:HOT_STEPS])]
+
+
+def published_campaign(steps: tuple[float, ...] = STEPS) -> list[Candidate]:
+    """The source's seven tests of one spring: cold, hot, and five resistances between."""
+    hot, full = steps[:HOT_STEPS], (*steps, steps[-1])
+    held = [k / 6.0 for k in range(1, 6)]
+    return [
+        Candidate(COLD, full),
+        Candidate(HOT, hot),
+        *(Candidate(HELD, hot if s < HOT_SHARE else full, s) for s in held),
+    ]
+
+
+class Courses(eqx.Module):
+    """Tests as arrays; padded rows are masked.
+
+    Attributes:
+        strain: spring strain, shape (tests, rows).
+        warmth: of a test that heats at constant length, from 0 cold to 1 hot, shape (tests, rows).
+        mask: rows that count, shape (tests, rows).
+        hold: code, shape (tests,).
+        share: of the resistance to hold, shape (tests,).
+        phase_sd: 1-sigma of the phase before resistance is read, shape (tests,).
+    """
+
+    strain: Array
+    warmth: Array
+    mask: Array
+    hold: Array
+    share: Array
+    phase_sd: Array
+
+
+def courses(tests: Sequence[Candidate]) -> Courses:
+    """Arrays of the tests, all of one length."""
+    parts = [_course(test) for test in tests]
+    size = -(-max(len(strain) for strain, _ in parts) // LATENT_ROWS) * LATENT_ROWS
+
+    def padded(series: np.ndarray) -> np.ndarray:
+        return np.pad(series, (0, size - len(series)))
+
+    return Courses(
+        strain=np.stack([padded(strain) for strain, _ in parts]),
+        warmth=np.stack([padded(warmth) for _, warmth in parts]),
+        mask=np.stack([padded(np.ones(len(strain))) for strain, _ in parts]),
+        hold=np.array([test.hold for test in tests]),
+        share=np.array([test.share for test in tests]),
+        phase_sd=np.array([PHASE_SD[test.hold] for test in tests]),
+    )
+
+
+def _course(test: Candidate) -> tuple[np.ndarray, np.ndarray]:
+    """Spring strain and warmth of one test, shape (rows,) each."""
+    up = np.arange(1, LEG_ROWS + 1) / LEG_ROWS
+    if test.hold == HEATED:
+        peak, still = test.strains[0], np.ones(2 * LEG_ROWS)
+        warm = np.arange(1, 2 * LEG_ROWS + 1) / (2 * LEG_ROWS)
+        strain = np.concatenate([peak * up, peak * still, peak * still, peak * (1.0 - up)])
+        return strain, np.concatenate([0.0 * up, warm, 1.0 - warm, 0.0 * up])
+    strain = np.concatenate([np.concatenate([peak * up, peak * (1.0 - up)]) for peak in test.strains])
+    return strain, np.zeros(len(strain))

@@ -1,0 +1,148 @@
+"""Choosing tests: one after another the one that tells most per minute, then exchanging while that helps.
+
+What is known after some tests is Gaussian: prior and information add up. A test's worth is the expected fall
+of the log-volume of the wanted constants' uncertainty, the others integrated out (D_s-optimality), averaged
+over alloys that the priors allow, so that the protocol suits an alloy that nobody knows yet.
+
+A repeat adds what `told[:, test, r]` says of `r + 1` repeats together: it averages the instruments' errors,
+but the law errs in every repeat alike.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+WANTED = ("beta_1", "beta_2", "beta_3", "ka_1", "ka_2", "ka_3", "km_1", "km_2", "km_3", "a", "b")
+LEAST_GAIN = 0.3  # nats; a test that tells less is not worth its set-up
+MOST_ROUNDS = 20
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One chosen test, or one more repeat of it.
+
+    Attributes:
+        index: of the candidate.
+        gain: about the wanted constants after those chosen before it [nats], mean over the alloys.
+    """
+
+    index: int
+    gain: float
+
+
+def choose(
+    told: np.ndarray, minutes: np.ndarray, names: Sequence[str], wanted: Sequence[str], most: int
+) -> list[Choice]:
+    """The tests of a campaign, in the order in which they are best done.
+
+    Args:
+        told: information of 1, 2, ... repeats of each test in units of the prior, shape
+            (alloys, tests, repeats, unknowns, unknowns).
+        minutes: each test takes, with its set-up, shape (tests,).
+        names: of the unknowns.
+        wanted: those that the campaign is for.
+        most: tests to choose at most, repeats counted.
+    """
+    rows = [list(names).index(name) for name in wanted]
+    worth = _Worth(told, minutes, rows)
+    first = worth.greedy(Counter({k: told.shape[2] for k in range(told.shape[1])}), most, LEAST_GAIN)
+    better = worth.exchanged([choice.index for choice in first])
+    return worth.greedy(Counter(better), len(better), -np.inf)
+
+
+@dataclass(frozen=True)
+class _Worth:
+    """Arguments of `choose`, with the wanted rows."""
+
+    told: np.ndarray
+    minutes: np.ndarray
+    rows: list[int]
+
+    def greedy(self, pool: Counter, most: int, least: float) -> list[Choice]:
+        """Tests one by one, each as often as `pool` has it."""
+        known, done = _prior(self.told), Counter()
+        chosen: list[Choice] = []
+        while len(chosen) < most:
+            left = [k for k in sorted(pool) if done[k] < pool[k]]
+            if not left:
+                break
+            more = np.stack([self._next(k, done) for k in left], axis=1)
+            gain = log_volume(known, self.rows) - log_volume(known[:, None] + more, self.rows)
+            best = int(np.argmax(gain / self.minutes[left]))
+            if chosen and gain[best] < least:
+                break
+            chosen.append(Choice(left[best], float(gain[best])))
+            known = known + more[:, best]
+            done[left[best]] += 1
+        return chosen
+
+    def exchanged(self, tests: list[int]) -> list[int]:
+        """Tests after single exchanges that tell more in no more time, until none does (Fedorov)."""
+        tests, limit = list(tests), self.minutes[tests].sum() + 1e-9
+        everything = range(self.told.shape[1])
+        for _ in range(MOST_ROUNDS):
+            moved = False
+            for k in range(len(tests)):
+                others = tests[:k] + tests[k + 1 :]
+                time = self.minutes[others].sum()
+                done = Counter(others)
+                able = [
+                    j
+                    for j in everything
+                    if done[j] < self.told.shape[2] and time + self.minutes[j] <= limit
+                ]
+                known = _prior(self.told) + sum(self.told[:, j, n - 1] for j, n in done.items())
+                more = np.stack([self._next(j, done) for j in able], axis=1)
+                volume = log_volume(known[:, None] + more, self.rows)
+                best = able[int(np.argmin(volume))]
+                if best != tests[k] and volume.min() < volume[able.index(tests[k])] - 1e-9:
+                    tests[k], moved = best, True
+            if not moved:
+                break
+        return tests
+
+    def _next(self, test: int, done: Counter) -> np.ndarray:
+        """Information that one more repeat of a test adds."""
+        before = self.told[:, test, done[test] - 1] if done[test] else 0.0
+        return self.told[:, test, done[test]] - before
+
+
+def covariances(told: np.ndarray, order: Sequence[int]) -> np.ndarray:
+    """Covariance after 0, 1, 2, ... tests in units of the prior.
+
+    Args:
+        told: as for `choose`.
+        order: indices of the tests, repeats and all.
+
+    Returns:
+        Shape (1 + tests done, alloys, unknowns, unknowns).
+    """
+    steps, done = [_prior(told)], Counter()
+    for index in order:
+        before = told[:, index, done[index] - 1] if done[index] else 0.0
+        steps.append(steps[-1] + told[:, index, done[index]] - before)
+        done[index] += 1
+    return np.linalg.inv(np.stack(steps))
+
+
+def expected_sd(told: np.ndarray, order: Sequence[int]) -> np.ndarray:
+    """1-sigma of every unknown in units of the prior's, shape (1 + tests done, alloys, unknowns)."""
+    return np.sqrt(np.diagonal(covariances(told, order), axis1=2, axis2=3))
+
+
+def log_volume(known: np.ndarray, rows: list[int]) -> np.ndarray:
+    """Half the log-determinant of the marginal covariance of some unknowns, mean over the alloys.
+
+    Args:
+        known: precision, shape (alloys, ..., unknowns, unknowns).
+        rows: of the unknowns.
+    """
+    covariance = np.linalg.inv(known)[..., rows, :][..., rows]
+    return np.mean(0.5 * np.linalg.slogdet(covariance)[1], axis=0)
+
+
+def _prior(told: np.ndarray) -> np.ndarray:
+    """Precision before any test, in units of the prior, shape (alloys, unknowns, unknowns)."""
+    return np.broadcast_to(np.eye(told.shape[-1]), told[:, 0, 0].shape).copy()

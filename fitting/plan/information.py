@@ -1,0 +1,112 @@
+"""What a test would tell about an alloy: Fisher information from the model's own sensitivities.
+
+A test yields force and resistance at known elongations. The phase is not known: the controller holds it as
+well as it can, and every few readings deviate by an unknown amount, which resistance and force must settle
+together with the constants. These deviations are Gaussian unknowns and are integrated out (a Schur
+complement), so that a test in which resistance does not tell the phase is worth as little as it is.
+"""
+
+from collections.abc import Mapping
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+import pneusma_jax as pj
+
+from .candidates import COLD, HEATED, HOT, LATENT_ROWS, Courses
+
+
+def held_phase(alloy: pj.Alloy, gamma: Array, share: Array) -> Array:
+    """Martensite fraction of a wire whose resistance a slow, ideal controller holds, shape (rows,).
+
+    A set-point above what the cold wire shows turns the heater off; one below what the hot wire shows turns
+    it on fully (Section 2.4.5: at high strain the set-point is lost).
+
+    Args:
+        alloy: of the wire.
+        gamma: shear strain, shape (rows,).
+        share: of the way from the hot resistance at rest to the cold one.
+    """
+    zero = jnp.asarray(0.0)
+    rest = alloy.rho_a(zero) + share * (alloy.rho_m(zero) - alloy.rho_a(zero))
+    cold, hot = alloy.rho_m(gamma), alloy.rho_a(gamma)
+    reading = alloy.martensite_fraction(jnp.broadcast_to(rest, gamma.shape), gamma).xi0
+    return jnp.where(rest >= cold, 1.0, jnp.where(rest <= hot, 0.0, reading))
+
+
+def phase_course(alloy: pj.Alloy, gamma: Array, test: Courses) -> Array:
+    """Martensite fraction over one test, shape (rows,)."""
+    held = held_phase(alloy, gamma, test.share)
+    fixed = jnp.where(test.hold == COLD, 1.0, 0.0)
+    course = jnp.where((test.hold == COLD) | (test.hold == HOT), fixed, held)
+    return jnp.where(test.hold == HEATED, 1.0 - test.warmth, course)
+
+
+@eqx.filter_jit
+def information(
+    constants: Mapping[str, Float[Array, "draws"]],
+    names: tuple[str, ...],
+    scale: Float[Array, "unknowns"],
+    geometry: pj.SpringGeometry,
+    tests: Courses,
+    noise: Float[Array, "2"],
+    misfit: Float[Array, ""],
+    repeats: Float[Array, ""],
+) -> Float[Array, "draws tests unknowns unknowns"]:
+    """Information of each test at each alloy about unknown constants, in units of their scales.
+
+    Args:
+        constants: of the alloys, SI.
+        names: of the unknown constants.
+        scale: prior 1-sigma of each, SI.
+        geometry: of the spring.
+        tests: what is done.
+        noise: 1-sigma of force [N] and of resistance [ohm].
+        misfit: 1-sigma by which the law itself errs, as a share of the force and of the contrast in
+            resistance between both phases at rest [1]; in every repeat alike.
+        repeats: of each test, averaged.
+    """
+    tests = eqx.tree_at(lambda t: t.phase_sd, tests, tests.phase_sd / jnp.sqrt(repeats))
+    noise = noise / jnp.sqrt(repeats)
+
+    def each(alloy: dict[str, Array]) -> Array:
+        one = lambda test: _information(alloy, names, scale, geometry, test, noise, misfit)  # noqa: E731
+        return jax.lax.map(one, tests, batch_size=16)
+
+    return jax.lax.map(each, dict(constants))
+
+
+def _information(
+    constants: dict[str, Array],
+    names: tuple[str, ...],
+    scale: Array,
+    geometry: pj.SpringGeometry,
+    test: Courses,
+    noise: Array,
+    misfit: Array,
+) -> Array:
+    """Information of one test at one alloy, shape (unknowns, unknowns)."""
+    elongation = geometry.free_length * test.strain
+    nominal = pj.Spring(geometry, pj.Alloy(**constants), geometry.free_length)
+    course = phase_course(nominal.alloy, nominal.shear_strain(elongation), test)
+    rows = elongation.shape[0]
+    zero = jnp.asarray(0.0)
+    contrast = (nominal.alloy.rho_m(zero) - nominal.alloy.rho_a(zero)) * geometry.wire_length
+    force = pj.simulate_spring(nominal, elongation, pj.MartensiteFraction(course)).rows.force
+    sigma = jnp.hypot(noise[0], misfit * force), jnp.hypot(noise[1], misfit * contrast)
+
+    def outputs(shift: Array, deviation: Array) -> Array:
+        moved = {name: constants[name] + scale[k] * shift[k] for k, name in enumerate(names)}
+        spring = pj.Spring(geometry, pj.Alloy(**{**constants, **moved}), geometry.free_length)
+        xi0 = course + jnp.repeat(deviation, LATENT_ROWS)[:rows]
+        found = pj.simulate_spring(spring, elongation, pj.MartensiteFraction(xi0)).rows
+        return jnp.concatenate([test.mask * found.force / sigma[0], test.mask * found.resistance / sigma[1]])
+
+    at = jnp.zeros(len(names)), jnp.zeros(rows // LATENT_ROWS)
+    by_constants, by_phase = jax.jacfwd(outputs, argnums=(0, 1))(*at)
+    known = by_phase.T @ by_phase + jnp.eye(by_phase.shape[1]) / test.phase_sd**2
+    mixed = by_phase.T @ by_constants
+    told = by_constants.T @ by_constants - mixed.T @ jnp.linalg.solve(known, mixed)
+    return 0.5 * (told + told.T)

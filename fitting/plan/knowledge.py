@@ -1,0 +1,138 @@
+"""What is known of an alloy before its first test: means and spreads of its constants, possible alloys."""
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+import pneusma_jax as pj
+from fitting.models.priors import NEW_ALLOY, PER_LENGTH, REFERENCE_WIRE
+from pneusma_jax.calibration import Calibration, load_calibration
+from pneusma_jax.calibration_model import Prior
+from pneusma_jax.errors import InputError
+
+CONSTANTS = tuple(field.name for field in dataclasses.fields(pj.Alloy) if field.name != "name")
+NOT_SEEN = ("gamma_max", "poisson_ratio", "T_mid", "T_width", "density", "heat_capacity", "convection")
+"""Constants that tests on a stand do not identify: conventions, and those of heating."""
+BATCH = 64
+MOST_BATCHES = 40
+
+
+@dataclass(frozen=True)
+class Knowledge:
+    """Independent Gaussian knowledge of the unknown constants, SI.
+
+    Attributes:
+        table: nominal constants.
+        names: of the unknown ones.
+        mean, sd: shape (unknowns,).
+        bounds: shape (unknowns, 2).
+    """
+
+    table: Calibration
+    names: tuple[str, ...]
+    mean: np.ndarray
+    sd: np.ndarray
+    bounds: np.ndarray
+
+    @property
+    def nominal(self) -> dict[str, float]:
+        """All constants of the alloy at their nominal values."""
+        return {name: self.table.quantities[name].value for name in CONSTANTS}
+
+    def draws(self, count: int, seed: int) -> dict[str, np.ndarray]:
+        """Alloys that can exist, each constant of shape (count,); the first is the nominal one.
+
+        Raises:
+            InputError: if next to none of the alloys that the priors allow can exist.
+        """
+        random = np.random.default_rng(seed)
+        nominal = self.nominal
+        kept = [self.mean[None]]
+        for _ in range(MOST_BATCHES):
+            if sum(map(len, kept)) >= count:
+                break
+            batch = self.mean + self.sd * random.standard_normal((BATCH, len(self.mean)))
+            inside = np.all((batch >= self.bounds[:, 0]) & (batch <= self.bounds[:, 1]), axis=1)
+            values = {name: np.full(BATCH, nominal[name]) for name in CONSTANTS}
+            values |= {name: np.clip(batch[:, k], *self.bounds[k]) for k, name in enumerate(self.names)}
+            kept.append(batch[inside & np.asarray(_possible(values))])
+        found = np.concatenate(kept)[:count]
+        if len(found) < count:
+            raise InputError(
+                f"{self.table.name}: of the alloys that its priors allow next to none can exist (stress must"
+                " rise with strain and the cold wire resist more); narrow the priors of gamma_L, beta or ka"
+            )
+        spread = {name: np.full(count, nominal[name]) for name in CONSTANTS}
+        return spread | {name: found[:, k] for k, name in enumerate(self.names)}
+
+
+def knowledge_of(alloy: str | Path | None = None, wire_diameter: float = REFERENCE_WIRE) -> Knowledge:
+    """What is known about an alloy: the priors of its table.
+
+    A constant without a prior is as uncertain as that of nitinol that nobody has characterised, around its
+    own value: the alloy is new, its table a first guess.
+
+    Args:
+        alloy: name or path of a table; None for nitinol that nobody has characterised.
+        wire_diameter: of the spring [m]; where there is no table, resistances are scaled to it.
+
+    Raises:
+        InputError: if the table cannot be used, or lacks a spring's constant.
+    """
+    anything = load_calibration(NEW_ALLOY, "alloy")
+    table = anything if alloy is None else load_calibration(alloy, "alloy")
+    table.require(CONSTANTS)
+    if alloy is None:
+        table = _of_wire(table, (REFERENCE_WIRE / wire_diameter) ** 2)
+    names = tuple(name for name in CONSTANTS if name not in NOT_SEEN)
+    priors = [_prior(table, anything, name) for name in names]
+    return Knowledge(
+        table,
+        names,
+        mean=np.array([p.mean for p in priors]),
+        sd=np.array([p.sd for p in priors]),
+        bounds=np.array([(p.min, p.max) for p in priors]),
+    )
+
+
+def _of_wire(table: Calibration, factor: float) -> Calibration:
+    """A table with its resistances per length, and their priors, multiplied by a factor."""
+    scaled = dict(table.quantities)
+    for name in PER_LENGTH:
+        quantity = scaled[name]
+        prior = Prior(*(factor * x for x in dataclasses.astuple(quantity.prior)))
+        scaled[name] = dataclasses.replace(quantity, value=factor * quantity.value, prior=prior)
+    return dataclasses.replace(table, quantities=scaled)
+
+
+def _prior(table: Calibration, anything: Calibration, name: str) -> Prior:
+    quantity, usual = table.quantities[name], anything.quantities[name].prior
+    if quantity.prior is not None:
+        return dataclasses.replace(quantity.prior, mean=quantity.value)
+    if usual is None:
+        raise InputError(f"{anything.name}: {name} has no prior")
+    signed = usual.min < 0.0 < usual.max
+    scale = 1.0 if signed else abs(quantity.value / usual.mean)
+    ends = sorted(quantity.value + scale * (end - usual.mean) for end in (usual.min, usual.max))
+    low, high = (-math.inf, math.inf) if signed else ends
+    return Prior(quantity.value, scale * usual.sd, low, high)
+
+
+@eqx.filter_jit
+def _possible(values: dict[str, jax.Array]) -> jax.Array:
+    """Whether alloys can exist, shape (alloys,): stress rises with strain, the cold wire resists more."""
+
+    def one(values: dict[str, jax.Array]) -> jax.Array:
+        alloy = pj.Alloy(**values)
+        gamma = jnp.linspace(0.0, alloy.gamma_max, 100)
+        rising = [jnp.all(jnp.diff(alloy.shear_stress(gamma, x, 0.0)) > 0.0) for x in (0.0, 1.0)]
+        zero = jnp.asarray(0.0)
+        return rising[0] & rising[1] & (alloy.rho_m(zero) > alloy.rho_a(zero))
+
+    return jax.vmap(one)(values)

@@ -1,0 +1,264 @@
+"""The first campaign on a spring of a new alloy: planned from expected information."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+import pneusma_jax as pj
+from fitting.characterise.identifiability import identifiability
+from fitting.recordings import Recording
+from fitting.simulation.specimen import geometry_of
+from fitting.synthesise.spring import NOISE
+from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.units import from_si
+
+from .candidates import HELD, LEG_ROWS, Candidate, candidates, courses, published_campaign, steps_of
+from .choose import WANTED, choose, covariances, expected_sd
+from .information import information
+from .knowledge import Knowledge, knowledge_of
+from .rates import choose_rates, minutes
+
+DRAWS = 8
+MOST_REPEATS = 3
+MISFIT = 0.02
+MOST_TESTS = 9
+KNOWN = 0.25  # relative 1-sigma up to which a constant counts as identified
+
+
+@dataclass(frozen=True)
+class PlannedTest:
+    """One test of the protocol.
+
+    Attributes:
+        candidate: what is done.
+        repeats: how often.
+        gain: about the wanted constants [nats], all repeats.
+        rate: of pulling, in spring strain [1/s].
+        role: `fit` or `validation`.
+    """
+
+    candidate: Candidate
+    repeats: int
+    gain: float
+    rate: float
+    role: str = "fit"
+
+    @property
+    def minutes(self) -> float:
+        """Time of one repeat with its set-up [min]."""
+        return minutes(self.candidate, self.rate)
+
+    @property
+    def sampling_s(self) -> float:
+        """Longest time between samples that leaves enough of them on the shortest pull [s]."""
+        shortest = min(self.candidate.strains) / self.rate
+        return min(0.5, round(shortest / LEG_ROWS, 2))
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A protocol and what it is expected to give.
+
+    Attributes:
+        knowledge: about the alloy before the first test.
+        spring: at nominal constants.
+        geometry: what was stated of it, by canonical key.
+        steps: spring strains of its wire's usual steps.
+        tests: in order, the one for validation last.
+        order: names of the single tests of the fit, repeats and all, in the order of `sd`.
+        sd: expected 1-sigma after 0, 1, 2, ... tests in units of the prior's, median over alloys,
+            shape (1 + tests, unknowns).
+        published_sd: after the source's seven tests, shape (unknowns,).
+        published_minutes: that these take, at speeds that hold their resistances.
+        loose: sentences about what stays unknown after all tests, at the nominal alloy.
+        wanted: constants that the tests were chosen for.
+        noise: 1-sigma of force [N] and resistance [ohm].
+        misfit: share by which the law is taken to err [1].
+    """
+
+    knowledge: Knowledge
+    spring: pj.Spring
+    geometry: dict[str, Any]
+    steps: tuple[float, ...]
+    tests: list[PlannedTest]
+    order: list[str]
+    sd: np.ndarray
+    published_sd: np.ndarray
+    published_minutes: float
+    loose: list[str]
+    wanted: tuple[str, ...]
+    noise: tuple[float, float]
+    misfit: float
+
+    @property
+    def minutes(self) -> float:
+        """Duration of all tests with set-up [min]."""
+        return sum(test.minutes * test.repeats for test in self.tests)
+
+    def relative_sd(self, step: int = -1) -> dict[str, float]:
+        """Expected 1-sigma of each constant over its nominal size, after some tests."""
+        size = np.abs(self.knowledge.mean)
+        return dict(zip(self.knowledge.names, self.sd[step] * self.knowledge.sd / size, strict=True))
+
+    def report(self) -> str:
+        """The protocol in words."""
+        from .words import report
+
+        return report(self)
+
+    def save(self, folder: str | Path, force: bool = False) -> list[Path]:
+        """Write protocol.toml, protocol.csv, protocol.html, protocol.json and the figure, all or nothing.
+
+        Raises:
+            InputError: if the folder holds results and `force` is off, or cannot be written.
+        """
+        from .documents import save
+
+        return save(self, folder, force)
+
+
+def plan_campaign(
+    alloy: str | Path | None = None,
+    geometry: Mapping[str, Any] | None = None,
+    *,
+    tests: int = MOST_TESTS,
+    wanted: Sequence[str] = WANTED,
+    noise: Mapping[str, float] | None = None,
+    misfit: float = MISFIT,
+    draws: int = DRAWS,
+    seed: int = 0,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Plan:
+    """Plan the first campaign on a spring whose alloy is to be characterised.
+
+    Args:
+        alloy: table whose priors say what is known; None for nitinol that nobody has characterised.
+        geometry: of the spring, keys of `[geometry]`; the source's where it is silent.
+        tests: to choose at most, validation not counted.
+        wanted: constants that the tests are for.
+        noise: 1-sigma of `force_N` and `resistance_ohm`.
+        misfit: share of force and of the contrast in resistance by which the law itself errs.
+        draws: alloys over which the expectation is taken.
+        seed: of these.
+        progress: called with a few words after each step.
+
+    Raises:
+        InputError: for tables, dimensions or names that cannot be used.
+        RuntimeError: if float64 is off.
+    """
+    _check(tests, wanted, noise or {}, misfit, draws)
+    stated = dict(geometry or {})
+    dimensions = _dimensions(stated)
+    known = knowledge_of(alloy, float(dimensions.wire_diameter))
+    spring = pj.Spring(dimensions, pj.Alloy(**known.nominal, name=known.table.name), dimensions.free_length)
+    sigma = tuple({**NOISE, **(noise or {})}[key] for key in ("force_N", "resistance_ohm"))
+    steps = steps_of(dimensions)
+    pool, source = candidates(steps), published_campaign(steps)
+    rates = choose_rates(spring, [*pool, *source], seed, sigma[1])
+    rates, source_rates = rates[: len(pool)], rates[len(pool) :]
+    progress("rates")
+    alloys = known.draws(draws, seed)
+    progress("alloys")
+
+    values = {name: jnp.asarray(column) for name, column in alloys.items()}
+
+    def told(what: Sequence[Candidate], repeats: int) -> np.ndarray:
+        numbers = (jnp.asarray(x, float) for x in (sigma, misfit, repeats))
+        scale = jnp.asarray(known.sd)
+        return np.asarray(information(values, known.names, scale, dimensions, courses(what), *numbers))
+
+    table = np.stack([told(pool, r) for r in range(1, MOST_REPEATS + 1)], axis=2)
+    progress("information")
+    times = np.array([minutes(test, rate) for test, rate in zip(pool, rates, strict=True)])
+    chosen = choose(table, times, known.names, wanted, tests)
+    indices = [choice.index for choice in chosen]
+    progress("choice")
+    source_sd = expected_sd(told(source, 1)[:, :, None], range(len(source)))[-1]
+    progress("comparison")
+    merged = _merged(pool, rates, indices, [choice.gain for choice in chosen])
+    merged.append(_validation(pool, rates, indices, steps))
+    final = covariances(table, indices)[-1, 0]
+    units = [known.table.quantities[name].unit for name in known.names]
+    factor = np.array([from_si(1.0, unit, difference=True) for unit in units])
+    scale = factor * known.sd
+    loose = identifiability(known.names, factor * known.mean, final * np.outer(scale, scale))
+    return Plan(
+        knowledge=known,
+        spring=spring,
+        geometry=stated,
+        steps=steps,
+        tests=merged,
+        order=[pool[index].name for index in indices],
+        sd=np.median(expected_sd(table, indices), axis=1),
+        published_sd=np.median(source_sd, axis=0),
+        published_minutes=sum(minutes(t, rate) for t, rate in zip(source, source_rates, strict=True)),
+        loose=[entry["text"] for entry in loose],
+        wanted=tuple(wanted),
+        noise=sigma,
+        misfit=misfit,
+    )
+
+
+def _dimensions(stated: Mapping[str, Any]) -> pj.SpringGeometry:
+    """Dimensions of a spring on a stand.
+
+    Raises:
+        InputError: if they cannot be.
+    """
+    geometry = geometry_of(Recording(name="spring", path=None, kind="spring", geometry=dict(stated)))
+    names = ("wire_diameter", "mandrel_diameter", "initial_pitch", "active_coils", "free_length")
+    try:
+        return pj.SpringGeometry(*(getattr(geometry, name) for name in names))
+    except ValueError as error:
+        raise InputError(f"[geometry]: {error}") from None
+
+
+def _merged(
+    pool: list[Candidate], rates: list[float], indices: list[int], gains: list[float]
+) -> list[PlannedTest]:
+    """Equal tests as repeats of the first."""
+    return [
+        PlannedTest(
+            pool[index],
+            indices.count(index),
+            float(sum(gain for other, gain in zip(indices, gains, strict=True) if other == index)),
+            rates[index],
+        )
+        for index in dict.fromkeys(indices)
+    ]
+
+
+def _validation(
+    pool: list[Candidate], rates: list[float], chosen: list[int], steps: tuple[float, ...]
+) -> PlannedTest:
+    """A stepwise test at a held resistance far from those that are fitted."""
+    used = [pool[index].share for index in chosen if pool[index].hold == HELD] or [0.0, 1.0]
+    full = [k for k, test in enumerate(pool) if test.hold == HELD and test.strains == steps]
+    best = max(full, key=lambda k: min(abs(pool[k].share - share) for share in used))
+    return PlannedTest(pool[best], 1, 0.0, rates[best], "validation")
+
+
+def _check(
+    tests: int, wanted: Sequence[str], noise: Mapping[str, float], misfit: float, draws: int
+) -> None:
+    if not 1 <= tests <= 50:
+        raise InputError(f"--tests {tests}: must be 1 to 50")
+    if not 1 <= draws <= 200:
+        raise InputError(f"--draws {draws}: must be 1 to 200")
+    if not 0.0 <= misfit < 1.0:
+        raise InputError(f"--misfit {misfit:g}: is a share, such as 0.02")
+    for name, value in noise.items():
+        if name not in NOISE:
+            raise InputError(f"--noise {name}: no such instrument, {nearest(name, NOISE)}")
+        if not 0.0 < value < np.inf:
+            raise InputError(f"--noise {name}={value:g}: must be more than 0")
+    from .knowledge import CONSTANTS, NOT_SEEN
+
+    known = [name for name in CONSTANTS if name not in NOT_SEEN]
+    for name in wanted:
+        if name not in known:
+            raise InputError(f"--for {name}: no constant that such tests show, {nearest(name, known)}")

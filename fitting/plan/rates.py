@@ -1,0 +1,102 @@
+"""How fast to pull: the fastest rate at which a controller still holds a spring's resistance."""
+
+from collections.abc import Sequence
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+import pneusma_jax as pj
+from fitting.synthesise.controller import (
+    TRICKLE,
+    build_stand,
+    rest_resistances,
+    run_stand,
+    steps_of,
+    travel_profile,
+)
+from fitting.synthesise.spring import COLD_WIDTHS
+
+from .candidates import HEATED, HELD, Candidate
+from .information import held_phase
+
+SECONDS = (4.0, 8.0, 16.0, 32.0)  # for a pull to the first step, of the rates that are compared
+LOST = 0.02  # of the contrast at rest: an error of the held resistance that still counts as held
+MOST_LOST = 0.1  # share of the time in which it may be larger
+REST_S = 20.0
+READ_S = 0.5  # between the readings that are judged
+SETUP_MIN = 5.0  # to mount, cool and settle a spring before a test
+HEATING_S = 120.0  # of a test that heats at constant length, there and back
+
+
+def minutes(test: Candidate, rate: float) -> float:
+    """Time that a test takes with its set-up [min], at a rate in spring strain per second."""
+    travel = 2.0 * sum(test.strains) / rate
+    return SETUP_MIN + (travel + (HEATING_S if test.hold == HEATED else 0.0)) / 60.0
+
+
+def choose_rates(spring: pj.Spring, tests: Sequence[Candidate], seed: int, read_noise: float) -> list[float]:
+    """Spring strain per second for each test.
+
+    Tests that hold a resistance get the fastest rate at which it is held wherever heating can hold it, by a
+    simulation of controller and heat balance over the longest of them; the others the median of these.
+
+    Args:
+        spring: as far as it is known.
+        tests: what can be done.
+        seed: of the controller's readings.
+        read_noise: their 1-sigma [ohm].
+    """
+    held = [test for test in tests if test.hold == HELD]
+    shares = sorted({test.share for test in held})
+    longest = [max((t for t in held if t.share == share), key=_travel) for share in shares]
+    rates = dict(zip(shares, _held_rates(spring, longest, seed, read_noise), strict=True))
+    usual = float(np.median(list(rates.values()))) if rates else _rates(tests)[1]
+    return [rates[test.share] if test.hold == HELD else usual for test in tests]
+
+
+def _rates(tests: Sequence[Candidate]) -> list[float]:
+    """Rates that are compared, the fastest first [1/s]."""
+    first = min(strain for test in tests for strain in test.strains)
+    return [first / seconds for seconds in SECONDS]
+
+
+def _travel(test: Candidate) -> float:
+    return sum(test.strains)
+
+
+def _held_rates(spring: pj.Spring, tests: list[Candidate], seed: int, read_noise: float) -> list[float]:
+    if not tests:
+        return []
+    free = float(spring.geometry.free_length)
+    ambient = float(spring.alloy.T_mid - COLD_WIDTHS * spring.alloy.T_width)
+    cold, hot = rest_resistances(spring)
+    speeds = _rates(tests)
+    cases = [(test, rate) for test in tests for rate in speeds]
+    travels = [
+        travel_profile(free * np.asarray(t.strains), REST_S, np.asarray(t.strains) / rate)
+        for t, rate in cases
+    ]
+    longest = max(map(len, travels))
+    elongation = np.stack([np.pad(travel, (0, longest - len(travel))) for travel in travels])
+    setpoints = np.array([hot + test.share * (cold - hot) for test, _ in cases])
+    limits = np.tile([TRICKLE, 1.0], (len(cases), 1))
+    noise = np.random.default_rng(seed).standard_normal((len(tests), longest)).repeat(len(speeds), axis=0)
+    stand = build_stand(spring, ambient, read_noise)
+    resistance = run_stand(stand, elongation, setpoints, limits, noise).resistance
+    rows = slice(steps_of(REST_S), None, steps_of(READ_S))
+    share = jnp.asarray([test.share for test, _ in cases])
+    ideal = np.asarray(_ideal_phase(spring, jnp.asarray(elongation[:, rows]), share))
+    there = np.arange(longest)[rows] < np.array([len(travel) for travel in travels])[:, None]
+    possible = there & (ideal > 0.0) & (ideal < 1.0)
+    error = np.abs(np.asarray(resistance)[:, rows] - setpoints[:, None]) / abs(cold - hot)
+    lost = np.sum(possible & (error > LOST), axis=1) / np.maximum(possible.sum(axis=1), 1)
+    good = (lost <= MOST_LOST).reshape(len(tests), len(speeds))
+    return [max((v for v, ok in zip(speeds, row, strict=True) if ok), default=speeds[-1]) for row in good]
+
+
+@eqx.filter_jit
+def _ideal_phase(spring: pj.Spring, elongation: jax.Array, share: jax.Array) -> jax.Array:
+    """Martensite fraction that would hold the resistance, 0 or 1 where none does, shape (cases, rows)."""
+    return jax.vmap(lambda x, s: held_phase(spring.alloy, spring.shear_strain(x), s))(elongation, share)

@@ -1,0 +1,73 @@
+"""What `pneusma posterior` decides before it fits: where the chains go, which model is asked for."""
+
+from pathlib import Path
+from typing import Any
+
+from fitting.characterise.registry import PIPELINES, pipeline_of
+from fitting.characterise.result import Characterisation
+from fitting.models.registry import kind_of
+from fitting.recordings import Campaign
+from pneusma_jax.calibration import load_calibration
+from pneusma_jax.calibration_model import Calibration
+from pneusma_jax.errors import InputError
+
+from .models import campaign_problem
+from .problem import Problem
+
+CHAIN = "chain.h5"
+"""Name of the chains' file in a folder of results."""
+
+
+def chain_file(folder: Path, resume: bool, force: bool) -> Path:
+    """Path of the chains, checked against what is there.
+
+    Raises:
+        InputError: if chains would be overwritten without leave, or there are none to resume.
+    """
+    path = folder / CHAIN
+    if resume and not path.exists():
+        raise InputError(f"{path}: there is no chain to resume; run once without --resume")
+    if path.exists() and not (resume or force):
+        raise InputError(
+            f"{path}: chains are here already; continue them with --resume, or replace them with --force"
+        )
+    return path
+
+
+def problem_for(campaign: Campaign, model: str | None, law: str | None, seed: int) -> Problem:
+    """What is to be sampled, fitted first where a pipeline of the kind knows how.
+
+    Args:
+        campaign: recordings of one kind.
+        model: table of constants whose priors are used, by name or path; None for none.
+        law: of elastomers, to fit and sample; None for the one that predicts best.
+        seed: of the fit.
+
+    Raises:
+        InputError: if the campaign or the table cannot be used, or a law is given for what has none.
+    """
+    kind = kind_of(campaign)
+    if law is not None and kind != "elastomer":
+        raise InputError(
+            f"{campaign.path}: --law is about elastomers, but these recordings are of kind {kind}"
+        )
+    if kind == "elastomer":
+        table, options = _law_and_table(model, law)
+        return pipeline_of(campaign)(campaign, seed=seed, **options).sampling_problem(table)
+    if model is None and kind in PIPELINES:
+        fit = pipeline_of(campaign)(campaign, seed=seed)
+        if type(fit).sampling_problem is not Characterisation.sampling_problem:
+            return fit.sampling_problem()
+    return campaign_problem(campaign, **({} if model is None else {"base": model}))
+
+
+def _law_and_table(model: str | None, law: str | None) -> tuple[Calibration | None, dict[str, Any]]:
+    """The table of `--model`, and the options of the fit that it and `--law` ask for."""
+    if model is None:
+        return None, {} if law is None else {"law": law}
+    table = load_calibration(model, kind="silicone")
+    stated = table.text.get("law", "")
+    if law is not None and law != stated:
+        raise InputError(f"{table.path}: holds law {stated!r}, but --law asks for {law!r}")
+    terms = sum(name.startswith("alpha_") for name in table.quantities) if stated == "ogden" else None
+    return table, {"law": stated, "terms": terms}

@@ -1,0 +1,54 @@
+"""Where the Gaussian approximation and the draws disagree, and what that means for an error bar."""
+
+import math
+from dataclasses import dataclass
+
+SHIFT, RATIO, SKEWNESS = 0.25, 1.15, 0.5
+"""Disagreement that is worth a sentence: of means in standard deviations, of widths, of the symmetry."""
+
+
+@dataclass(frozen=True)
+class Disagreement:
+    """One parameter.
+
+    Attributes:
+        shift: mean of the draws less the mode, in Laplace's standard deviations; NaN without one.
+        ratio: standard deviation of the draws over Laplace's; NaN without one.
+        skewness: of the draws.
+    """
+
+    shift: float
+    ratio: float
+    skewness: float
+
+    @property
+    def notable(self) -> bool:
+        """Whether the approximation would mislead."""
+        return bool(self.reasons)
+
+    @property
+    def reasons(self) -> list[str]:
+        """In what respects, as ends of a sentence."""
+        if math.isnan(self.ratio):
+            return ["has no Laplace approximation (on a bound, or not determined by the data)"]
+        found = []
+        if abs(self.shift) > SHIFT:
+            found.append(
+                f"its mean lies {abs(self.shift):.2g} sd {'above' if self.shift > 0 else 'below'} the fit"
+            )
+        if not 1.0 / RATIO < self.ratio < RATIO:
+            wide = self.ratio > 1.0
+            small = "too small" if wide else "too large"
+            found.append(f"its error is {self.ratio:.2g} times the fit's ({small} there)")
+        if abs(self.skewness) > SKEWNESS:
+            found.append(
+                f"it leans to {'high' if self.skewness > 0 else 'low'} values (skewness {self.skewness:+.2g})"
+            )
+        return found
+
+
+def compare(mean: float, sd: float, skewness: float, mode: float, laplace_sd: float) -> Disagreement:
+    """Compare draws with the approximation of the same parameter, all in one unit."""
+    if not laplace_sd > 0.0:
+        return Disagreement(math.nan, math.nan, skewness)
+    return Disagreement((mean - mode) / laplace_sd, sd / laplace_sd, skewness)

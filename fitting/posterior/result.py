@@ -1,0 +1,169 @@
+"""A sampled posterior: draws, what they say of each parameter, and whether they may be believed."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import jax
+import numpy as np
+from jaxtyping import Float
+
+from .comparison import Disagreement, compare
+from .convergence import LENGTHS, R_HAT, Convergence
+from .laplace import Laplace
+from .settings import Settings
+from .target import Target
+
+LEVELS = (0.05, 0.5, 0.95)
+
+
+@dataclass(frozen=True)
+class Summary:
+    """One parameter's posterior.
+
+    Attributes:
+        mean, sd: of the draws.
+        low, median, high: quantiles at 5, 50 and 95 %.
+        skewness: third standardised moment.
+        effective: independent draws that the chains are worth; NaN for a tied parameter.
+        mcse: Monte Carlo standard error of the mean; NaN for a tied parameter.
+        r_hat: between ensembles; NaN for a tied parameter.
+    """
+
+    mean: float
+    sd: float
+    low: float
+    median: float
+    high: float
+    skewness: float
+    effective: float
+    mcse: float
+    r_hat: float
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """Draws from a target.
+
+    Attributes:
+        target: what was sampled.
+        settings: how.
+        chains: (ensembles, steps, walkers, n) coordinates, burn-in included.
+        log_probabilities: (ensembles, steps, walkers) of the same points, up to a constant.
+        convergence: judgement of the chains.
+        laplace: the Gaussian approximation beside it.
+        acceptance: accepted fraction of each ensemble's proposals.
+        evaluations: points at which the model was asked.
+        failures: of these, points inside the bounds at which it had no finite answer; they count as
+            impossible.
+        seconds: spent sampling in this session.
+    """
+
+    target: Target
+    settings: Settings
+    chains: Float[np.ndarray, "ensembles steps walkers n"]
+    log_probabilities: Float[np.ndarray, "ensembles steps walkers"]
+    convergence: Convergence
+    laplace: Laplace
+    acceptance: tuple[float, ...]
+    evaluations: int
+    failures: int
+    seconds: float
+
+    @property
+    def converged(self) -> bool:
+        """Chains are long enough and agree."""
+        return self.convergence.converged
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Sampled parameters."""
+        return self.target.names
+
+    @property
+    def verdict(self) -> list[str]:
+        """Whether the chains may be believed, in sentences."""
+        state, ensembles = self.convergence, self.settings.ensembles
+        worst = self.names[int(np.argmax(np.max(state.tau, axis=0)))]
+        length = f"{state.lengths:.1f} autocorrelation times after a burn-in of {state.burn_in} steps"
+        if self.converged:
+            sentences = [
+                f"Converged: {ensembles} independent ensembles of {self.settings.walkers} walkers ran "
+                f"{state.steps} steps, {length} (more than {LENGTHS:.0f} are wanted), and agree (largest "
+                f"R-hat {state.r_hat.max():.4f}, below {R_HAT}); "
+                f"{state.effective.min():.0f} effective samples or more."
+            ]
+        else:
+            reasons = []
+            if not state.long_enough:
+                reasons.append(f"the slowest chain ({worst}) is only {length}, and {LENGTHS:.0f} are wanted")
+            if not state.agree:
+                name = self.names[int(np.argmax(state.r_hat))]
+                reasons.append(
+                    f"the ensembles disagree on {name} (R-hat {state.r_hat.max():.3f}, wanted below {R_HAT})"
+                )
+            sentences = [
+                f"NOT CONVERGED after {state.steps} steps: {'; '.join(reasons)}. "
+                "Do not quote these numbers; resume with a larger budget of steps."
+            ]
+        if self.failures:
+            share = 100.0 * self.failures / self.evaluations
+            sentences.append(
+                f"The model had no finite answer at {self.failures} of {self.evaluations} proposed points "
+                f"({share:.2g} %); they count as impossible."
+            )
+        return sentences
+
+    @property
+    def thinned(self) -> Float[np.ndarray, "ensembles draws walkers n"]:
+        """Coordinates after burn-in, about two in each autocorrelation time."""
+        return self.chains[:, self.convergence.burn_in :: self.convergence.thin]
+
+    @cached_property
+    def draws(self) -> dict[str, Float[np.ndarray, "ensembles draws walkers"]]:
+        """Thinned draws of every sampled parameter and of those tied to them."""
+        return self.target.all_values(self.thinned)
+
+    @property
+    def thinned_log_probabilities(self) -> Float[np.ndarray, "ensembles draws walkers"]:
+        """Of the thinned draws."""
+        return self.log_probabilities[:, self.convergence.burn_in :: self.convergence.thin]
+
+    def flat(self, most: int | None = None) -> Float[np.ndarray, "draws n"]:
+        """Thinned coordinates of all ensembles in one table, evenly spaced ones if there are more than
+        `most`."""
+        table = self.thinned.transpose(1, 0, 2, 3).reshape(-1, self.target.dimension)
+        if most is None or len(table) <= most:
+            return table
+        return table[np.linspace(0, len(table) - 1, most).round().astype(int)]
+
+    @cached_property
+    def summary(self) -> dict[str, Summary]:
+        """Every parameter's posterior, from all draws after burn-in."""
+        values = self.target.all_values(self.chains[:, self.convergence.burn_in :])
+        return {name: self._summary(name, found.ravel()) for name, found in values.items()}
+
+    def _summary(self, name: str, values: np.ndarray) -> Summary:
+        mean, sd = float(values.mean()), float(values.std())
+        low, median, high = (float(q) for q in np.quantile(values, LEVELS))
+        skewness = float(np.mean(((values - mean) / sd) ** 3)) if sd > 0.0 else 0.0
+        effective = r_hat = math.nan
+        if name in self.names:
+            k = self.names.index(name)
+            effective, r_hat = float(self.convergence.effective[k]), float(self.convergence.r_hat[k])
+        mcse = sd / math.sqrt(effective) if effective > 0.0 else math.nan
+        return Summary(mean, sd, low, median, high, skewness, effective, mcse, r_hat)
+
+    @cached_property
+    def disagreements(self) -> dict[str, Disagreement]:
+        """The Laplace approximation against the draws, parameter by parameter."""
+        return {
+            name: compare(s.mean, s.sd, s.skewness, self.laplace.value[name], self.laplace.sd[name])
+            for name, s in self.summary.items()
+        }
+
+    def log_likelihoods(self) -> Float[np.ndarray, "ensembles draws walkers"]:
+        """Of the thinned draws, up to a constant: what is left of the log-probability without the prior."""
+        points = self.thinned.reshape(-1, self.target.dimension)
+        prior = np.asarray(jax.vmap(self.target.log_prior)(points))
+        return self.thinned_log_probabilities - prior.reshape(self.thinned.shape[:-1])

@@ -1,0 +1,65 @@
+"""How a posterior is sampled; every choice that changes the chain, and the budget that ends it."""
+
+import dataclasses
+from dataclasses import dataclass
+
+import emcee
+
+from pneusma_jax.errors import InputError
+
+FEWEST_WALKERS = 32
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of a run.
+
+    Attributes:
+        walkers: of each ensemble, even; None for the larger of 32 and four times the number of parameters.
+        ensembles: that run independently, for R-hat.
+        max_steps: budget of each ensemble; a run that has not converged by then says so.
+        seed: of everything random.
+        chunk: steps between two checkpoints, the most that a kill loses.
+    """
+
+    walkers: int | None = None
+    ensembles: int = 4
+    max_steps: int = 20000
+    seed: int = 0
+    chunk: int = 100
+
+    def resolved(self, dimension: int) -> "Settings":
+        """Settings with the number of walkers decided.
+
+        Raises:
+            InputError: if a number cannot be used for this many parameters.
+        """
+        walkers = max(FEWEST_WALKERS, 4 * dimension) if self.walkers is None else self.walkers
+        if walkers % 2 or walkers < max(2 * dimension, 4):
+            raise InputError(
+                f"walkers = {walkers} must be even and at least {max(2 * dimension, 4)}, "
+                f"twice the {dimension} free parameters"
+            )
+        for name, least in (("ensembles", 2), ("max_steps", 10), ("chunk", 1), ("seed", 0)):
+            if getattr(self, name) < least:
+                raise InputError(f"{name.replace('_', '-')} = {getattr(self, name)} must be at least {least}")
+        return dataclasses.replace(self, walkers=walkers)
+
+    def chain_identity(self) -> dict[str, int]:
+        """What must stay the same for a chain to be continued; the budget may change."""
+        return {"walkers": self.walkers, "ensembles": self.ensembles, "seed": self.seed, "chunk": self.chunk}
+
+
+def moves() -> list[tuple[emcee.moves.Move, float]]:
+    """How walkers move: mostly by differential evolution, which forgets about three times faster than
+    stretches.
+
+    One step in ten has `gamma0 = 1`, a whole difference of two walkers, which lets them change between modes
+    (C. ter Braak, Statistics and Computing 16 (2006) 239); one is a stretch, which no pattern of differences
+    can trap.
+    """
+    return [
+        (emcee.moves.DEMove(), 0.8),
+        (emcee.moves.DEMove(gamma0=1.0), 0.1),
+        (emcee.moves.StretchMove(), 0.1),
+    ]

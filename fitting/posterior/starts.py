@@ -1,0 +1,68 @@
+"""Where walkers begin: around the fit, each ensemble with a centre of its own."""
+
+import numpy as np
+from jaxtyping import Float
+
+from pneusma_jax.errors import InputError
+
+from .chart import Chart
+from .laplace import Laplace
+from .target import Evaluator, Target
+
+TRIES = 40
+
+
+def dispersed_ball(
+    target: Target,
+    found: Laplace,
+    spread: Float[np.ndarray, "n n"],
+    chart: Chart,
+    evaluator: Evaluator,
+    walkers: int,
+    random: np.random.RandomState,
+) -> Float[np.ndarray, "walkers n"]:
+    """Points around the mode from which one ensemble starts, in the coordinates of walkers.
+
+    The ensemble's centre lies about one standard error from the mode, its walkers another one around that, so
+    that ensembles start apart by as much as the posterior is wide and their agreement means something. What
+    falls outside the bounds is mirrored inside; where the model has no answer the point is drawn again,
+    closer to the mode.
+
+    Args:
+        target: what is sampled.
+        found: its Laplace approximation.
+        spread: root of the covariance of the target's coordinates, see `start_spread`.
+        chart: in which walkers move.
+        evaluator: of the log-probability.
+        walkers: points wanted.
+        random: of this ensemble.
+
+    Raises:
+        InputError: if no starting points with a finite log-probability are found.
+    """
+    root, mode = chart.root(found, spread), chart.forth(found.mode)
+    centre = root @ random.standard_normal(target.dimension)
+    points = np.empty((walkers, target.dimension))
+    wanted, closeness = np.arange(walkers), 1.0
+    for _ in range(TRIES):
+        offset = centre + random.standard_normal((len(wanted), target.dimension)) @ root.T
+        inside = _mirrored(target, chart.back(mode + closeness * offset))
+        points[wanted] = chart.forth(inside)
+        wanted = wanted[~np.isfinite(evaluator(inside))]
+        if not len(wanted):
+            return points
+        closeness *= 0.7
+    raise InputError(
+        f"{len(wanted)} of {walkers} walkers find no starting point near the fit at which the model has an "
+        "answer; tighten bounds or priors, or start elsewhere"
+    )
+
+
+def _mirrored(target: Target, points: np.ndarray) -> np.ndarray:
+    """Points reflected at the bounds that they cross, and put inside where they would cross the other one."""
+    lower, upper = np.asarray(target.lower), np.asarray(target.upper)
+    with np.errstate(invalid="ignore"):
+        points = np.where(points < lower, 2.0 * lower - points, points)
+        points = np.where(points > upper, 2.0 * upper - points, points)
+    edge = 1e-3 * np.where(np.isfinite(upper - lower), upper - lower, 0.0)
+    return np.clip(points, lower + edge, upper - edge)

@@ -1,0 +1,25 @@
+"""The recording format: `NAME.csv` with units in its column names, `NAME.toml` with what the bench knows.
+
+`read_recording` and `read_campaign` return checked data in canonical units (SI on request, `Recording.si`);
+`write_recording` writes what they read. Nothing here needs JAX.
+"""
+
+from .campaign import read_campaign
+from .checks import check_recording, resistance_range, wire_length
+from .reading import read_recording
+from .recording import Campaign, Recording
+from .shared import recordings_folder
+from .writing import target_path, write_recording
+
+__all__ = [
+    "Campaign",
+    "Recording",
+    "check_recording",
+    "read_campaign",
+    "read_recording",
+    "recordings_folder",
+    "resistance_range",
+    "target_path",
+    "wire_length",
+    "write_recording",
+]

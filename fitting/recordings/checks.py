@@ -1,0 +1,215 @@
+"""What cannot be measured: the physical refusals of a recording, each with file, row and column."""
+
+import functools
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from pneusma_jax.calibration import load_calibration
+from pneusma_jax.errors import InputError
+
+from . import schema
+from .recording import Recording
+from .table import refuse
+
+PRESSURE_LIMIT_KPA = 1000.0  # a silicone tube bursts far below; more is a pressure in the wrong unit
+VACUUM_KPA = -102.0  # gauge; just past the emptiest vacuum, for a sensor's zero error
+ABSOLUTE_ZERO_DEGC = -273.15
+WIRE_STRAIN_FRACTION_LIMIT = 0.5  # nitinol breaks at a fraction of that: such numbers are percent
+
+
+def check_recording(
+    recording: Recording, rows: Sequence[int] | None = None, sidecar: Path | str | None = None
+) -> None:
+    """Refuse what cannot be.
+
+    Args:
+        recording: columns in canonical units.
+        rows: line of the file of each sample; None counts samples from 1.
+        sidecar: file that messages about settings name; None: the recording's own.
+
+    Raises:
+        InputError: at the first sample or setting that cannot be, in one line.
+    """
+    place = recording.path or recording.name
+    rows = rows if rows is not None else range(1, len(recording) + 1)
+    where = sidecar or place
+    _check_licence(recording, where)
+    _check_tube(recording, where)
+    _check_table_names(recording, where)
+    _check_missing(recording, place, rows)
+    _check_time(recording, place, rows)
+    _check_ranges(recording, place, rows)
+    _check_resistance(recording, place, rows)
+
+
+def _check_licence(recording: Recording, where: Path | str) -> None:
+    licence = recording.source.get("licence", recording.source.get("license", ""))
+    if recording.real and not str(licence).strip():
+        raise refuse(
+            where,
+            'real = true needs a licence: [source] licence = "..." (who may use these numbers, and how)',
+        )
+
+
+def _check_tube(recording: Recording, where: Path | str) -> None:
+    geometry = recording.full_geometry()
+    outer, wall = geometry.get("outer_diameter_mm"), geometry.get("wall_thickness_mm")
+    if outer is not None and wall is not None and 2.0 * wall >= outer:
+        raise refuse(
+            where, f"[geometry] wall_thickness_mm = {wall:g} leaves no bore in outer_diameter_mm = {outer:g};"
+            f" the wall must be less than {outer / 2.0:g}",
+        )  # fmt: skip
+
+
+def _check_table_names(recording: Recording, where: Path | str) -> None:
+    """An alloy or material that the sidecar names must exist; nominal ones are the package's own affair."""
+    for key, kind in (("alloy", "alloy"), ("material", "silicone")):
+        if recording.geometry.get(key, "fit") != "fit":
+            try:
+                _load(recording.table(key), kind)
+            except InputError as error:
+                raise refuse(where, f"[geometry] {key}: {error}") from None
+
+
+def _load(name_or_path: str | Path, kind: str) -> dict[str, float]:
+    if isinstance(name_or_path, Path):
+        return load_calibration(
+            name_or_path, kind
+        ).values()  # a file of the laboratory may change at any time
+    return _load_shipped(name_or_path, kind)
+
+
+@functools.cache
+def _load_shipped(name: str, kind: str) -> dict[str, float]:
+    return load_calibration(name, kind).values()
+
+
+def _check_missing(recording: Recording, place: Path | str, rows: Sequence[int]) -> None:
+    known = recording.known_columns
+    gone = np.stack([np.isnan(recording.columns[name]) for name in known])
+    for name, column in zip(known, gone, strict=True):
+        if column.all():
+            raise refuse(place, "no row has a value here; remove the column or fill it in", column=name)
+    empty = np.flatnonzero(gone.all(axis=0))
+    if empty.size:
+        raise refuse(place, "every field is empty; remove the row", rows[int(empty[0])])
+
+
+def _check_time(recording: Recording, place: Path | str, rows: Sequence[int]) -> None:
+    if "time_s" not in recording.columns:
+        return
+    time = recording.columns["time_s"]
+    unknown = np.flatnonzero(np.isnan(time))
+    if unknown.size:
+        raise refuse(place, "the time is missing; every row needs one", rows[int(unknown[0])], "time_s")
+    back = np.flatnonzero(np.diff(time) < 0.0)
+    if back.size:
+        i = int(back[0]) + 1
+        what = (
+            f"time goes backwards, {time[i]:g} s after {time[i - 1]:g} s; rows must be in the order of time"
+        )
+        raise refuse(place, what, rows[i], "time_s")
+
+
+_Rule = tuple[str, tuple[str, ...] | None, Callable[[np.ndarray], np.ndarray], str]
+# Columns that start with a word, in some kinds (None: all); what makes a value wrong; what would be right.
+_RULES: tuple[_Rule, ...] = (
+    (
+        "pressure",
+        None,
+        lambda kilopascal: (kilopascal < VACUUM_KPA) | (kilopascal > PRESSURE_LIMIT_KPA),
+        f"gauge pressure must lie in {VACUUM_KPA:g} to {PRESSURE_LIMIT_KPA:g} kPa; is the unit right?",
+    ),
+    (
+        "temperature",
+        None,
+        lambda celsius: celsius < ABSOLUTE_ZERO_DEGC,
+        "this is below absolute zero; is the unit right?",
+    ),
+    (
+        "strain",
+        ("elastomer",),
+        lambda strain: strain <= -1.0,
+        "engineering strain stays above -1; if these are percent, name the column strain_percent",
+    ),
+    (
+        "strain",
+        ("wire",),
+        lambda strain: np.abs(strain) > WIRE_STRAIN_FRACTION_LIMIT,
+        "no wire strains that far; if these are percent, name the column strain_percent",
+    ),
+    ("length", None, lambda length: length <= 0.0, "a length must be more than 0"),
+    ("resistance", None, lambda ohm: ohm <= 0.0, "a resistance must be more than 0"),
+    ("setpoint", None, lambda ohm: ohm <= 0.0, "a resistance must be more than 0"),
+    ("cycle", None, lambda count: count < 0.0, "a count of cycles must be 0 or more"),
+)
+
+
+def _check_ranges(recording: Recording, place: Path | str, rows: Sequence[int]) -> None:
+    for word, kinds, wrong, right in _RULES:
+        if kinds is None or recording.kind in kinds:
+            for name in (name for name in recording.known_columns if name.startswith(word)):
+                values = recording.columns[name]
+                _refuse_first(wrong(values), values, right, place, rows, name)
+
+
+def _refuse_first(
+    bad: np.ndarray, values: np.ndarray, right: str, place: Path | str, rows: Sequence[int], name: str
+) -> None:
+    found = np.flatnonzero(bad)
+    if found.size:
+        i = int(found[0])
+        raise refuse(place, f"{values[i]:g} cannot be: {right}", rows[i], name)
+
+
+def wire_length(geometry: dict) -> float:
+    """Length of wire in the active coils, in m: n sqrt((pi D)^2 + p^2), D = mandrel + wire (Eqs. 2.1-2.2).
+
+    Args:
+        geometry: a full geometry, canonical keys in mm.
+    """
+    diameter = geometry["mandrel_diameter_mm"] + geometry["wire_diameter_mm"]
+    return 1e-3 * geometry["active_coils"] * math.hypot(math.pi * diameter, geometry["initial_pitch_mm"])
+
+
+def resistance_range(recording: Recording) -> tuple[float, float] | None:
+    """Resistances [ohm] that a spring of the recording's alloy can show: half the least to twice the most.
+
+    None where nothing bounds them: no coil geometry (a straight wire), an alloy that is to be identified, an
+    alloy table without resistivity.
+
+    Raises:
+        InputError: if the alloy cannot be found.
+    """
+    geometry = recording.full_geometry()
+    if "active_coils" not in geometry or geometry.get("alloy", "fit") == "fit":
+        return None
+    alloy = _load(recording.table("alloy"), "alloy")
+    if not {"rho_mean", "rho_span", "alpha_1", "alpha_2"} <= alloy.keys():
+        return None
+    martensite = [alloy["rho_mean"] + sign * alloy["rho_span"] / 2.0 for sign in (-1.0, 1.0)]
+    austenite = [alloy["alpha_1"], alloy["alpha_1"] + alloy["alpha_2"]]
+    # Which phase resists more differs between alloys, so both ends look at both.
+    least, most = min(martensite + austenite), max(martensite + austenite)
+    length = wire_length(geometry)
+    return 0.5 * least * length, 2.0 * most * length
+
+
+def _check_resistance(recording: Recording, place: Path | str, rows: Sequence[int]) -> None:
+    held = [
+        name for name in recording.known_columns if schema.quantity_and_unit(name)[0].startswith("resistance")
+    ]
+    bounds = resistance_range(recording) if held else None
+    if bounds is None:
+        return
+    geometry = recording.full_geometry()
+    right = (
+        f"half to twice the range of alloy {geometry['alloy']!r} on {geometry['active_coils']:g} coils is"
+        f' {bounds[0]:.3g} to {bounds[1]:.3g} ohm; state the spring in [geometry], or alloy = "fit"'
+    )
+    for name in held:
+        values = recording.columns[name]
+        _refuse_first((values < bounds[0]) | (values > bounds[1]), values, right, place, rows, name)

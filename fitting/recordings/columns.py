@@ -1,0 +1,205 @@
+"""From the columns of a CSV file to the canonical ones of a kind; the kind itself where nobody stated it."""
+
+import difflib
+
+import numpy as np
+
+from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.units import UNITS, dimension_of, find_unit, from_si, to_si
+
+from . import schema
+from .table import Table, numbers, refuse
+
+WIRE_STRAIN_LIMIT = 0.15  # no nitinol wire strains further, and a coupon of rubber is rarely pulled less
+
+
+def _quantity_of(name: str) -> str:
+    """Quantity that a column name speaks of, whatever its unit is."""
+    quantity, underscore, unit = name.rpartition("_")
+    return quantity if underscore and not unit.isdigit() and unit not in schema.PLAIN else name
+
+
+def infer_kind(table: Table) -> tuple[str, str]:
+    """Kind of a recording that has no sidecar to state it, from its columns.
+
+    Wire and elastomer share strain and stress: temperature or resistance makes it a wire; no clock or a
+    `cycle` column an elastomer; then the unit of stress and, for MPa, the size of the strain decide.
+
+    Returns:
+        The kind, and the reason in a few words.
+
+    Raises:
+        InputError: if the columns fit no kind; the nearest kind's missing columns are named.
+    """
+    held = {_quantity_of(name) for name in table.header}
+    if {"elongation", "force"} <= held:
+        return "spring", "elongation and force"
+    if "pressure" in held:
+        if held & {"curvature", "bend_angle", "bend_direction"} or any(
+            q.startswith("resistance") for q in held
+        ):
+            return "actuator", "pressure with bending or resistance"
+        if "length" in held:
+            return "tube", "pressure and length"
+    if {"strain", "stress"} <= held:
+        return _wire_or_elastomer(table, held)
+    raise refuse(
+        table.path,
+        f"the kind of recording cannot be told from the columns {', '.join(table.header)}; "
+        "state it in the sidecar: kind = " + " | ".join(f'"{kind}"' for kind in schema.KINDS),
+    )
+
+
+def _wire_or_elastomer(table: Table, held: set[str]) -> tuple[str, str]:
+    if held & {"temperature", "resistance"}:
+        return "wire", "strain and stress with temperature or resistance"
+    if "time" not in held or "cycle" in held:
+        return "elastomer", "strain and stress without a clock, or with a cycle count"
+    unit = next(name for name in table.header if _quantity_of(name) == "stress").rpartition("_")[2]
+    if unit not in ("MPa", "GPa", "ksi"):
+        return "elastomer", f"stress in {unit}"
+    strain = np.abs(numbers(table, next(name for name in table.header if _quantity_of(name) == "strain")))
+    if np.nanmax(strain, initial=0.0) > WIRE_STRAIN_LIMIT:
+        return "elastomer", f"strain beyond {WIRE_STRAIN_LIMIT:g}"
+    return "wire", f"stress in {unit} and strain within {WIRE_STRAIN_LIMIT:g}"
+
+
+def canonical_columns(table: Table, kind: str) -> tuple[dict[str, np.ndarray], list[str]]:
+    """Columns by canonical name in canonical units, the others after them as they are.
+
+    Args:
+        table: the text of the CSV.
+        kind: which decides what is known.
+
+    Returns:
+        The columns, each of shape (rows,), and notices about what was converted or set aside.
+
+    Raises:
+        InputError: for an unknown or wrong unit, two columns of one quantity, a required column that is
+            missing, a field that is not a number.
+    """
+    assigned, unknown, doubtful = _assign(table, kind)
+    for name, problem in doubtful.items():
+        if _canonical_of(name, kind) not in assigned:
+            raise problem
+        unknown.append(name)
+    _check_present(table, kind, assigned, unknown)
+    columns: dict[str, np.ndarray] = {}
+    notices: list[str] = []
+    for name in table.header:
+        canonical = next((c for c, (written, _) in assigned.items() if written == name), None)
+        if canonical is None:
+            continue
+        unit = assigned[canonical][1]
+        columns[canonical] = convert(numbers(table, name), unit, schema.quantity_and_unit(canonical)[1])
+        if name != canonical:
+            notices.append(f"column {name} converted to {canonical}")
+    for name in (name for name in table.header if name in unknown):
+        columns[name] = _keep(table, name)
+        notices.append(f"column {name} is not one that a recording of kind {kind} has: kept and ignored")
+    return columns, notices
+
+
+def convert(values: np.ndarray, unit: str, wanted: str, difference: bool = False) -> np.ndarray:
+    """Values in another unit of the same dimension; untouched, to the bit, where the unit is the same."""
+    if unit == wanted or find_unit(unit) == find_unit(wanted):
+        return values
+    return from_si(to_si(values, unit, difference), wanted, difference)
+
+
+def _canonical_of(name: str, kind: str) -> str | None:
+    """Canonical column of this kind that a name means, by its quantity."""
+    for canonical in schema.COLUMNS[kind].known:
+        quantity, _ = schema.quantity_and_unit(canonical)
+        if name == quantity or (name.startswith(quantity + "_") and "_" not in name[len(quantity) + 1 :]):
+            return canonical
+    return None
+
+
+def _assign(table: Table, kind: str):
+    """Written column and unit of each canonical one; what is unknown; what has a doubtful unit."""
+    assigned: dict[str, tuple[str, str]] = {}
+    unknown: list[str] = []
+    doubtful: dict[str, InputError] = {}
+    for name in table.header:
+        canonical = _canonical_of(name, kind)
+        if canonical is None:
+            unknown.append(name)
+            continue
+        try:
+            unit = written_unit(name, canonical)
+        except InputError as error:
+            doubtful[name] = refuse(table.path, str(error), table.header_row, name)
+            continue
+        if canonical in assigned:
+            raise refuse(
+                table.path, f"this is the same quantity as column {assigned[canonical][0]}; keep one of them",
+                table.header_row, name,
+            )  # fmt: skip
+        assigned[canonical] = (name, unit)
+    return assigned, unknown, doubtful
+
+
+def written_unit(name: str, canonical: str) -> str:
+    """Unit in which a column (or sidecar key) is written, checked against the canonical one's dimension.
+
+    Args:
+        name: as written, e.g. `force_mN`.
+        canonical: what it stands for, e.g. `force_N`.
+
+    Returns:
+        The unit's name, e.g. `mN`.
+
+    Raises:
+        InputError: if the unit is absent, unknown, or of another dimension; the message does not name the
+        place.
+    """
+    quantity, wanted = schema.quantity_and_unit(canonical)
+    if name == quantity:
+        if wanted == "1":
+            return "1"
+        raise InputError(f"the unit is missing; write {canonical}")
+    unit = name[len(quantity) + 1 :]
+    alike = [known for known, meaning in UNITS.items() if meaning.dimension == dimension_of(wanted)]
+    if unit not in UNITS:
+        folded = [known for known in alike if known.casefold() == unit.casefold()]
+        hint = f"did you mean {folded[0]!r}?" if folded else nearest(unit, alike)
+        raise InputError(f"unknown unit {unit!r}, {hint}")
+    if unit not in alike:
+        raise InputError(
+            f"{unit!r} is a unit of {dimension_of(unit)}, not of {dimension_of(wanted)}; write {canonical}"
+        )
+    return unit
+
+
+def _check_present(table: Table, kind: str, assigned: dict, unknown: list[str]) -> None:
+    rules = schema.COLUMNS[kind]
+    for canonical in rules.required:
+        if canonical not in assigned:
+            close = difflib.get_close_matches(canonical, unknown, n=1, cutoff=0.6)
+            hint = f"; is it the one named {close[0]!r}?" if close else ""
+            raise refuse(
+                table.path,
+                f"a recording of kind {kind} needs the column {canonical}{hint}{_other(table, kind)}",
+            )
+    if rules.one_of and not any(canonical in assigned for canonical in rules.one_of):
+        raise refuse(
+            table.path,
+            f"a recording of kind {kind} needs one or more of the columns {', '.join(rules.one_of)}",
+        )
+
+
+def _other(table: Table, kind: str) -> str:
+    """Remark that the columns look like another kind than the stated one."""
+    try:
+        other, reason = infer_kind(table)
+    except InputError:
+        return ""
+    return "" if other == kind else f"; its columns look like kind {other} ({reason})"
+
+
+def _keep(table: Table, name: str) -> np.ndarray:
+    try:
+        return numbers(table, name)
+    except InputError:
+        return np.array(table.cells[name])

@@ -1,0 +1,59 @@
+"""Nominal geometry where a sidecar is silent: the source's specimens, from the tables of the package."""
+
+import functools
+from typing import Any
+
+from pneusma_jax.calibration import load_calibration
+from pneusma_jax.units import from_si
+
+from . import schema
+
+STANDARD_DESIGN = (
+    "pneusma2"  # the source's spring on a stand and tube without springs are those of this actuator
+)
+_SPRING_KEYS = ("alloy", "wire_diameter_mm", "mandrel_diameter_mm", "initial_pitch_mm", "active_coils")
+_TUBE_KEYS = ("material", "outer_diameter_mm", "wall_thickness_mm", "length_mm")
+
+
+@functools.cache
+def _design(name: str) -> dict[str, Any]:
+    """Geometry of a design of Table 3.3 by canonical key; spring keys only where the design has springs."""
+    table = load_calibration(name, "actuator")
+    values = table.values()
+    geometry: dict[str, Any] = {"design": name, "orientation": schema.ORIENTATIONS[0]}
+    for key in schema.GEOMETRY_NUMBERS:
+        quantity = key if key in schema.GEOMETRY_WITHOUT_UNIT else schema.quantity_and_unit(key)[0]
+        if quantity in values:
+            unit = schema.geometry_unit(key)
+            geometry[key] = float(f"{from_si(values[quantity], unit):.12g}")  # 0.269, not 0.26900000000000002
+    geometry |= {key: table.text[key] for key in ("alloy", "material") if key in table.text}
+    return geometry
+
+
+def nominal_geometry(kind: str, stated: dict[str, Any]) -> dict[str, Any]:
+    """Nominal values of the keys that matter to a kind, given what the sidecar states.
+
+    Args:
+        kind: of the recording.
+        stated: checked [geometry]; its `design` picks the table, and lengths that follow from others follow
+        from it.
+
+    Returns:
+        Canonical keys in canonical units. `tip_to_base_clearance_deg` has no nominal value.
+    """
+    if kind == "actuator":
+        nominal = dict(_design(stated.get("design", STANDARD_DESIGN)))
+        if "attached_length_mm" in nominal and "length_mm" in stated:
+            nominal["attached_length_mm"] = stated["length_mm"]
+        return {**nominal, "cycles_before": 0.0}
+    standard = _design(STANDARD_DESIGN)
+    if kind == "spring":
+        nominal = {key: standard[key] for key in _SPRING_KEYS}
+        coils = stated.get("active_coils", nominal["active_coils"])
+        pitch = stated.get("initial_pitch_mm", nominal["initial_pitch_mm"])
+        return {**nominal, "free_length_mm": coils * pitch, "prestrain": 0.0, "cycles_before": 0.0}
+    if kind == "wire":
+        return {"alloy": standard["alloy"], "prestrain": 0.0, "cycles_before": 0.0}
+    if kind == "tube":
+        return {**{key: standard[key] for key in _TUBE_KEYS}, "cycles_before": 0.0}
+    return {"material": standard["material"], "law": schema.LAWS[0], "cycles_before": 0.0}

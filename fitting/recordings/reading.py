@@ -1,0 +1,90 @@
+"""Reading one recording: CSV, sidecar and overrides into a checked `Recording`."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from . import schema, sidecar
+from .checks import check_recording
+from .columns import canonical_columns, infer_kind
+from .recording import Recording
+from .table import read_table, refuse
+
+
+def read_recording(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Recording:
+    """Read `NAME.csv` and the `NAME.toml` beside it.
+
+    Args:
+        path: the CSV.
+        overrides: settings that take precedence over the sidecar, keyed as a sidecar (the command line's).
+
+    Returns:
+        The recording, columns in canonical units.
+
+    Raises:
+        InputError: if anything in either file cannot be used; one line with file, row, column and remedy.
+    """
+    return read_merged(Path(path), {}, overrides)
+
+
+def read_merged(
+    path: Path,
+    campaign: Mapping[str, Any],
+    overrides: Mapping[str, Any] | None = None,
+    name: str | None = None,
+) -> Recording:
+    """Read a recording of a campaign.
+
+    Args:
+        path: the CSV.
+        campaign: checked [geometry] and [tolerance] shared by the campaign.
+        overrides: as in `read_recording`.
+        name: what reports call it; the file's name without its ending by default.
+
+    Raises:
+        InputError: as `read_recording`.
+    """
+    if path.suffix.lower() == ".toml":
+        raise refuse(path, f"this is a sidecar; name the recording itself, {path.with_suffix('.csv').name}")
+    table = read_table(path)
+    beside = path.with_suffix(".toml")
+    stated = (
+        sidecar.check_settings(sidecar.read_toml(beside), beside, schema.SIDECAR_KEYS)
+        if beside.exists()
+        else {}
+    )
+    commanded = sidecar.check_settings(overrides or {}, sidecar.COMMAND_LINE, schema.SIDECAR_KEYS)
+    settings = sidecar.merge(campaign, stated, commanded)
+    notices = list(table.notices)
+    kind = settings.get("kind")
+    if kind is None:
+        kind, reason = infer_kind(table)
+        missing = f"{beside.name} does not state the kind" if beside.exists() else f"no sidecar {beside.name}"
+        notices.append(f"{missing}: taken as kind {kind} from its columns ({reason})")
+    columns, more = canonical_columns(table, kind)
+    where = beside if beside.exists() else path
+    if "specimen" not in settings:
+        notices.append(f"no specimen stated: recordings that state none are taken as one specimen, {kind!r}")
+    extra = [column for column in columns if column not in schema.COLUMNS[kind].known]
+    recording = Recording(
+        name=name or path.stem,
+        path=path,
+        kind=kind,
+        role=settings.get("role", "fit"),
+        specimen=settings.get("specimen", kind),
+        real=settings.get("real"),
+        source=settings.get("source", {}),
+        noise=sidecar.check_noise(settings.get("noise", {}), kind, extra, where),
+        geometry=settings.get("geometry", {}),
+        tolerance=settings.get("tolerance"),
+        columns=columns,
+        notices=notices + more,
+        comments=table.comments,
+    )
+    check_recording(recording, table.rows, where)
+    repeated = int(np.sum(np.diff(columns["time_s"]) == 0.0)) if "time_s" in columns else 0
+    if repeated:
+        recording.notices.append(f"{repeated} rows have the same time_s as the row before")
+    return recording

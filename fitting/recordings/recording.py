@@ -1,0 +1,167 @@
+"""A recording and a campaign in memory: columns in canonical units, what the sidecar says, SI on request."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.units import to_si
+
+from . import schema
+from .nominal import nominal_geometry
+
+
+@dataclass
+class Recording:
+    """One test of one specimen.
+
+    Attributes:
+        name: file name without its ending, and the folder below the campaign's in front (`"hot/run_1"`).
+        path: the CSV it was read from, or None if it was made in memory.
+        kind: `spring`, `wire`, `elastomer`, `tube` or `actuator`.
+        role: `fit`, or `validation` (never fitted, only scored).
+        specimen: recordings of one specimen share parameters.
+        real: measured (True) or simulated (False); None where nobody said.
+        source: provenance, free text by key (`citation`, `licence`, ...).
+        noise: marginal 1-sigma of the instrument by canonical column, in that column's unit.
+        geometry: what the sidecar states, by canonical key; `full_geometry` adds the nominal values.
+        tolerance: 1-sigma relative uncertainties, complete where given; None where the defaults hold.
+        columns: by canonical name, in canonical units, each of shape (rows,); a missing sample is NaN.
+            Columns that the kind does not know come after, under their own names (as text if they are not
+            numbers).
+        notices: what a reader had to assume or left aside, one sentence each.
+        comments: the lines before the header, without `#`.
+    """
+
+    name: str
+    path: Path | None
+    kind: str
+    role: str = "fit"
+    specimen: str = ""
+    real: bool | None = None
+    source: dict[str, Any] = field(default_factory=dict)
+    noise: dict[str, float] = field(default_factory=dict)
+    geometry: dict[str, Any] = field(default_factory=dict)
+    tolerance: dict[str, float] | None = None
+    columns: dict[str, np.ndarray] = field(default_factory=dict)
+    notices: list[str] = field(default_factory=list)
+    comments: list[str] = field(default_factory=list)
+
+    def __len__(self) -> int:
+        """Number of rows."""
+        return len(next(iter(self.columns.values()), ()))
+
+    def column(self, quantity: str) -> str:
+        """Canonical column that holds a quantity: `column("pressure")` is `"pressure_kPa"`.
+
+        Raises:
+            InputError: if this recording does not have it; the nearest one that it has is named.
+        """
+        held = {schema.quantity_and_unit(name)[0]: name for name in self.known_columns}
+        name = quantity if quantity in self.known_columns else held.get(quantity)
+        if name is None:
+            raise InputError(
+                f"{self.path or self.name}: no {quantity!r} was recorded, {nearest(quantity, held)}"
+            )
+        return name
+
+    def has(self, quantity: str) -> bool:
+        """Whether a quantity (`"pressure"`, or its column `"pressure_kPa"`) was recorded."""
+        known = self.known_columns
+        return quantity in known or quantity in {schema.quantity_and_unit(name)[0] for name in known}
+
+    def si(self, quantity: str) -> np.ndarray:
+        """Values of a quantity in SI units (temperatures in degC); shape (rows,), NaN where missing.
+
+        Args:
+            quantity: `"pressure"`, `"resistance_1"`, ..., or a canonical column name.
+
+        Raises:
+            InputError: if this recording does not have it.
+        """
+        name = self.column(quantity)
+        return to_si(self.columns[name], schema.quantity_and_unit(name)[1])
+
+    def noise_si(self, quantity: str) -> float | None:
+        """Stated 1-sigma of a quantity in SI units (K for temperatures), or None where it is not stated."""
+        name = self.column(quantity)
+        sigma = self.noise.get(name)
+        return None if sigma is None else to_si(sigma, schema.quantity_and_unit(name)[1], difference=True)
+
+    def missing(self, quantity: str) -> np.ndarray:
+        """Mask of the samples of a quantity that are missing; shape (rows,)."""
+        return np.isnan(self.columns[self.column(quantity)])
+
+    @property
+    def known_columns(self) -> list[str]:
+        """Canonical columns that are there, in the file's order."""
+        known = schema.COLUMNS[self.kind].known
+        return [name for name in self.columns if name in known]
+
+    @property
+    def outputs(self) -> list[str]:
+        """Canonical columns that are there and that the model can predict for this kind."""
+        return [name for name in schema.COLUMNS[self.kind].outputs if name in self.columns]
+
+    def full_geometry(self) -> dict[str, Any]:
+        """Geometry with the source's nominal values where the sidecar is silent; canonical keys and units."""
+        return {**nominal_geometry(self.kind, self.geometry), **self.geometry}
+
+    def full_tolerance(self) -> dict[str, float]:
+        """The stated tolerances (complete: what is not named is exact), or the defaults where none are."""
+        return dict(schema.TOLERANCE_DEFAULTS if self.tolerance is None else self.tolerance)
+
+    def table(self, key: str) -> str | Path:
+        """The alloy or material of this recording: a name, `"fit"`, or the path of a TOML beside it.
+
+        Args:
+            key: `"alloy"` or `"material"`.
+        """
+        return locate_table(str(self.full_geometry()[key]), self.path)
+
+
+def locate_table(stated: str, recording: Path | None) -> str | Path:
+    """Resolve an alloy or material that a sidecar states: a relative path is relative to the sidecar."""
+    if not (stated.endswith(".toml") or "/" in stated or "\\" in stated):
+        return stated
+    beside = Path(stated) if recording is None else recording.parent / stated
+    return beside if beside.exists() else Path(stated)
+
+
+@dataclass
+class Campaign:
+    """The recordings that are fitted together.
+
+    Attributes:
+        title: from `campaign.toml`, else the folder's name.
+        recordings: in the order of their names.
+        path: the folder, or the single CSV.
+        notices: about the campaign as a whole.
+    """
+
+    title: str
+    recordings: list[Recording]
+    path: Path
+    notices: list[str] = field(default_factory=list)
+
+    @property
+    def kinds(self) -> list[str]:
+        """Kinds that occur, in the order of `schema.KINDS`."""
+        return [kind for kind in schema.KINDS if any(r.kind == kind for r in self.recordings)]
+
+    def of_kind(self, kind: str) -> list[Recording]:
+        """Recordings of one kind."""
+        return [r for r in self.recordings if r.kind == kind]
+
+    def with_role(self, role: str) -> list[Recording]:
+        """Recordings of one role, `"fit"` or `"validation"`."""
+        return [r for r in self.recordings if r.role == role]
+
+    def specimens(self) -> dict[str, list[Recording]]:
+        """Recordings by specimen, in the order in which the specimens first appear."""
+        groups: dict[str, list[Recording]] = {}
+        for recording in self.recordings:
+            groups.setdefault(recording.specimen, []).append(recording)
+        return groups

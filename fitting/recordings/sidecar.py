@@ -1,0 +1,229 @@
+"""The TOML half of a recording, and `campaign.toml`: each key, word, number and unit checked, then merged."""
+
+import math
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pneusma_jax.errors import InputError, nearest
+
+from . import schema
+from .columns import convert, written_unit
+from .table import refuse
+
+COMMAND_LINE = "command line"
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Read a TOML file as it is.
+
+    Raises:
+        InputError: if it cannot be read, is not UTF-8, or is not TOML (with the line).
+    """
+    try:
+        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+    except OSError as error:
+        raise refuse(path, f"the file cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError:
+        raise refuse(path, "this is not UTF-8 text; save it as UTF-8") from None
+    except tomllib.TOMLDecodeError as error:
+        raise refuse(path, f"this is not TOML: {error}") from None
+
+
+def check_settings(
+    settings: Mapping[str, Any], where: Path | str, allowed: tuple[str, ...]
+) -> dict[str, Any]:
+    """Check what a sidecar, a campaign or the command line states.
+
+    Args:
+        settings: keys as in a sidecar.
+        where: file (or the words "command line") that messages name.
+        allowed: top-level keys that may occur.
+
+    Returns:
+        The same with canonical keys, floats for numbers, lengths in mm; `noise` is only checked by
+        `check_noise`, because its keys depend on the kind.
+
+    Raises:
+        InputError: for an unknown key, word or unit, a value of the wrong type, or a number that cannot be.
+    """
+    for key in settings:
+        if key not in allowed:
+            raise refuse(where, f"unknown key {key!r}, {nearest(key, allowed)}")
+    checked = {key: settings[key] for key in ("title", "specimen") if key in settings}
+    for key, value in checked.items():
+        if not isinstance(value, str) or not value.strip():
+            raise refuse(where, f"{key} = {value!r} must be a text in quotes")
+    for key, words in (("kind", schema.KINDS), ("role", schema.ROLES)):
+        if key in settings:
+            checked[key] = _word(settings[key], words, key, where)
+    if "real" in settings:
+        if not isinstance(settings["real"], bool):
+            raise refuse(where, f"real = {settings['real']!r} must be true (measured) or false (simulated)")
+        checked["real"] = settings["real"]
+    tables = {
+        "source": _check_source,
+        "geometry": _check_geometry,
+        "tolerance": _check_tolerance,
+        "noise": None,
+    }
+    for key, check in tables.items():
+        if key in settings:
+            if not isinstance(settings[key], Mapping):
+                raise refuse(where, f"{key} must be a table, [{key}] with one key a line")
+            checked[key] = check(settings[key], where) if check else dict(settings[key])
+    return checked
+
+
+def _word(value: Any, words: tuple[str, ...], key: str, where: Path | str) -> str:
+    if value not in words:
+        raise refuse(where, f"{key} = {value!r} is not known, {nearest(str(value), words)}")
+    return value
+
+
+def _number(value: Any, key: str, where: Path | str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise refuse(where, f"{key} = {value!r} must be a finite number")
+    return float(value)
+
+
+def _check_source(table: Mapping[str, Any], where: Path | str) -> dict[str, Any]:
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            raise refuse(where, f"[source] {key} must be a text, not a table")
+    return dict(table)
+
+
+def canonical_geometry_key(
+    key: str, section: str, where: Path | str, known: tuple[str, ...]
+) -> tuple[str, str]:
+    """Canonical key and written unit of a number of [geometry] or [tolerance] (`wall_thickness_in`: inches).
+
+    Raises:
+        InputError: if there is no such key, or its unit is unknown or of another dimension.
+    """
+    if key in known:
+        return key, schema.geometry_unit(key) if key in schema.GEOMETRY_NUMBERS else "1"
+    for canonical in schema.GEOMETRY_NUMBERS:
+        if canonical in schema.GEOMETRY_WITHOUT_UNIT:
+            continue
+        quantity = schema.quantity_and_unit(canonical)[0]
+        if key == quantity or (key.startswith(quantity + "_") and "_" not in key[len(quantity) + 1 :]):
+            try:
+                return canonical, written_unit(key, canonical)
+            except InputError as error:
+                raise refuse(where, f"[{section}] {key}: {error}") from None
+    raise refuse(where, f"unknown key {key!r} in [{section}], {nearest(key, known)}")
+
+
+def _check_geometry(table: Mapping[str, Any], where: Path | str) -> dict[str, Any]:
+    checked: dict[str, Any] = {}
+    for key, value in table.items():
+        if key in schema.GEOMETRY_WORDS:
+            checked[key] = _geometry_word(key, value, where)
+            continue
+        canonical, unit = canonical_geometry_key(key, "geometry", where, schema.GEOMETRY_KEYS)
+        if canonical in checked:
+            raise refuse(where, f"[geometry] {key} is there twice, in two units; keep one")
+        number = _number(value, f"[geometry] {key}", where)
+        least, may_equal = schema.GEOMETRY_NUMBERS[canonical]
+        if number < least or (number == least and not may_equal):
+            right = f"must be {least:g} or more" if may_equal else f"must be more than {least:g}"
+            raise refuse(where, f"[geometry] {key} = {number:g} {right}")
+        checked[canonical] = convert(number, unit, schema.geometry_unit(canonical))
+    if checked.get("prestrain", 0.0) >= 1.0:
+        raise refuse(
+            where, f"[geometry] prestrain = {checked['prestrain']:g} is a shear strain, a fraction below 1"
+        )
+    return checked
+
+
+def _geometry_word(key: str, value: Any, where: Path | str) -> str:
+    words = schema.GEOMETRY_WORDS[key]
+    if words is not None:
+        return _word(value, words, f"[geometry] {key}", where)
+    if not isinstance(value, str) or not value.strip():
+        raise refuse(where, f'[geometry] {key} = {value!r} must be a name, the path of a TOML, or "fit"')
+    return value
+
+
+def _check_tolerance(table: Mapping[str, Any], where: Path | str) -> dict[str, float]:
+    checked: dict[str, float] = {}
+    for key, value in table.items():
+        canonical, _ = canonical_geometry_key(key, "tolerance", where, schema.TOLERANCE_KEYS)
+        number = _number(value, f"[tolerance] {key}", where)
+        if number < 0.0:
+            raise refuse(where, f"[tolerance] {key} = {number:g} must be 0 (exact) or more")
+        if number > 1.0:
+            raise refuse(where, f"[tolerance] {key} = {number:g} is relative: 3 percent is 0.03")
+        if canonical in checked:
+            raise refuse(where, f"[tolerance] {key} is there twice, in two units; keep one")
+        checked[canonical] = number
+    return checked
+
+
+def check_noise(table: Mapping[str, Any], kind: str, extra: list[str], where: Path | str) -> dict[str, float]:
+    """Check the [noise] table of a recording of a known kind.
+
+    Args:
+        table: 1-sigma by column, in any unit of that column's dimension.
+        kind: which decides what columns there are.
+        extra: columns of the file that the kind does not know; their noise is kept as it is.
+        where: file that messages name.
+
+    Returns:
+        1-sigma by canonical column, in its unit.
+
+    Raises:
+        InputError: for an unknown column or unit, or a number that is not more than zero (an input may have
+        zero).
+    """
+    rules = schema.COLUMNS[kind]
+    checked: dict[str, float] = {}
+    for key, value in table.items():
+        number = _number(value, f"[noise] {key}", where)
+        canonical, unit = (key, "1") if key in extra else _noise_column(key, rules.known, where)
+        if number < 0.0 or (number == 0.0 and canonical in rules.outputs):
+            raise refuse(
+                where, f"[noise] {key} = {number:g} must be more than 0; leave it out to have it estimated"
+            )
+        if canonical in checked:
+            raise refuse(where, f"[noise] {key} is there twice, in two units; keep one")
+        wanted = "1" if key in extra else schema.quantity_and_unit(canonical)[1]
+        checked[canonical] = convert(number, unit, wanted, difference=True)
+    return checked
+
+
+def _noise_column(key: str, known: tuple[str, ...], where: Path | str) -> tuple[str, str]:
+    if key in known:
+        return key, schema.quantity_and_unit(key)[1]
+    quantity = key.rpartition("_")[0]
+    for canonical in known:
+        expected, _ = schema.quantity_and_unit(canonical)
+        if key == expected or quantity == expected:
+            try:
+                return canonical, written_unit(key, canonical)
+            except InputError as error:
+                raise refuse(where, f"[noise] {key}: {error}") from None
+    raise refuse(where, f"unknown column {key!r} in [noise], {nearest(key, known)}")
+
+
+def merge(campaign: Mapping, sidecar: Mapping, command_line: Mapping) -> dict[str, Any]:
+    """Settings of one recording: campaign, then its sidecar, then the command line, key by key.
+
+    A [tolerance] table is complete, so a sidecar's replaces the campaign's as a whole; the command line
+    changes the keys that it names and leaves the others as they stand (the defaults, where no table was
+    given).
+    """
+    merged: dict[str, Any] = {key: campaign[key] for key in ("geometry", "tolerance") if key in campaign}
+    for key, value in sidecar.items():
+        merged[key] = {**merged.get(key, {}), **value} if key == "geometry" else value
+    for key, value in command_line.items():
+        if key == "tolerance":
+            merged[key] = {**merged.get(key, schema.TOLERANCE_DEFAULTS), **value}
+        elif isinstance(value, Mapping):
+            merged[key] = {**merged.get(key, {}), **value}
+        else:
+            merged[key] = value
+    return merged

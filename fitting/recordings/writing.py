@@ -1,0 +1,120 @@
+"""Writing a recording as CSV and sidecar that read back equal; both files appear whole or not at all."""
+
+import csv
+import io
+import os
+import uuid
+from pathlib import Path, PurePosixPath
+
+import numpy as np
+import tomlkit
+
+from .checks import check_recording
+from .recording import Recording, locate_table
+from .table import refuse
+
+
+def write_recording(recording: Recording, folder: str | Path, force: bool = True) -> Path:
+    """Write `NAME.csv` and `NAME.toml`.
+
+    Args:
+        recording: what to write; it must be one that `read_recording` would accept.
+        folder: made if it does not exist. A name with folders in it (`"hot/run_1"`) makes those too.
+        force: replace files of that name; otherwise they are an error.
+
+    Returns:
+        Path of the CSV.
+
+    Raises:
+        InputError: if the recording cannot be used, its name would leave the folder, a file is in the way, or
+            the place cannot be written.
+    """
+    check_recording(recording)
+    target = target_path(recording, folder)
+    beside = target.with_suffix(".toml")
+    for file in (target, beside):
+        if file.exists() and not force:
+            raise refuse(
+                file, "this file is already there; choose another folder, or allow it to be replaced"
+            )
+    texts = {target: _csv_text(recording), beside: _toml_text(recording, target)}
+    drafts = {file: file.with_name(f".{file.name}.{uuid.uuid4().hex}") for file in texts}
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        for file, text in texts.items():
+            with drafts[file].open("x", encoding="utf-8", newline="") as draft:
+                draft.write(text)
+        for file in (beside, target):  # the CSV last: until it is there, there is no recording
+            os.replace(drafts[file], file)
+    except OSError as error:
+        raise refuse(target, f"the recording cannot be written here ({error.strerror})") from None
+    finally:
+        for draft in drafts.values():
+            draft.unlink(missing_ok=True)
+    return target
+
+
+def target_path(recording: Recording, folder: str | Path) -> Path:
+    """CSV that a recording is written to.
+
+    Raises:
+        InputError: if its name would leave the folder.
+    """
+    name = PurePosixPath(recording.name)
+    if not recording.name or name.is_absolute() or ".." in name.parts or "\\" in recording.name:
+        raise refuse(folder, f"{recording.name!r} cannot be the name of a file in this folder")
+    return Path(folder) / name.parent / f"{name.name}.csv"
+
+
+def _csv_text(recording: Recording) -> str:
+    stream = io.StringIO()
+    for comment in recording.comments:
+        stream.write(f"# {comment}\n")
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(recording.columns)
+    writer.writerows(zip(*(_cells(values) for values in recording.columns.values()), strict=True))
+    return stream.getvalue()
+
+
+def _cells(values: np.ndarray) -> list[str]:
+    """Shortest text that reads back to the same number; nothing where a sample is missing."""
+    if values.dtype.kind in "US":
+        return [str(text) for text in values]
+    return ["" if np.isnan(value) else repr(float(value)).removesuffix(".0") for value in values]
+
+
+def _toml_text(recording: Recording, target: Path) -> str:
+    document = tomlkit.document()
+    document["kind"] = recording.kind
+    document["role"] = recording.role
+    if recording.specimen:
+        document["specimen"] = recording.specimen
+    if recording.real is not None:
+        document["real"] = recording.real
+    tables = {"source": recording.source, "noise": recording.noise, "geometry": _moved(recording, target)}
+    for key, table in tables.items():
+        if table:
+            document[key] = {name: _one_a_line(value) for name, value in table.items()}
+    if recording.tolerance is not None:  # an empty table says that everything is exact
+        document["tolerance"] = recording.tolerance
+    return tomlkit.dumps(document)
+
+
+def _one_a_line(value: object) -> object:
+    """A list of sentences with a line for each; anything else as it is."""
+    if isinstance(value, list) and len(value) > 1 and all(isinstance(text, str) for text in value):
+        lines = tomlkit.array()
+        lines.extend(value)
+        return lines.multiline(True)
+    return value
+
+
+def _moved(recording: Recording, target: Path) -> dict:
+    """Geometry whose relative paths still lead to the same file from the new place."""
+    geometry = dict(recording.geometry)
+    for key in ("alloy", "material"):
+        if key in geometry:
+            table = locate_table(str(geometry[key]), recording.path)
+            if isinstance(table, Path) and table.exists() and not Path(geometry[key]).is_absolute():
+                geometry[key] = Path(os.path.relpath(table.resolve(), target.parent.resolve())).as_posix()
+    return geometry

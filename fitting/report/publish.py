@@ -1,0 +1,82 @@
+"""A set of result files that appears together or not at all."""
+
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from pneusma_jax.errors import InputError
+
+MARK = "report.json"
+"""The file that says that a folder holds results."""
+
+
+def check_free(folder: str | Path, force: bool = False) -> Path:
+    """Refuse a folder that cannot take results, before time is spent on them.
+
+    Args:
+        folder: where results are to go; it need not exist.
+        force: results that are there may be replaced.
+
+    Raises:
+        InputError: if it is a file, holds results already, or no folder can be made there.
+    """
+    folder = Path(folder)
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder}: this is a file, but a folder for results is needed")
+    if (folder / MARK).exists() and not force:
+        raise InputError(
+            f"{folder}: results are here already; choose another folder, or replace them with --force"
+        )
+    nearest = next(parent for parent in (folder, *folder.absolute().parents) if parent.exists())
+    if not nearest.is_dir() or not os.access(nearest, os.W_OK):
+        raise InputError(f"{folder}: results cannot be written here (no permission in {nearest})")
+    return folder
+
+
+def publish(
+    folder: str | Path,
+    documents: Mapping[str, str | bytes] | Callable[[], Mapping[str, str | bytes]],
+    force: bool,
+) -> list[Path]:
+    """Write files into a draft folder and move them into place once all of them are there.
+
+    Args:
+        folder: made if it does not exist.
+        documents: content by file name, or a function that makes it; text is written as UTF-8.
+        force: replace results that are there already.
+
+    Returns:
+        Paths of the files.
+
+    Raises:
+        InputError: as `check_free`, or if the disk refuses.
+    """
+    folder = check_free(folder, force)
+    content = documents() if callable(documents) else documents
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        draft = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
+        try:
+            for name, body in content.items():
+                (draft / name).write_bytes(body.encode() if isinstance(body, str) else body)
+            if not folder.exists():
+                os.chmod(draft, 0o777 & ~_umask())
+                os.rename(draft, folder)
+            for name in (
+                sorted(content, key=lambda name: name == MARK) if draft.exists() else ()
+            ):  # the mark last
+                os.replace(draft / name, folder / name)
+        finally:
+            shutil.rmtree(draft, ignore_errors=True)
+    except OSError as error:
+        raise InputError(f"{folder}: results cannot be written here ({error.strerror})") from None
+    return [folder / name for name in content]
+
+
+def _umask() -> int:
+    """Current umask: a temporary folder is private, results should be as readable as any other folder."""
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

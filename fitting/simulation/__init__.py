@@ -1,0 +1,20 @@
+"""What the model predicts for recordings and single states: specimens, histories, cautions."""
+
+from .cautions import actuator_cautions, silicone_cautions, spring_cautions
+from .denoise import martensite_fraction
+from .predict import Prediction, predict
+from .specimen import actuator_of, alloy_of, geometry_of, law_of, spring_of
+
+__all__ = [
+    "Prediction",
+    "actuator_cautions",
+    "actuator_of",
+    "alloy_of",
+    "martensite_fraction",
+    "geometry_of",
+    "law_of",
+    "predict",
+    "silicone_cautions",
+    "spring_cautions",
+    "spring_of",
+]

@@ -1,0 +1,123 @@
+"""From a measured resistance to the material's martensite fraction, without the noise of single samples.
+
+The residual strain keeps the running minimum of the martensite fraction, so noise in it does not average
+out, it accumulates. And a resistance says much about the phase when the wire is cold and unstrained, little
+when it is hot, nothing where both phases conduct alike. So the fraction is taken to wander slowly (a random
+walk) behind the resistance, and is recovered by a Kalman smoother that weighs each sample by how much it
+says. How fast it wanders and how noisy the resistance is are found by maximum likelihood; there is nothing to
+tune.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+import pneusma_jax as pj
+
+ROUNDS = 6  # of linearising the resistance about the last estimate
+WANDER = np.geomspace(1e-8, 1e4, 49)  # candidates: variance of the walk per second over that of one reading
+ASTRAY = 10.0  # times the noise of the resistance by which a sample may miss the walk
+MOST_ASTRAY = 0.05  # share of the samples that may
+LEAST_SLOPE = 1e-6  # of resistance over xi0, relative to the wire's; keeps a sample that says nothing finite
+
+
+def martensite_fraction(
+    spring: pj.Spring, time: np.ndarray, resistance: np.ndarray, gamma: np.ndarray
+) -> np.ndarray:
+    """Martensite fraction of a spring over time, in [0, 1].
+
+    Args:
+        spring: the element.
+        time: [s], ascending, shape (rows,).
+        resistance: measured [ohm], NaN where missing.
+        gamma: shear strain [1], NaN where unknown.
+
+    Returns:
+        Shape (rows,); interpolated where a sample is missing. Where the resistance jumps faster than a heated
+        wire can, so that the walk does not follow it, the readings of single samples.
+    """
+    held = np.isfinite(resistance) & np.isfinite(gamma)
+    t, ohms, strain = time[held], resistance[held], gamma[held]
+    if not held.any():
+        return np.full(time.shape, np.nan)
+    reading = pj.Resistance(ohms).read(spring.alloy, jnp.asarray(strain), spring.geometry.wire_length)
+    single = xi0 = np.asarray(reading.xi0)
+    scale = float(spring.alloy.rho_mean * spring.geometry.wire_length)
+    for _ in range(ROUNDS if held.sum() > 3 else 0):
+        expected, slope = (np.asarray(x) / scale for x in _resistance(spring, xi0, strain))
+        slope = np.where(np.abs(slope) < LEAST_SLOPE, LEAST_SLOPE, slope)
+        xi0 = np.clip(smooth_walk(t, xi0 + (ohms / scale - expected) / slope, slope**2), 0.0, 1.0)
+    misfit = np.abs(ohms - np.asarray(_resistance(spring, xi0, strain)[0]))
+    noise = max(np.median(np.abs(np.diff(ohms, append=ohms[-1]))), np.median(misfit))
+    astray = misfit > ASTRAY * noise
+    return np.interp(time, t, single if astray.mean() > MOST_ASTRAY else xi0)
+
+
+@eqx.filter_jit
+def _resistance(spring: pj.Spring, xi0: jax.Array, gamma: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Resistance and its slope over the martensite fraction [ohm]."""
+    law = lambda x: spring.alloy.resistivity(x, jnp.asarray(gamma)) * spring.geometry.wire_length  # noqa: E731
+    return jax.jvp(law, (jnp.asarray(xi0),), (jnp.ones_like(xi0),))
+
+
+def denoised(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """A measured input without its noise, as far as its own course tells them apart; NaN where missing.
+
+    Args:
+        time: [s], ascending, shape (rows,).
+        values: equally noisy readings, shape (rows,).
+    """
+    held = np.isfinite(values)
+    result = np.full(values.shape, np.nan)
+    if held.sum() > 3 and np.ptp(values[held]) > 0.0:
+        result[held] = smooth_walk(time[held], values[held], np.ones(int(held.sum())))
+    else:
+        result[held] = values[held]
+    return result
+
+
+def smooth_walk(time: np.ndarray, values: np.ndarray, precision: np.ndarray) -> np.ndarray:
+    """Random walk behind noisy readings, by Kalman filter and Rauch-Tung-Striebel smoother.
+
+    Args:
+        time: ascending, shape (n,).
+        values: readings, shape (n,).
+        precision: of each reading, up to a common factor, which is estimated; positive, shape (n,).
+
+    Returns:
+        Mean of the walk at each reading, shape (n,).
+    """
+    steps = np.diff(time, prepend=time[0])
+    precision = precision / precision.max()
+    _, _, likelihood = _filter(steps, values, precision, WANDER)
+    wander = WANDER[[np.argmax(likelihood)]]
+    mean, variance, _ = (x[..., 0] for x in _filter(steps, values, precision, wander))
+    for k in range(len(values) - 2, -1, -1):
+        gain = variance[k] / (variance[k] + wander[0] * steps[k + 1])
+        mean[k] += gain * (mean[k + 1] - mean[k])
+    return mean
+
+
+def _filter(steps: np.ndarray, values: np.ndarray, precision: np.ndarray, wander: np.ndarray) -> tuple:
+    """Filtered mean and variance, shape (n, candidates), and the log-likelihood of each candidate.
+
+    Variances are in units of that of a reading of precision 1, which is profiled out of the likelihood.
+    """
+    count = len(values)
+    means, variances = np.empty((2, count, len(wander)))
+    mean = np.full(len(wander), values[0])
+    variance = np.full(len(wander), 1.0 / precision[0])  # of the first reading, which starts the walk
+    means[0], variances[0] = mean, variance
+    squares, logs = np.zeros((2, len(wander)))
+    for k in range(1, count):
+        variance = variance + wander * steps[k]
+        spread = variance + 1.0 / precision[k]
+        surprise = values[k] - mean
+        mean = mean + variance / spread * surprise
+        variance = variance / (1.0 + variance * precision[k])
+        squares += surprise**2 / spread
+        logs += np.log(spread)
+        means[k], variances[k] = mean, variance
+    floor = np.finfo(float).tiny
+    return means, variances, -0.5 * (logs + (count - 1) * np.log(np.maximum(squares, floor)))

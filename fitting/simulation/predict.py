@@ -1,0 +1,192 @@
+"""The model's answer to a recording: its inputs drive the model, its outputs are predicted."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+import pneusma_jax as pj
+from fitting.recordings import Recording
+from pneusma_jax.silicone import SiliconeLaw
+from pneusma_jax.units import from_si
+
+from .cautions import actuator_cautions, silicone_cautions, spring_cautions
+from .denoise import denoised, martensite_fraction
+from .specimen import actuator_of, geometry_of, law_of, place, spring_of
+
+PASSES = 2  # of reading the resistance at the strain found and finding the strain anew; more change little
+
+
+@dataclass
+class Prediction:
+    """Rows of a recording as the model has them.
+
+    Attributes:
+        outputs: by canonical column (`curvature_1pm`, ...) in that column's unit, shape (rows,); NaN where a
+            row could not be computed.
+        states: what else the model knows of each row: `xi0_2`, `gamma_R_2` (no unit), `status` (its name).
+        notices: in words, what to read with care.
+    """
+
+    outputs: dict[str, np.ndarray]
+    states: dict[str, np.ndarray] = field(default_factory=dict)
+    notices: list[str] = field(default_factory=list)
+
+
+def predict(recording: Recording, denoise: bool = True) -> Prediction:
+    """Predict the outputs that a recording holds.
+
+    Args:
+        recording: checked data of kind actuator, spring, elastomer or tube.
+        denoise: recover the martensite fraction from the whole course of a resistance; otherwise from each
+            sample alone, noise and all.
+
+    Raises:
+        InputError: if the kind is not covered, the recording leaves its alloy or material open, or no row has
+            all that drives the model.
+    """
+    if recording.kind not in _PREDICTORS:
+        raise pj.InputError(
+            f"{place(recording)}: a recording of kind {recording.kind} cannot be simulated; "
+            f"kinds that can: {', '.join(_PREDICTORS)}"
+        )
+    drivers = [name for name in _drivers(recording) if recording.has(name)]
+    complete = ~np.any([recording.missing(name) for name in drivers], axis=0)
+    if not complete.any():
+        raise pj.InputError(f"{place(recording)}: no row has all of {', '.join(drivers)}")
+    inputs = {name: recording.si(name)[complete] for name in drivers}
+    prediction = _PREDICTORS[recording.kind](recording, inputs, denoise)
+    outputs = {name: prediction.outputs[name] for name in recording.outputs if name in prediction.outputs}
+    prediction.outputs = {name: _spread(values, complete) for name, values in outputs.items()}
+    prediction.states = {name: _spread(values, complete) for name, values in prediction.states.items()}
+    if not complete.all():
+        gaps = f"{int(np.sum(~complete))} of {len(complete)} rows lack one of {', '.join(drivers)}"
+        prediction.notices.append(f"{gaps}: they are passed over")
+    return prediction
+
+
+def _drivers(recording: Recording) -> tuple[str, ...]:
+    """Quantities that drive the model; of an actuator's resistances those of springs that are there."""
+    names = DRIVERS[recording.kind]
+    if recording.kind != "actuator":
+        return names
+    numbers = pj.layout(recording.full_geometry()["design"]).spring_numbers
+    return (*names, *(f"resistance_{n}" for n in numbers))
+
+
+def _spread(values: np.ndarray, complete: np.ndarray) -> np.ndarray:
+    """Values of the complete rows in their places; NaN, or no word, in the others."""
+    values = np.asarray(values)
+    words = values.dtype.kind == "U"
+    result = np.full(complete.shape, "", values.dtype) if words else np.full(complete.shape, np.nan)
+    result[complete] = values
+    return result
+
+
+def _predict_actuator(recording: Recording, inputs: dict[str, np.ndarray], denoise: bool) -> Prediction:
+    actuator = actuator_of(recording)
+    prestrain = recording.full_geometry()["prestrain"]
+    states = tuple(pj.SpringState.fresh(prestrain) for _ in actuator.springs)
+    notices, activations = [], []
+    for n in actuator.spring_numbers:
+        if f"resistance_{n}" in inputs:
+            activations.append(pj.Resistance(inputs[f"resistance_{n}"]))
+        else:
+            activations.append(pj.MartensiteFraction(1.0))
+            notices.append(f"the resistance of spring {n} was not recorded: it is taken as cold (xi0 = 1)")
+    pressure = denoised(inputs["time"], inputs["pressure"]) if denoise else inputs["pressure"]
+    read = found = pj.simulate_history(actuator, pressure, tuple(activations), states).rows
+    if denoise and any(isinstance(a, pj.Resistance) for a in activations):
+        found = _denoised_history(actuator, inputs["time"], pressure, activations, states, read)
+    bend = found.bend_angle if actuator.planar else found.bend_magnitude
+    outputs = {
+        "curvature_1pm": bend / found.length,
+        "bend_angle_deg": from_si(bend, "deg"),
+        "length_mm": from_si(found.length, "mm"),
+        "bend_direction_deg": from_si(found.bend_direction, "deg"),
+    }
+    known = {"status": np.array([pj.Status(code).name for code in np.asarray(found.status)])}
+    for n, response in zip(actuator.spring_numbers, found.springs, strict=True):
+        known |= {f"xi0_{n}": response.xi0, f"gamma_R_{n}": response.gamma_R}
+    clearance = recording.geometry.get("tip_to_base_clearance_deg")
+    return Prediction(outputs, known, notices + actuator_cautions(actuator, found, clearance, read))
+
+
+def _denoised_history(
+    actuator: pj.Actuator,
+    time: np.ndarray,
+    pressure: np.ndarray,
+    activations: list,
+    states: tuple[pj.SpringState, ...],
+    read: pj.Equilibrium,
+) -> pj.Equilibrium:
+    """The history at denoised martensite fractions, from the one at resistances as they were read."""
+    measured = {k: np.asarray(a.value) for k, a in enumerate(activations) if isinstance(a, pj.Resistance)}
+    gammas = {k: np.asarray(read.springs[k].gamma) for k in measured}
+    found, given = read, list(activations)
+    for _ in range(PASSES):
+        for k, ohms in measured.items():
+            xi0 = martensite_fraction(actuator.springs[k], time, ohms, gammas[k])
+            given[k] = pj.MartensiteFraction(xi0)
+        found = pj.simulate_history(actuator, pressure, tuple(given), states).rows
+        # halfway: strain and fraction answer each other and would overshoot
+        gammas = {k: 0.5 * (gamma + np.asarray(found.springs[k].gamma)) for k, gamma in gammas.items()}
+    return found
+
+
+def _predict_spring(recording: Recording, inputs: dict[str, np.ndarray], denoise: bool) -> Prediction:
+    spring = spring_of(recording)
+    state = pj.SpringState.fresh(recording.full_geometry()["prestrain"])
+    read = pj.simulate_spring(spring, inputs["elongation"], pj.Resistance(inputs["resistance"]), state).rows
+    response = read
+    if denoise:
+        xi0 = martensite_fraction(spring, inputs["time"], inputs["resistance"], np.asarray(read.gamma))
+        response = pj.simulate_spring(spring, inputs["elongation"], pj.MartensiteFraction(xi0), state).rows
+    outputs = {"force_N": response.force}
+    notices = spring_cautions(spring, response, "the spring", read)
+    if "temperature" in inputs:
+        xi0 = spring.alloy.martensite_fraction_at(inputs["temperature"])
+        rho = spring.alloy.resistivity(xi0, response.gamma)
+        outputs["resistance_ohm"] = rho * spring.geometry.wire_length
+        notices.append("force is predicted from resistance, and resistance from temperature on one curve")
+    else:
+        notices.append("resistance drives the spring, so it is not predicted; that takes temperature")
+    return Prediction(outputs, {"xi0": response.xi0, "gamma_R": response.gamma_R}, notices)
+
+
+def _predict_elastomer(recording: Recording, inputs: dict[str, np.ndarray], denoise: bool) -> Prediction:
+    law, strain = law_of(recording), inputs["strain"]
+    stress = law(jnp.asarray(strain))
+    return Prediction({"stress_kPa": from_si(stress, "kPa")}, {}, silicone_cautions(law, strain, strain))
+
+
+def _predict_tube(recording: Recording, inputs: dict[str, np.ndarray], denoise: bool) -> Prediction:
+    geometry, law = geometry_of(recording), law_of(recording)
+    length = np.asarray(_tube_rows(inputs["pressure"], geometry, law))
+    strain = length / float(geometry.length) - 1.0
+    return Prediction({"length_mm": from_si(length, "mm")}, {}, silicone_cautions(law, strain, strain))
+
+
+@eqx.filter_jit
+def _tube_rows(pressure: jax.Array, geometry: pj.Geometry, law: SiliconeLaw) -> jax.Array:
+    """Length of a pressurised tube [m] for gauge pressures [Pa], shape (rows,)."""
+    sizes = (geometry.length, geometry.outer_diameter, geometry.wall_thickness)
+    return jax.vmap(lambda p: pj.tube_length(p, *sizes, law))(jnp.asarray(pressure))
+
+
+# what drives the model in a recording of each kind; a row that lacks one of them cannot be predicted
+DRIVERS = {
+    "actuator": ("time", "pressure"),
+    "spring": ("time", "elongation", "resistance", "temperature"),
+    "elastomer": ("strain",),
+    "tube": ("pressure",),
+}
+_PREDICTORS: dict[str, Callable[[Recording, dict[str, np.ndarray], bool], Prediction]] = {
+    "actuator": _predict_actuator,
+    "spring": _predict_spring,
+    "elastomer": _predict_elastomer,
+    "tube": _predict_tube,
+}

@@ -1,0 +1,155 @@
+"""A test stand for one spring: travel, a current that a PID controller sets, and the wire's own heat balance.
+
+The controller turns the current up while the resistance lies above its set-point. Where stress has made
+detwinned martensite of the wire, no heating or cooling moves the resistance far, so that at high strain the
+set-point is lost and the controller sits at one of its stops (Section 2.4.5).
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+import pneusma_jax as pj
+from pneusma_jax.nitinol.thermal import duty_cycle_current, next_temperature, time_constant
+
+STEP_S = 0.05  # of the controller and of the simulation
+TRICKLE = 1e-3  # least duty cycle: without any current the resistance cannot be measured
+HOT_WIDTHS = 10.0  # widths of the transformation, and kelvin, by which full heating passes its middle
+HOT_KELVIN = 30.0
+BANDWIDTH = 2.0  # rad/s, of the loop where the resistance is most sensitive
+RESET_S = 2.0  # integral time
+LEAD_S = 0.1  # derivative time
+
+
+class Stand(eqx.Module):
+    """A spring on a stand with a heater.
+
+    Attributes:
+        spring: what is tested.
+        ambient: of the air around it [degC].
+        full_current: while the supply is on [A].
+        proportional: duty per resistance error relative to the spring's contrast at rest [1].
+        contrast: resistance of the cold, unstrained spring less that of the hot one [ohm].
+        read_noise: 1-sigma of the controller's own readings [ohm].
+    """
+
+    spring: pj.Spring
+    ambient: Array
+    full_current: Array
+    proportional: Array
+    contrast: Array
+    read_noise: Array
+
+
+class StandRun(eqx.Module):
+    """Fine-grained course of a test, arrays of shape (..., steps).
+
+    Attributes:
+        resistance [ohm], temperature [degC], current: root mean square [A], xi0 [1].
+    """
+
+    resistance: Array
+    temperature: Array
+    current: Array
+    xi0: Array
+
+
+def rest_resistances(spring: pj.Spring) -> tuple[float, float]:
+    """Resistance of the unstrained spring, cold and hot [ohm]."""
+    rho = [spring.alloy.resistivity(jnp.asarray(xi0), jnp.asarray(0.0)) for xi0 in (1.0, 0.0)]
+    return tuple(float(x * spring.geometry.wire_length) for x in rho)
+
+
+def build_stand(spring: pj.Spring, ambient: float, read_noise: float) -> Stand:
+    """A stand whose supply can heat this spring through its transformation, and whose controller suits it."""
+    alloy, g = spring.alloy, spring.geometry
+    cold, hot = rest_resistances(spring)
+    rise = float(alloy.T_mid) + HOT_WIDTHS * float(alloy.T_width) + HOT_KELVIN - ambient
+    loss = float(alloy.convection * jnp.pi * g.wire_diameter * g.wire_length)
+    rate = rise / float(time_constant(alloy, g))
+    temperatures = jnp.linspace(alloy.T_mid - 10 * alloy.T_width, alloy.T_mid + 5 * alloy.T_width, 400)
+    weight = alloy.martensite_fraction_at(temperatures) ** alloy.a
+    sensitivity = float(jnp.max(jnp.abs(jnp.gradient(weight, temperatures))))
+    return Stand(
+        spring=spring,
+        ambient=jnp.asarray(ambient),
+        full_current=jnp.sqrt(rise * loss / hot),
+        proportional=jnp.asarray(BANDWIDTH / (rate * sensitivity)),
+        contrast=jnp.asarray(cold - hot),
+        read_noise=jnp.asarray(read_noise),
+    )
+
+
+@eqx.filter_jit
+def run_stand(
+    stand: Stand,
+    elongation: Float[Array, "tests steps"],
+    setpoint: Float[Array, "tests"],
+    duty_limits: Float[Array, "tests 2"],
+    readings: Float[Array, "tests steps"],
+) -> StandRun:
+    """Simulate tests that each start at rest and at ambient temperature.
+
+    Resistance does not depend on what the wire remembers, so the memory is left to `simulate_spring`.
+
+    Args:
+        stand: where.
+        elongation: travel [m] every `STEP_S`.
+        setpoint: resistance to hold [ohm].
+        duty_limits: least and largest duty cycle; equal ones leave the controller nothing to do.
+        readings: standard normal errors of the controller's readings.
+    """
+    return jax.vmap(lambda *test: _run(stand, *test))(elongation, setpoint, duty_limits, readings)
+
+
+def _run(stand: Stand, elongation: Array, setpoint: Array, limits: Array, readings: Array) -> StandRun:
+    spring, alloy = stand.spring, stand.spring.alloy
+
+    def step(carry: tuple, row: tuple) -> tuple[tuple, StandRun]:
+        temperature, resistance, integral, before = carry
+        travel, noise = row
+        error = (resistance + stand.read_noise * noise - setpoint) / stand.contrast
+        duty, integral = _pid(stand.proportional, error, before, integral, limits)
+        current = duty_cycle_current(duty, stand.full_current)
+        temperature = next_temperature(
+            alloy, spring.geometry, temperature, STEP_S, current, resistance, stand.ambient
+        )
+        xi0 = alloy.martensite_fraction_at(temperature)
+        resistance = alloy.resistivity(xi0, spring.shear_strain(travel)) * spring.geometry.wire_length
+        after = (temperature, resistance, integral, error)
+        return after, StandRun(resistance, temperature, current, xi0)
+
+    xi0 = alloy.martensite_fraction_at(stand.ambient)
+    resistance = alloy.resistivity(xi0, jnp.asarray(0.0)) * spring.geometry.wire_length
+    first = (stand.ambient, resistance, jnp.asarray(0.0), (resistance - setpoint) / stand.contrast)
+    return jax.lax.scan(step, first, (elongation, readings))[1]
+
+
+def _pid(gain: Array, error: Array, before: Array, integral: Array, limits: Array) -> tuple[Array, Array]:
+    """Duty cycle and integral term; the integral rests while the error pushes the output on a stop."""
+    grown = integral + gain * error * STEP_S / RESET_S
+    wanted = gain * (error + LEAD_S * (error - before) / STEP_S) + grown
+    stuck = ((wanted > limits[1]) & (error > 0.0)) | ((wanted < limits[0]) & (error < 0.0))
+    return jnp.clip(wanted, limits[0], limits[1]), jnp.where(stuck, integral, grown)
+
+
+def steps_of(seconds: float) -> int:
+    """Number of simulation steps in a duration, at least one."""
+    return max(1, round(seconds / STEP_S))
+
+
+def travel_profile(peaks: np.ndarray, rest_s: float, leg_s: np.ndarray) -> np.ndarray:
+    """Travel that waits at zero, then goes to each peak and back to zero at steady speed, every `STEP_S`.
+
+    Args:
+        peaks: elongations [m], shape (cycles,).
+        rest_s: wait before the first pull [s].
+        leg_s: duration of each pull, and of each return [s], shape (cycles,).
+    """
+    parts = [np.zeros(steps_of(rest_s) + 1)]
+    for peak, seconds in zip(peaks, leg_s, strict=True):
+        ramp = np.arange(1, steps_of(seconds) + 1) / steps_of(seconds)
+        parts += [peak * ramp, peak * (1.0 - ramp)]
+    return np.concatenate(parts)

@@ -1,0 +1,98 @@
+"""Instruments of a simulated bench: noise, a zero that wanders, and finitely many digits."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.recordings import schema
+from pneusma_jax.errors import InputError, nearest
+
+from .wishes import Wishes, stream
+
+DIGITS = {"time_s": 3, "elongation_mm": 4, "stress_MPa": 3, "stress_kPa": 3, "setpoint_ohm": 5, "strain": 7}
+"""Decimals of a column that is written without noise; 4 where not listed."""
+
+
+@dataclass(frozen=True)
+class Instruments:
+    """The sensors of a bench.
+
+    Attributes:
+        noise: marginal 1-sigma by canonical column, in that column's unit.
+        noise_time_s: over which noise is correlated [s]; 0: white.
+        drift: of the zero by the end of a test, 1-sigma in units of the noise.
+        seed: of the random numbers.
+    """
+
+    noise: Mapping[str, float]
+    noise_time_s: float
+    drift: float
+    seed: int
+
+    @classmethod
+    def of(cls, kind: str, wishes: Wishes, defaults: Mapping[str, float]) -> "Instruments":
+        """Sensors of a kind of recording: the given noise with what is wished over it.
+
+        Raises:
+            InputError: for a column that the kind does not have, or one that holds no reading.
+        """
+        for name in wishes.noise:
+            if name not in schema.COLUMNS[kind].known:
+                raise InputError(
+                    f"--noise {name}: a recording of kind {kind} has no such column,"
+                    f" {nearest(name, schema.COLUMNS[kind].known)}"
+                )
+            if name not in defaults:
+                raise InputError(f"--noise {name}: here noise can be given to {', '.join(defaults)}")
+            if wishes.noise[name] == 0.0 and name in schema.COLUMNS[kind].outputs:
+                raise InputError(f"--noise {name}=0: an output needs noise, if only a little")
+        noise = {**defaults, **wishes.noise}
+        return cls(noise, wishes.noise_time_s, wishes.drift, wishes.seed)
+
+    def read(self, test: str, time: np.ndarray, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """What the bench writes down.
+
+        Args:
+            test: name of the recording, for its own random numbers.
+            time: [s], ascending, shape (rows,).
+            columns: true values by canonical column, in its unit, shape (rows,); the clock is added.
+        """
+        written = {"time_s": np.round(time, DIGITS["time_s"])}
+        for name, values in columns.items():
+            sigma = self.noise.get(name, 0.0)
+            random = stream(self.seed, "noise", test, name)
+            read = values + sigma * (
+                correlated(random, time, self.noise_time_s) + self.drift * wander(random, time)
+            )
+            written[name] = np.round(read, _decimals(name, sigma)) + 0.0  # no -0
+        return written
+
+    def stated(self, columns: Mapping[str, np.ndarray]) -> dict[str, float]:
+        """The [noise] table for the columns of a recording."""
+        return {name: self.noise[name] for name in columns if self.noise.get(name, 0.0) > 0.0}
+
+
+def correlated(random: np.random.Generator, time: np.ndarray, memory_s: float) -> np.ndarray:
+    """Noise of unit variance, correlated as exp(-dt / memory); shape (rows,)."""
+    white = random.standard_normal(len(time))
+    if memory_s <= 0.0:
+        return white
+    keep = np.exp(-np.diff(time) / memory_s)
+    series = white.copy()
+    for k, factor in enumerate(keep, start=1):
+        series[k] = factor * series[k - 1] + math.sqrt(1.0 - factor**2) * white[k]
+    return series
+
+
+def wander(random: np.random.Generator, time: np.ndarray) -> np.ndarray:
+    """A zero that starts true and walks at random, with unit variance at the end; shape (rows,)."""
+    span = max(time[-1] - time[0], 1e-12)
+    steps = np.sqrt(np.diff(time, prepend=time[0]) / span) * random.standard_normal(len(time))
+    return np.cumsum(steps)
+
+
+def _decimals(name: str, sigma: float) -> int:
+    """Decimals that leave a hundredth of the noise."""
+    return DIGITS.get(name, 4) if sigma <= 0.0 else max(0, math.ceil(2.0 - math.log10(sigma)))

@@ -1,0 +1,201 @@
+"""Simulated campaigns by kind, and writing one: recordings, title and the truth, all or nothing."""
+
+import dataclasses
+import json
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import tomlkit
+
+from fitting.recordings import write_recording
+from fitting.report.publish import check_free, publish
+from pneusma_jax.errors import InputError, nearest
+
+from . import elastomer
+from .actuator import synthesise_actuator
+from .instruments import Instruments, wander
+from .spring import synthesise_spring
+from .tube import synthesise_tube
+from .wire import synthesise_wire
+from .wishes import SPREADS, Synthetic, Wishes, stream
+
+TRUTH_FILE = "truth.json"
+SCHEMA = "pneusma-truth/1"
+MOST_TESTS = 30
+
+
+def synthesise_elastomer(wishes: Wishes) -> Synthetic:
+    """Simulate pulls of a silicone coupon by the pattern of `fitting.synthesise.elastomer`.
+
+    `truth` may set `mu_1`, `mu_2` [kPa], `alpha_1`, `alpha_2` of Ogden's law; the tolerance is that of
+    `silicone_stiffness`, between specimens.
+
+    Raises:
+        InputError: for wishes that cannot be.
+    """
+    nominal = {f"mu_{k}": value / 1e3 for k, value in enumerate(elastomer.TRUTH["mu"], 1)}
+    nominal |= {f"alpha_{k}": value for k, value in enumerate(elastomer.TRUTH["alpha"], 1)}
+    for name in wishes.truth:
+        if name not in nominal:
+            raise InputError(f"--truth {name}: this campaign has no such number, {nearest(name, nominal)}")
+    true = {**nominal, **wishes.truth}
+    law = dataclasses.replace(
+        elastomer.true_law(),
+        mu=np.array([1e3 * true["mu_1"], 1e3 * true["mu_2"]]),
+        alpha=np.array([true["alpha_1"], true["alpha_2"]]),
+    )
+    bench = Instruments.of("elastomer", wishes, {"stress_kPa": elastomer.NOISE / 1e3})
+    batch = 0.0 if wishes.spread == "none" else wishes.tolerance.get("silicone_stiffness", elastomer.BATCH)
+    fitted, check = elastomer.PULLS[:-1], elastomer.PULLS[-1]
+    pulls = (*fitted[: wishes.tests], check)
+    memory = elastomer.MEMORY
+    if wishes.noise_time_s > 0.0:
+        rate, stretch = pulls[0].rate, pulls[0].stretch
+        memory = float(np.exp(-(stretch - 1.0) / rate / (elastomer.SAMPLES - 1) / wishes.noise_time_s))
+    recordings, factors = elastomer.simulate_pulls(
+        law, pulls, wishes.seed, 1e3 * bench.noise["stress_kPa"], memory, batch
+    )
+    for recording in recordings if wishes.drift > 0.0 else ():
+        stress, time = recording.columns["stress_kPa"], recording.columns["time_s"]
+        zero = wander(stream(wishes.seed, "drift", recording.name), time)
+        read = stress + wishes.drift * bench.noise["stress_kPa"] * zero
+        recording.columns["stress_kPa"] = np.round(read, 4)
+    units = {name: "kPa" if name.startswith("mu") else "1" for name in nominal}
+    record = {
+        "law": "ogden",
+        "parameters": {n: {"value": true[n], "nominal": nominal[n], "unit": units[n]} for n in nominal},
+        "specimens": {
+            name: {"silicone_stiffness": {"value": float(f), "nominal": 1.0}} for name, f in factors.items()
+        },
+    }
+    return Synthetic("Simulated pulls of a stiffening silicone", recordings, record)
+
+
+APPLIES = {
+    "alloy": ("spring", "wire", "actuator"),
+    "design": ("actuator",),
+    "ambient_degC": ("spring", "actuator"),
+    "interval_s": ("spring", "wire", "tube", "actuator"),
+}
+"""Kinds to which a wish can apply, for those that do not apply to all."""
+OPTIONS = {"ambient_degC": "--ambient", "interval_s": "--interval"}
+CAMPAIGNS: dict[str, Callable[[Wishes], Synthetic]] = {
+    "spring": synthesise_spring,
+    "wire": synthesise_wire,
+    "elastomer": synthesise_elastomer,
+    "tube": synthesise_tube,
+    "actuator": synthesise_actuator,
+}
+
+
+def synthesise(kind: str, **wishes: object) -> Synthetic:
+    """Simulate a campaign with a known truth, labelled `real = false`.
+
+    Args:
+        kind: `spring`, `wire`, `elastomer`, `tube` or `actuator`.
+        **wishes: the fields of `Wishes`, such as `seed=1, truth={"G_m": 3.2}`.
+
+    Returns:
+        Recordings (`.campaign` for the fitting functions) and the truth.
+
+    Raises:
+        InputError: for an unknown kind or wishes that cannot be; names the nearest.
+        RuntimeError: if float64 is off.
+    """
+    if kind not in CAMPAIGNS:
+        raise InputError(f"no campaign of kind {kind!r} can be simulated, {nearest(kind, CAMPAIGNS)}")
+    asked = Wishes(**wishes)
+    _check(asked)
+    for name, kinds in APPLIES.items():
+        if kind not in kinds and getattr(asked, name) is not None:
+            option = OPTIONS.get(name, f"--{name}")
+            raise InputError(f"{option} means nothing for kind {kind}, only for {', '.join(kinds)}")
+    made = CAMPAIGNS[kind](asked)
+    how = f"`pneusma synthesise {kind}`" + (f", seed {asked.seed}" if asked.reveal else "")
+    for recording in made.recordings:
+        if not recording.source or not asked.reveal:
+            recording.source = {"citation": f"simulated by {how}; not a measurement"}
+        recording.comments = ["simulated, not measured"]
+    head = {"schema": SCHEMA, "simulated": True, "kind": kind, "seed": asked.seed, "spread": asked.spread}
+    tail = {"noise_time_s": asked.noise_time_s, "drift": asked.drift}
+    return dataclasses.replace(made, truth={**head, **made.truth, **tail})
+
+
+def _check(wishes: Wishes) -> None:
+    """Refuse numbers that have no meaning."""
+    if wishes.spread not in SPREADS:
+        raise InputError(f"--spread {wishes.spread}: no such spread, {nearest(wishes.spread, SPREADS)}")
+    if wishes.seed < 0:
+        raise InputError(f"--seed {wishes.seed}: must be 0 or more")
+    if wishes.tests is not None and not 1 <= wishes.tests <= MOST_TESTS:
+        raise InputError(f"--tests {wishes.tests}: must be 1 to {MOST_TESTS}")
+    if wishes.interval_s is not None and not 0.0 < wishes.interval_s < np.inf:
+        raise InputError(f"--interval {wishes.interval_s:g}: seconds between samples must be more than 0")
+    for option, value in (("--noise-time", wishes.noise_time_s), ("--drift", wishes.drift)):
+        if not 0.0 <= value < np.inf:
+            raise InputError(f"{option} {value:g}: must be 0 or more")
+    for option, table in (("--noise", wishes.noise), ("--tolerance", wishes.tolerance)):
+        for name, value in table.items():
+            if not 0.0 <= value < np.inf:
+                raise InputError(f"{option} {name}={value:g}: must be 0 or more")
+    for name, value in wishes.truth.items():
+        if not np.isfinite(value):
+            raise InputError(f"--truth {name}={value:g}: must be a number")
+
+
+def write_synthetic(
+    made: Synthetic, folder: str | Path, reveal: bool = True, force: bool = False
+) -> list[Path]:
+    """Write a campaign's recordings, `campaign.toml` and, where the truth may be seen, `truth.json`.
+
+    Args:
+        made: the campaign.
+        folder: made if it does not exist.
+        reveal: also write the truth.
+        force: replace files that are there.
+
+    Returns:
+        Paths of the files.
+
+    Raises:
+        InputError: if the folder holds anything and `force` is off, or recordings of another campaign.
+    """
+    folder = check_folder(folder, force)
+    held = sorted(p.name for p in folder.iterdir()) if folder.is_dir() else []
+    ours = {f"{r.name}{ending}" for r in made.recordings for ending in (".csv", ".toml")}
+    strange = [name for name in held if name.endswith(".csv") and name not in ours]
+    if strange:
+        raise InputError(f"{folder}: {strange[0]} is of another campaign; choose another --out")
+    return publish(folder, lambda: _documents(made, folder, reveal), force)
+
+
+def check_folder(folder: str | Path, force: bool) -> Path:
+    """Refuse a folder that cannot take a campaign, before time is spent on one.
+
+    Raises:
+        InputError: if it is a file, holds anything and `force` is off, or cannot be written.
+    """
+    folder = check_free(folder, force)
+    if folder.is_dir() and any(folder.iterdir()) and not force:
+        raise InputError(
+            f"{folder}: this folder is not empty; choose another --out, or replace files with --force"
+        )
+    return folder
+
+
+def _documents(made: Synthetic, folder: Path, reveal: bool) -> dict[str, bytes | str]:
+    """Content of every file by name."""
+    documents: dict[str, bytes | str] = {}
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    # beside the folder, so that the relative path of an alloy's table leads to the same file
+    with tempfile.TemporaryDirectory(prefix=f".{folder.name}.", dir=folder.parent) as draft:
+        for recording in made.recordings:
+            written = write_recording(recording, draft)
+            for file in (written, written.with_suffix(".toml")):
+                documents[file.name] = file.read_bytes()
+    documents["campaign.toml"] = tomlkit.dumps({"title": made.title})
+    if reveal:
+        documents[TRUTH_FILE] = json.dumps(made.truth, indent=1) + "\n"
+    return documents

@@ -1,0 +1,174 @@
+"""A simulated campaign on one spring: cold, hot and held at resistances between, as the source did."""
+
+import dataclasses
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+import pneusma_jax as pj
+from fitting.models.priors import NEW_ALLOY
+from fitting.recordings import Recording
+from fitting.recordings.nominal import nominal_geometry
+from pneusma_jax.calibration import load_calibration
+
+from .controller import STEP_S, TRICKLE, build_stand, rest_resistances, run_stand, steps_of, travel_profile
+from .instruments import Instruments
+from .truth import Unknowns
+from .wishes import Synthetic, Wishes, stream
+
+STRAINS = (1.15, 2.30, 3.45, 4.60, 5.75)  # spring strain of the loading cycles, Section 2.4.2
+HOT_STRAINS = STRAINS[:3]  # a hot spring is not stretched further, so as not to damage it
+HOT_SHARE = 0.35  # of the way from the hot to the cold resistance, below which a held spring counts as hot
+RATE = 1.15 / 8.0  # spring strain per second
+REST_S = 20.0  # at zero elongation before a recording starts, for the heater to reach its set-point
+SETPOINTS = 5  # resistances held between cold and hot; with the two ends the source's seven
+INTERVAL_S = 0.5
+NOISE = {"force_N": 0.004, "resistance_ohm": 0.0002}
+TOLERANCE = {
+    "G_m": 0.05, "G_a": 0.05, "gamma_L": 0.03, "rho_mean": 0.003, "rho_span": 0.003, "alpha_1": 0.003,
+    "alpha_2": 0.003, "a": 0.02, "b": 0.02,
+}  # fmt: skip
+COLD_WIDTHS = 12.0  # below the transformation's middle: what is left of austenite cannot be measured
+FREE_LENGTH_MM = 14.0
+CONSTANTS = [field.name for field in dataclasses.fields(pj.Alloy) if field.name != "name"]
+
+
+@dataclass(frozen=True)
+class SpringTest:
+    """One test.
+
+    Attributes:
+        name: of the recording.
+        strains: spring strain of the loading cycles.
+        share: of the way from the hot resistance at rest to the cold one that is held; None: not controlled.
+        duty: limits of the heater's duty cycle.
+        role: `fit` or `validation`.
+    """
+
+    name: str
+    strains: tuple[float, ...]
+    share: float | None
+    duty: tuple[float, float]
+    role: str = "fit"
+
+
+def spring_tests(setpoints: int = SETPOINTS) -> list[SpringTest]:
+    """Cold, hot, `setpoints` resistances between, and one more for validation; hot ones go less far."""
+    full = (*STRAINS, STRAINS[-1])
+    tests = [
+        SpringTest("cold", full, None, (TRICKLE, TRICKLE)),
+        SpringTest("hot", HOT_STRAINS, None, (1.0, 1.0)),
+    ]
+    for k in range(1, setpoints + 1):
+        share = k / (setpoints + 1)
+        strains = HOT_STRAINS if share < HOT_SHARE else full
+        tests.append(SpringTest(f"isoresistive_{k}", strains, share, (TRICKLE, 1.0)))
+    return [*tests, SpringTest("isoresistive_check", full, 0.58, (TRICKLE, 1.0), "validation")]
+
+
+def synthesise_spring(wishes: Wishes) -> Synthetic:
+    """Simulate the campaign.
+
+    Raises:
+        InputError: for an alloy without a spring's constants, or wishes that cannot be.
+    """
+    # an unknown alloy is one that a fit with alloy = "fit" starts from as little knowledge of
+    usual = NEW_ALLOY if wishes.spread == "prior" else "krl35"
+    table = load_calibration(wishes.alloy or usual, "alloy")
+    unknowns = Unknowns(wishes, TOLERANCE)
+    constants = unknowns.alloy(table, list(table.require(CONSTANTS)), possible_spring)
+    given = {"active_coils": nominal_geometry("spring", {})["active_coils"], "free_length_mm": FREE_LENGTH_MM}
+    name = "fit" if wishes.spread == "prior" else wishes.alloy or "krl35"
+    nominal = nominal_geometry("spring", given) | given | {"alloy": name}
+    nominal.pop("cycles_before")
+    spring = _spring(unknowns.geometry(nominal), pj.Alloy(**constants, name=table.name))
+    unknowns.finish()
+    instruments = Instruments.of("spring", wishes, NOISE)
+    ambient = wishes.ambient_degC
+    if ambient is None:
+        ambient = round(float(constants["T_mid"] - COLD_WIDTHS * constants["T_width"]), 1)
+    recordings = _run_tests(spring, ambient, wishes, unknowns, instruments, nominal)
+    truth = {**unknowns.record, "ambient_degC": ambient}
+    title = f"Simulated tests of a spring of alloy {table.name}"
+    return Synthetic(title, recordings, truth)
+
+
+def possible_spring(values: dict[str, float]) -> bool:
+    """Whether an alloy with these constants (SI) can exist: stress rises, the cold wire resists more."""
+    try:
+        alloy = pj.Alloy(**values)
+    except ValueError:
+        return False
+    gamma = jnp.linspace(0.0, float(alloy.gamma_max), 200)
+    rising = all(bool(jnp.all(jnp.diff(alloy.shear_stress(gamma, x, 0.0)) > 0.0)) for x in (0.0, 1.0))
+    return rising and float(alloy.rho_m(0.0) - alloy.rho_a(0.0)) > 0.0
+
+
+def _spring(g: dict, alloy: pj.Alloy) -> pj.Spring:
+    lengths = (1e-3 * g[key] for key in ("wire_diameter_mm", "mandrel_diameter_mm", "initial_pitch_mm"))
+    free = 1e-3 * g["free_length_mm"]
+    return pj.Spring(pj.SpringGeometry(*lengths, g["active_coils"], free), alloy, free)
+
+
+def _run_tests(
+    spring: pj.Spring, ambient: float, wishes: Wishes, unknowns: Unknowns, bench: Instruments, nominal: dict
+) -> list[Recording]:
+    tests = spring_tests(SETPOINTS if wishes.tests is None else wishes.tests)
+    every = max(1, round((wishes.interval_s or INTERVAL_S) / STEP_S))
+    travels = _travels(float(spring.geometry.free_length), tests, every * STEP_S)
+    longest = max(map(len, travels))
+    elongation = np.stack([np.pad(t, (0, longest - len(t))) for t in travels])
+    cold, hot = rest_resistances(spring)
+    setpoints = np.array([hot + (0.5 if t.share is None else t.share) * (cold - hot) for t in tests])
+    readings = [stream(wishes.seed, "controller", t.name).standard_normal(longest) for t in tests]
+    stand = build_stand(spring, ambient, bench.noise["resistance_ohm"])
+    run = run_stand(stand, elongation, setpoints, np.array([t.duty for t in tests]), np.stack(readings))
+    # recorded rows; the memory is carried along these, as the model defines it
+    first = steps_of(REST_S)
+    run, elongation = jax.tree.map(lambda x: np.asarray(x)[:, first::every], (run, elongation))
+    force = _forces(spring, elongation, run.xi0)
+    recordings = []
+    for k, test in enumerate(tests):
+        rows = slice(0, -(-(len(travels[k]) - first) // every))
+        columns = {
+            "elongation_mm": 1e3 * elongation[k, rows],
+            "force_N": force[k, rows],
+            "resistance_ohm": run.resistance[k, rows],
+            "current_A": run.current[k, rows],
+        }
+        if test.share is not None:
+            columns["setpoint_ohm"] = np.full(len(columns["force_N"]), setpoints[k])
+        time = every * STEP_S * np.arange(len(columns["force_N"]))
+        recordings.append(
+            Recording(
+                name=test.name,
+                path=None,
+                kind="spring",
+                role=test.role,
+                specimen="S",
+                real=False,
+                noise=bench.stated(columns),
+                geometry=dict(nominal),
+                tolerance=dict(unknowns.tolerance),
+                columns=bench.read(test.name, time, columns),
+            )
+        )
+    return recordings
+
+
+def _travels(free_length: float, tests: list[SpringTest], interval: float) -> list[np.ndarray]:
+    """Travel of each test; legs last whole intervals, so that every peak is a sample."""
+    travels = []
+    for test in tests:
+        strains = np.asarray(test.strains)
+        legs = interval * np.maximum(1.0, np.round(strains / RATE / interval))
+        travels.append(travel_profile(free_length * strains, REST_S, legs))
+    return travels
+
+
+def _forces(spring: pj.Spring, elongation: np.ndarray, xi0: np.ndarray) -> np.ndarray:
+    """Pull of a spring that starts each test fresh [N], shape (tests, rows)."""
+    run = lambda x, phase: pj.simulate_spring(spring, x, pj.MartensiteFraction(phase)).rows.force  # noqa: E731
+    return np.asarray(jax.vmap(run)(elongation, xi0))

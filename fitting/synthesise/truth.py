@@ -1,0 +1,163 @@
+"""The numbers that a simulated specimen really has: drawn about the nominal ones, or set by name."""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from fitting.recordings import schema
+from pneusma_jax.calibration import Calibration
+from pneusma_jax.calibration_keys import QUANTITIES
+from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.units import TEMPERATURE_DIFFERENCE, from_si, to_si
+
+from .wishes import Wishes, stream
+
+LARGEST = 4.0  # sigma at which a draw is cut, as the format says
+COMMON = 0.9  # correlation of the moduli of both phases: most of their scatter is the specimen's
+PARTNER = {"G_a": "G_m", "E_a": "E_m"}
+MOST_TRIES = 200  # draws of an alloy until it is one that can exist
+DIGITS = 6  # significant, of a drawn number
+
+
+class Unknowns:
+    """Draws the true numbers of specimens and remembers them.
+
+    Attributes:
+        tolerance: relative 1-sigma by name, for the sidecars: complete.
+        record: what was drawn, for `truth.json`.
+    """
+
+    def __init__(self, wishes: Wishes, tolerance: Mapping[str, float]) -> None:
+        """Take the kind's own tolerances, by the format's keys, with those that are wished over them.
+
+        Raises:
+            InputError: for a tolerance of something that the format does not know.
+        """
+        for name in wishes.tolerance:
+            if name not in schema.TOLERANCE_KEYS:
+                raise InputError(
+                    f"--tolerance {name}: no such parameter, {nearest(name, schema.TOLERANCE_KEYS)}"
+                )
+        self.wishes = wishes
+        if wishes.spread == "prior":  # an unknown alloy: its constants are not known to within a tolerance
+            tolerance = {k: v for k, v in tolerance.items() if k not in schema.ALLOY_PARAMETERS}
+        self.tolerance = {k: v for k, v in {**tolerance, **wishes.tolerance}.items() if v > 0.0}
+        self.record: dict[str, Any] = {}
+        self._known: set[str] = set()
+
+    def alloy(
+        self, table: Calibration, names: list[str], possible: Callable[[dict[str, float]], bool]
+    ) -> dict[str, float]:
+        """True constants of an alloy, SI.
+
+        Args:
+            table: nominal values, units and priors.
+            names: the constants that matter.
+            possible: whether an alloy with these constants (SI) can exist; others are drawn again.
+
+        Raises:
+            InputError: if no possible alloy is found near the nominal one.
+        """
+        for attempt in range(MOST_TRIES):
+            values = {name: self._constant(table, name, attempt) for name in names}
+            if possible(values):
+                break
+        else:
+            raise InputError(
+                f"{table.name}: no alloy near these numbers has stress that rises with strain and phases that"
+                " differ in resistance; ask for less --tolerance or other --truth"
+            )
+        units = {name: table.quantities[name].unit for name in names}
+        self.record["alloy"] = table.name
+        self.record["parameters"] = {
+            name: {
+                "value": _file_unit(values[name], name, units[name]),
+                "nominal": _file_unit(table.quantities[name].value, name, units[name]),
+                "unit": units[name],
+            }
+            for name in names
+        }
+        return values
+
+    def _constant(self, table: Calibration, name: str, attempt: int) -> float:
+        quantity = table.quantities[name]
+        difference = _is_difference(name)
+        self._known.add(name)
+        if name in self.wishes.truth:
+            return to_si(self.wishes.truth[name], quantity.unit, difference)
+        prior, mean = quantity.prior, quantity.value
+        if self.wishes.spread != "prior":
+            drawn = self._draw(name, mean, self.tolerance.get(name, 0.0) * abs(mean), attempt)
+        elif prior is None:
+            drawn = mean
+        else:
+            drawn = self._draw(name, prior.mean, prior.sd, attempt, prior.min, prior.max)
+        shown = from_si(drawn, quantity.unit, difference)
+        return to_si(_neat(shown) if drawn != quantity.value else shown, quantity.unit, difference)
+
+    def geometry(self, nominal: dict[str, Any], specimen: str = "") -> dict[str, Any]:
+        """True dimensions of a specimen by canonical key, words as they are."""
+        self._known |= nominal.keys() & schema.GEOMETRY_NUMBERS.keys()
+        true = dict(nominal)
+        for key, value in nominal.items():
+            if key in self.wishes.truth:
+                true[key] = self.wishes.truth[key]
+            elif key in self.tolerance and key in schema.GEOMETRY_NUMBERS:
+                true[key] = _neat(self._draw(specimen + key, value, self.tolerance[key] * value))
+        numbers = [key for key in nominal if key in schema.GEOMETRY_NUMBERS]
+        pairs = {key: {"value": true[key], "nominal": nominal[key]} for key in numbers}
+        self._of(specimen)["geometry"] = pairs
+        return true
+
+    def factor(self, name: str, specimen: str = "") -> float:
+        """True factor on something nominal, such as `silicone_stiffness`; each specimen has its own."""
+        self._known.add(name)
+        if name in self.wishes.truth:
+            value = float(self.wishes.truth[name])
+        else:
+            value = _neat(self._draw(specimen + name, 1.0, self.tolerance.get(name, 0.0)))
+        self._of(specimen)[name] = {"value": value, "nominal": 1.0}
+        return value
+
+    def _of(self, specimen: str) -> dict[str, Any]:
+        return self.record.setdefault("specimens", {}).setdefault(specimen, {}) if specimen else self.record
+
+    def _draw(
+        self, name: str, mean: float, sd: float, attempt: int = 0, low: float = -math.inf, high=math.inf
+    ) -> float:
+        if sd == 0.0 or self.wishes.spread == "none":
+            return mean
+        random = stream(self.wishes.seed, "truth", name, str(attempt))
+        common = stream(self.wishes.seed, "truth", PARTNER.get(name, name), str(attempt))
+        partner = PARTNER.get(name) is not None and self.wishes.spread == "tolerance"
+        while True:
+            z = random.standard_normal()
+            if partner:
+                z = COMMON * common.standard_normal() + math.sqrt(1.0 - COMMON**2) * z
+            if abs(z) <= LARGEST and low <= mean + sd * z <= high:
+                return mean + sd * z
+
+    def finish(self) -> None:
+        """Refuse truths that nothing used.
+
+        Raises:
+            InputError: if a name of `--truth` is none of this campaign's.
+        """
+        for name in self.wishes.truth:
+            if name not in self._known:
+                raise InputError(
+                    f"--truth {name}: this campaign has no such number, {nearest(name, sorted(self._known))}"
+                )
+
+
+def _is_difference(name: str) -> bool:
+    return QUANTITIES["alloy"].get(name) == TEMPERATURE_DIFFERENCE
+
+
+def _file_unit(value: float, name: str, unit: str) -> float:
+    return float(f"{from_si(value, unit, _is_difference(name)):.12g}")
+
+
+def _neat(value: float) -> float:
+    """A drawn number with few digits, so that the truth on file is the truth."""
+    return float(f"{value:.{DIGITS}g}")

@@ -1,0 +1,77 @@
+"""A simulated campaign on one straight wire: thermal cycles under constant stress."""
+
+import dataclasses
+
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.recordings import Recording
+from pneusma_jax.calibration import load_calibration
+from pneusma_jax.nitinol import WireAlloy, simulate_wire
+
+from .instruments import Instruments
+from .truth import Unknowns
+from .wishes import Synthetic, Wishes
+
+STRESSES_MPA = (50.0, 100.0, 200.0, 150.0, 250.0, 300.0, 75.0)  # the last of those used is for validation
+STRESSES = 4
+HOT_WIDTHS, COLD_WIDTHS = 9.0, 7.0  # of the transformation, to either side of its middle, that a cycle spans
+RATE = 0.25  # kelvin per second
+INTERVAL_S = 2.0
+NOISE = {"strain": 1e-4, "temperature_degC": 0.1}
+TOLERANCE = {"E_m": 0.05, "E_a": 0.05, "eps_L": 0.05, "beta_2": 0.02, "T_mid": 0.05, "T_width": 0.05}
+CONSTANTS = [field.name for field in dataclasses.fields(WireAlloy) if field.name != "name"]
+
+
+def synthesise_wire(wishes: Wishes) -> Synthetic:
+    """Simulate the campaign: from hot to cold and back at each stress.
+
+    Raises:
+        InputError: for an alloy without a wire's constants, or wishes that cannot be.
+    """
+    table = load_calibration(wishes.alloy or "niti_wire", "alloy")
+    unknowns = Unknowns(wishes, TOLERANCE)
+    constants = unknowns.alloy(table, list(table.require(CONSTANTS)), possible_wire)
+    unknowns.finish()
+    wire = WireAlloy(**constants, name=table.name)
+    bench = Instruments.of("wire", wishes, NOISE)
+    interval = wishes.interval_s or INTERVAL_S
+    middle, width = table.quantities["T_mid"].value, table.quantities["T_width"].value
+    warm, cool = middle + HOT_WIDTHS * width, middle - COLD_WIDTHS * width
+    half = max(2, round((warm - cool) / RATE / interval))
+    temperature = np.interp(np.arange(2 * half + 1), [0, half, 2 * half], [warm, cool, warm])
+    time = interval * np.arange(len(temperature))
+    count = STRESSES if wishes.tests is None else wishes.tests
+    recordings = []
+    for k, stress in enumerate(STRESSES_MPA[: count + 1], start=1):
+        run = simulate_wire(wire, stress=jnp.asarray(1e6 * stress), temperature=temperature)
+        columns = {
+            "strain": np.asarray(run.rows.strain),
+            "stress_MPa": np.full(len(time), stress),
+            "temperature_degC": temperature,
+        }
+        recordings.append(
+            Recording(
+                name=f"cycle_{k}",
+                path=None,
+                kind="wire",
+                role="fit" if k <= count else "validation",
+                specimen="W",
+                real=False,
+                noise=bench.stated(columns),
+                geometry={"alloy": "fit", "prestrain": 0.0},
+                columns=bench.read(f"cycle_{k}", time, columns),
+            )
+        )
+    title = "Simulated thermal cycles of a nitinol wire under constant stress"
+    return Synthetic(title, recordings, dict(unknowns.record))
+
+
+def possible_wire(values: dict[str, float]) -> bool:
+    """Whether a wire with these constants (SI) can exist: stress rises with strain in both phases."""
+    try:
+        wire = WireAlloy(**values)
+    except ValueError:
+        return False
+    strain = jnp.linspace(0.0, 3.0 * float(wire.eps_L), 300)
+    return all(bool(jnp.all(jnp.diff(wire.axial_stress(strain, x, 0.0)) > 0.0)) for x in (0.0, 1.0))
