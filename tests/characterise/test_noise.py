@@ -1,0 +1,56 @@
+import numpy as np
+import pytest
+
+from fitting.characterise.noise import autocorrelation, correlation_time, lag_one, robust_noise
+
+
+def first_order(count, memory, seed):
+    random = np.random.default_rng(seed)
+    white = random.standard_normal(count)
+    series = np.empty(count)
+    series[0] = white[0] / np.sqrt(1.0 - memory**2)
+    for k in range(1, count):
+        series[k] = memory * series[k - 1] + white[k]
+    return series
+
+
+def test_noise_of_an_unevenly_sampled_smooth_curve_is_found():
+    random = np.random.default_rng(1)
+    x = np.sort(random.uniform(0.0, 3.0, 2000))
+    y = np.sinh(x) + 0.02 * random.standard_normal(2000)
+    assert robust_noise(x, y) == pytest.approx(0.02, rel=0.08)
+
+
+def test_jumps_and_turning_points_do_not_count_as_noise():
+    random = np.random.default_rng(2)
+    x = np.concatenate([np.linspace(0, 1, 300), np.linspace(1, 0, 300)])
+    y = x**2 + 0.01 * random.standard_normal(600)
+    y[100:] += 5.0
+    assert robust_noise(x, y) == pytest.approx(0.01, rel=0.15)
+
+
+def test_a_curve_that_never_moves_has_no_noise_estimate():
+    assert robust_noise(np.zeros(10), np.arange(10.0)) == 0.0
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.5, 0.9])
+def test_correlation_time_of_a_first_order_process(memory):
+    series = [first_order(4000, memory, seed) for seed in range(20)]
+    assert correlation_time(series) == pytest.approx((1.0 + memory) / (1.0 - memory), rel=0.15, abs=0.12)
+    assert lag_one(series) == pytest.approx(memory, abs=0.03)
+
+
+def test_autocorrelation_agrees_with_the_sums_written_out():
+    series = [first_order(50, 0.5, 1), first_order(31, 0.5, 2)]
+    power = sum(np.sum(s**2) for s in series)
+    by_hand = [sum(np.sum(s[lag:] * s[: len(s) - lag]) for s in series) / power for lag in range(25)]
+    np.testing.assert_allclose(autocorrelation(series), by_hand, atol=1e-12)
+
+
+def test_a_smooth_misfit_counts_as_few_independent_samples():
+    wave = np.cos(np.linspace(0, 4 * np.pi, 400))
+    assert 400 / correlation_time([wave]) < 40
+
+
+def test_residuals_that_vanish_are_one_sample_each():
+    assert correlation_time([np.zeros(20)]) == 1.0

@@ -1,0 +1,78 @@
+"""The command as a whole: help at once, one line for every mistake."""
+
+import subprocess
+import sys
+import time
+
+import click
+import pytest
+
+from fitting.cli import COMMANDS, LazyGroup, main
+
+
+def test_help_answers_at_once_and_lists_every_command():
+    best = 9.0
+    for _ in range(3):  # the best of three: the machine may be busy
+        start = time.perf_counter()
+        done = subprocess.run(
+            [sys.executable, "-m", "fitting.cli", "--help"], capture_output=True, text=True
+        )
+        best = min(best, time.perf_counter() - start)
+    assert done.returncode == 0 and done.stderr == ""
+    assert all(name in done.stdout for name in COMMANDS)
+    assert best < 1.0
+
+
+def test_importing_the_command_line_loads_nothing_heavy():
+    code = "import sys, fitting.cli; print([m for m in ('jax', 'numpy', 'matplotlib') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_loads_and_explains_itself(run, name):
+    result = run(name, "--help")
+    assert result.exit_code == 0 and "Usage:" in result.stdout
+    assert isinstance(main.get_command(click.Context(main), name), click.Command)
+
+
+def test_nothing_prints_the_help(run):
+    assert run().exit_code == 0 and "Commands:" in run().stdout
+
+
+def test_version(run):
+    assert run("--version").stdout.startswith("pneusma, version ")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("simulat",), "did you mean 'simulate'?"),
+        (("--nonsense",), "no such option"),
+        (("simulate", "--nonsense"), "simulate --help"),
+        (("workspace",), "--out"),
+        (("simulate", "a.csv", "b.csv", "--out", "c"), "b.csv"),
+    ],
+)
+def test_wrong_usage_is_one_line(refused, arguments, words):
+    assert words in refused(*arguments)
+
+
+def test_unforeseen_trouble_with_a_file_is_one_line_too():
+    @click.command(cls=LazyGroup, invoke_without_command=True)
+    def group():
+        raise PermissionError(13, "Permission denied", "/somewhere/file.csv")
+
+    from click.testing import CliRunner
+
+    result = CliRunner().invoke(group, ["--"])
+    assert result.exit_code == 2 and result.stderr == "pneusma: /somewhere/file.csv: permission denied\n"
+
+
+def test_a_defect_of_the_program_is_not_hidden():
+    @click.command(cls=LazyGroup, invoke_without_command=True)
+    def group():
+        raise ValueError("a defect")
+
+    with pytest.raises(ValueError, match="a defect"):
+        group.main(["--"])

@@ -1,0 +1,83 @@
+"""`pneusma workspace`: the CSV, what the source says of the designs, and rows without result."""
+
+import csv
+
+import numpy as np
+import pytest
+
+import pneusma_jax as pj
+from fitting.workspace import compute_workspace
+
+COARSE = ("--pressures", 4, "--activations", 3)
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    from click.testing import CliRunner
+
+    from fitting.cli import main
+
+    folder = tmp_path_factory.mktemp("workspace")
+    result = CliRunner().invoke(main, ["workspace", "--out", str(folder), *map(str, COARSE)])
+    assert result.exit_code == 0, result.output
+    with open(folder / "workspace.csv", newline="") as file:
+        return folder, result, list(csv.DictReader(file))
+
+
+def _largest(rows, design):
+    return max(float(row["curvature_1pm"]) for row in rows if row["design"] == design)
+
+
+def test_every_state_has_its_row(written):
+    folder, result, rows = written
+    counts = {
+        design: sum(row["design"] == design for row in rows)
+        for design in ("pneuflex_s", "pneusma1", "pneusma2")
+    }
+    assert counts == {"pneuflex_s": 4, "pneusma1": 12, "pneusma2": 24}
+    assert {row["status"] for row in rows} == {"converged"}
+    assert all(row["xi0_1"] == "" for row in rows if row["design"] != "pneusma2")
+    assert "12 of 12" in result.stdout
+    for name in ("workspace.png", "activation.png"):
+        assert (folder / name).read_bytes().startswith(b"\x89PNG")
+
+
+def test_what_the_source_says_of_the_designs(written):
+    _, _, rows = written
+    assert _largest(rows, "pneusma1") > _largest(rows, "pneusma2")  # the tightest bend
+    assert _largest(rows, "pneusma1") > _largest(rows, "pneuflex_s")
+    both = [float(row["curvature_1pm"]) for row in rows if row["design"] == "pneusma2"]
+    assert min(both) == pytest.approx(-max(both), rel=1e-8)  # bends both ways alike
+    assert max(abs(float(r["bend_angle_deg"])) for r in rows if r["design"] == "pneusma1") > 270.0
+
+
+def test_states_without_result_are_counted_in_words():
+    space = compute_workspace("pneusma1", np.array([-90e3, -60e3, 0.0, 20e3]), np.array([1.0, 0.5, 0.2]))
+    assert space.solved < space.curvature.size
+    lost = space.status != pj.Status.converged
+    assert np.all(np.isnan(space.curvature[lost]))
+    assert any("have no result" in sentence for sentence in space.cautions)
+    assert set(space.columns()["status"][lost.ravel()]) <= {s.name for s in pj.Status}
+
+
+def test_options(run, tmp_path):
+    result = run(
+        "workspace", "--design", "pneuflex_w", "--out", tmp_path, "--pressures", 4, "--pressure-kPa-max", 30
+    )
+    assert result.exit_code == 0 and not (tmp_path / "activation.png").exists()
+    lines = (tmp_path / "workspace.csv").read_text().splitlines()
+    assert [line.split(",")[1] for line in lines[1:]] == ["0", "10", "20", "30"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--design", "pneusma"), "did you mean 'pneusma2'?"),
+        (("--pressure-kPa-min", 10, "--pressure-kPa-max", 5), "ascend"),
+        (("--xi0-min", 1.5), "--xi0-min"),
+        (("--alloy", "krl53"), "did you mean"),
+    ],
+)
+def test_refusals(refused, tmp_path, arguments, words):
+    assert words in refused("workspace", "--out", tmp_path / "out", *arguments)
+    assert not (tmp_path / "out").exists()

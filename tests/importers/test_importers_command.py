@@ -1,0 +1,86 @@
+"""`pneusma import`: shows what it understood, writes all or nothing, never over a file unasked."""
+
+import pytest
+from click.testing import CliRunner
+
+from fitting.cli.import_ import import_command
+from fitting.recordings import read_recording
+from pneusma_jax.errors import InputError
+
+GOOD = "Time (s),Strain,Stress (kPa)\n0,0,0\n1,0.1,1\n2,0.2,2\n"
+
+
+def run(*args):
+    return CliRunner().invoke(import_command, [str(arg) for arg in args])
+
+
+def refused(*args):
+    result = run(*args)
+    assert isinstance(result.exception, InputError) and "\n" not in str(result.exception)
+    return str(result.exception)
+
+
+def test_preview_shows_and_writes_nothing(put, tmp_path):
+    result = run(put("a.csv", GOOD), "--preview", "--out", tmp_path / "out")
+    assert result.exit_code == 0
+    for words in ("a: kind elastomer, specimen a, 3 rows", "stress_kPa", "first rows:", "licence: not stated", "nothing written"):
+        assert words in result.output
+    assert not (tmp_path / "out").exists()
+
+
+def test_import_writes_pairs_that_read_back(put, tmp_path):
+    result = run(
+        put("a.csv", GOOD), put("b.csv", GOOD), "--out", tmp_path / "out", "--licence", "CC BY 4.0", "--citation", "Ada",
+        "--specimen", "E", "--role", "validation", "--scale", "stress=2", "--unit", "stress=Pa",
+    )  # fmt: skip
+    assert result.exit_code == 0, result.output
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["a.csv", "a.toml", "b.csv", "b.toml"]
+    recording = read_recording(tmp_path / "out" / "a.csv")
+    assert recording.real and recording.role == "validation" and recording.specimen == "E"
+    assert recording.si("stress").tolist() == [0.0, 2.0, 4.0] and recording.source["citation"] == "Ada"
+
+
+def test_columns_can_be_named(put, tmp_path):
+    path = put("a.txt", "5 0 0\n6 10 1\n7 20 2\n8 30 3\n")
+    result = run(
+        path, "--out", tmp_path / "out", "--map", "strain=2", "--map", "stress=3", "--unit", "strain=%",
+        "--unit", "stress=MPa", "--kind", "elastomer", "--licence", "ours",
+    )  # fmt: skip
+    assert result.exit_code == 0, result.output
+    assert read_recording(tmp_path / "out" / "a.csv").columns["strain"].tolist() == pytest.approx([0, 0.1, 0.2, 0.3])
+
+
+def test_without_a_licence_nothing_is_written(put, tmp_path):
+    message = refused(put("a.csv", GOOD), "--out", tmp_path / "out")
+    assert "a.csv: no licence was found" in message and "--licence" in message
+    assert not (tmp_path / "out").exists()
+
+
+def test_one_bad_file_and_nothing_is_written(put, tmp_path):
+    message = refused(put("a.csv", GOOD), put("b.csv", "prose\n"), "--out", tmp_path / "out", "--licence", "ours")
+    assert "b.csv" in message and not (tmp_path / "out").exists()
+
+
+def test_files_in_the_way_need_force(put, tmp_path):
+    args = (put("a.csv", GOOD), put("b.csv", GOOD), "--out", tmp_path / "out", "--licence", "ours")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "b.toml").write_text("mine")
+    assert "b.toml: this file is already there" in refused(*args) and "--force" in refused(*args)
+    assert [p.name for p in (tmp_path / "out").iterdir()] == ["b.toml"]
+    assert run(*args, "--force").exit_code == 0
+    assert len(list((tmp_path / "out").iterdir())) == 4
+
+
+def test_folders_and_what_is_left_aside(put, tmp_path):
+    put("bench/a.csv", GOOD)
+    put("bench/notes.txt", "prose")
+    result = run(tmp_path / "bench", "--preview")
+    assert "left aside" in result.output and "notes.txt" in result.output
+
+
+def test_formats_are_listed_and_usage_is_checked(put, tmp_path):
+    listed = run("--formats").output
+    assert "sma-columns" in listed and "refused: this is a calorimeter scan" in listed
+    assert run().exit_code == 2 and "name one or more files" in run().output
+    assert run(put("a.csv", GOOD)).exit_code == 2
+    assert "did you mean 'spring'" in refused(put("a.csv", GOOD), "--preview", "--kind", "sprin")

@@ -1,0 +1,122 @@
+"""The balance itself: symmetry, closed forms, statuses, and twenty thousand random problems."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import pneusma_jax as pj
+from pneusma_jax.equilibrium import Problem, imbalance
+from pneusma_jax.silicone import SiliconeLaw
+
+
+class Linear(SiliconeLaw):
+    """sigma = E eps with E = 0.2 MPa."""
+
+    def __call__(self, strain):
+        return 2e5 * strain
+
+
+def phases(*xi0):
+    return tuple(pj.MartensiteFraction(jnp.asarray(x)) for x in xi0)
+
+
+def test_linear_tube_with_a_stiff_fibre_has_a_closed_form():
+    """Fibre of stiffness k at side 2: two linear equations for elongation and bend."""
+    body = pj.make_actuator("pneuflex_s", silicone=Linear(), inextensible=False)
+    found = pj.solve(body, 5e3)
+    r, ri, length, k = 5e-3, 4e-3, 56e-3, 1e6
+    ea, ei = 2e5 * np.pi * (r**2 - ri**2), 2e5 * np.pi / 4 * (r**4 - ri**4)
+    push = 5e3 * np.pi * ri**2
+    matrix = [[ea / length + k, -k * r], [-k * r, ei / length + k * r**2]]
+    centre, bend = np.linalg.solve(matrix, [push, 0.0])
+    np.testing.assert_allclose([found.delta_centre, found.bend_angle], [centre, bend], rtol=1e-8)
+
+
+def test_a_stiff_fibre_approaches_the_inextensible_limit():
+    exact = pj.solve(pj.make_actuator("pneuflex_s"), 20e3)
+    assert float(exact.delta_2) == 0.0
+    gaps = []
+    for k in (1e4, 1e6, 1e8):
+        body = pj.make_actuator("pneuflex_s", inextensible=False, fibre_stiffness=k)
+        gaps.append(abs(float(pj.solve(body, 20e3).curvature - exact.curvature)))
+    np.testing.assert_allclose(np.array(gaps[:-1]) / np.array(gaps[1:]), 100.0, rtol=0.05)
+
+
+def test_equal_springs_do_not_bend():
+    for xi0 in (1.0, 0.5, 0.1):
+        for pressure in (0.0, 20e3, 50e3):
+            found = pj.solve(pj.make_actuator("pneusma2"), pressure, phases(xi0, xi0))
+            assert abs(float(found.curvature)) < 1e-12
+
+
+def test_swapping_the_springs_mirrors_the_bend():
+    body = pj.make_actuator("pneusma2")
+    one, other = pj.solve(body, 20e3, phases(1.0, 0.4)), pj.solve(body, 20e3, phases(0.4, 1.0))
+    np.testing.assert_allclose(one.curvature, -other.curvature, rtol=1e-10)
+    np.testing.assert_allclose(one.delta_1, other.delta_2, rtol=1e-10)
+
+
+def test_force_and_moment_really_balance():
+    body = pj.make_actuator("triad")
+    found = pj.solve(body, 25e3, phases(0.9, 0.5, 0.2))
+    states = tuple(pj.SpringState.fresh(0.1924) for _ in range(3))
+    force, moment = imbalance(
+        Problem(body, jnp.asarray(25e3), phases(0.9, 0.5, 0.2), states), found.delta_centre, found.bend
+    )
+    assert abs(float(force)) < 1e-12 and float(jnp.max(jnp.abs(moment))) < 1e-14
+
+
+def test_twenty_thousand_random_problems():
+    """All of PneuSMA2's workspace: pressure to 60 kPa, both springs from cold to fully austenitic."""
+    rng, rows = np.random.default_rng(2026), 20_000
+    drive = phases(rng.uniform(0, 1, rows), rng.uniform(0, 1, rows))
+    found = pj.solve_batch(pj.make_actuator("pneusma2"), jnp.asarray(rng.uniform(0, 60e3, rows)), drive)
+    counts = np.bincount(np.asarray(found.status), minlength=len(pj.Status))
+    print({status.name: int(n) for status, n in zip(pj.Status, counts, strict=True)})
+    assert counts[pj.Status.converged] == rows
+    assert np.all(np.isfinite(found.curvature))
+
+
+def test_measured_resistances_converge_or_say_why():
+    rng, rows = np.random.default_rng(7), 2_000
+    drive = tuple(pj.Resistance(jnp.asarray(rng.uniform(3.2, 3.75, rows))) for _ in range(2))
+    found = pj.solve_batch(pj.make_actuator("pneusma2"), jnp.asarray(rng.uniform(0, 60e3, rows)), drive)
+    good = np.asarray(found.status) == pj.Status.converged
+    print(f"{good.sum()} of {rows} random pairs of resistances converged; the rest: {pj.Status.no_equilibrium.name}")
+    assert good.mean() > 0.97
+    assert np.all(np.isfinite(np.asarray(found.curvature)) == good)
+
+
+def test_a_bad_row_stops_no_other():
+    pressure = jnp.asarray([10e3, jnp.nan, 20e3])
+    found = pj.solve_batch(pj.make_actuator("pneusma2"), pressure, phases(jnp.ones(3), jnp.asarray([0.3, 0.4, jnp.inf])))
+    assert found.status.tolist() == [0, pj.Status.input_not_finite, pj.Status.input_not_finite]
+    assert np.isfinite(found.curvature).tolist() == [True, False, False]
+
+
+def test_no_solution_is_raised_in_words_and_named_in_a_batch():
+    body = pj.make_actuator("pneusma2")
+    with pytest.raises(RuntimeError, match="not a finite number"):
+        pj.solve(body, jnp.nan, phases(1.0, 1.0))
+    assert all(status.sentence.endswith(".") for status in pj.Status)
+
+
+def test_wrong_number_of_springs_is_refused():
+    with pytest.raises(ValueError, match="one entry per spring, 2 here"):
+        pj.solve(pj.make_actuator("pneusma2"), 1e4, phases(1.0))
+
+
+def test_float32_is_refused():
+    jax.config.update("jax_enable_x64", False)
+    try:
+        with pytest.raises(RuntimeError, match="enable_float64"):
+            pj.solve(pj.make_actuator("pneusma2"), 1e4)
+    finally:
+        jax.config.update("jax_enable_x64", True)
+
+
+def test_clipped_resistance_is_flagged():
+    body = pj.make_actuator("pneusma2")
+    found = pj.solve(body, 10e3, (pj.MartensiteFraction(1.0), pj.Resistance(4.2)))
+    assert bool(found.springs[1].clipped) and float(found.springs[1].xi0) == 1.0

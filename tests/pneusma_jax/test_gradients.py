@@ -1,0 +1,102 @@
+"""Implicit gradients against central differences, and finite gradients at the singular points."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import pneusma_jax as pj
+
+GEOMETRY = ("outer_diameter", "wall_thickness", "length", "wire_diameter", "mandrel_diameter", "initial_pitch",
+            "active_coils", "free_length", "attached_length", "prestrain")  # fmt: skip
+
+
+def curvature(numbers, alloy, silicone, design, driven):
+    """Curvature as a function of a dictionary of inputs and every number of alloy and silicone."""
+    geometry = pj.Geometry(**{key: numbers[key] for key in GEOMETRY})
+    body = pj.round_actuator(pj.layout(design), geometry, alloy, silicone)
+    drive = {"xi0": pj.MartensiteFraction, "resistance": pj.Resistance}[driven]
+    active = drive(numbers["activation"])
+    phases = (active,) if design == "pneusma1" else (pj.MartensiteFraction(numbers["xi0_1"]), active)
+    if not body.springs:
+        phases = ()
+    states = pj.fresh_states(body, geometry)
+    return pj.solve(body, numbers["pressure"], phases, states).curvature
+
+
+def start(pressure=25e3, activation=0.55, xi0_1=0.9):
+    base = pj.design_geometry("pneusma2", prestrain=0.17)  # the default sits on the kink of the residual strain
+    numbers = {key: jnp.asarray(getattr(base, key)) for key in GEOMETRY}
+    given = dict(pressure=pressure, activation=activation, xi0_1=xi0_1)
+    return numbers | {key: jnp.asarray(value) for key, value in given.items()}
+
+
+@pytest.mark.parametrize(
+    ("design", "driven", "activation"),
+    [("pneusma2", "xi0", 0.55), ("pneusma1", "xi0", 0.55), ("pneusma2", "resistance", 3.45), ("pneuflex_s", "xi0", 1.0)],
+)
+def test_gradient_equals_central_difference(design, driven, activation):
+    everything = (start(activation=activation), pj.load_alloy("krl35"), pj.load_silicone())
+    numbers, fixed = eqx.partition(everything, eqx.is_inexact_array)
+    leaves, tree = jax.tree.flatten(numbers)
+    sizes = [leaf.size for leaf in leaves]
+    flat = jnp.concatenate([leaf.ravel() for leaf in leaves])
+
+    def f(vector):
+        parts = jnp.split(vector, np.cumsum(sizes)[:-1])
+        shaped = [part.reshape(leaf.shape) for part, leaf in zip(parts, leaves, strict=True)]
+        return curvature(*eqx.combine(jax.tree.unflatten(tree, shaped), fixed), design, driven)
+
+    exact = np.asarray(jax.jit(jax.grad(f))(flat))
+    assert np.all(np.isfinite(exact))
+    scale = jnp.where(flat == 0.0, 1.0, jnp.abs(flat))
+    batch = jax.jit(jax.vmap(f))
+    # fourth-order central difference: the equilibrium is solved to rounding, so a wide step is the accurate one
+    steps = 2e-4 * scale[:, None] * jnp.eye(flat.size)
+    far, near = batch(flat + 2 * steps) - batch(flat - 2 * steps), batch(flat + steps) - batch(flat - steps)
+    numeric = np.asarray((8.0 * near - far) / 12.0 / (2e-4 * scale))
+    error = np.abs(exact - numeric) * np.asarray(scale)
+    size = np.maximum(np.abs(exact) * np.asarray(scale), 1e-3)
+    assert np.max(error / size) < 1e-6, (np.argmax(error / size), exact, numeric)
+    assert np.sum(np.abs(exact) > 0) > (10 if design.startswith("pneusma") else 5)
+
+
+@pytest.mark.parametrize(
+    "where",
+    [
+        dict(pressure=0.0, activation=1.0, xi0_1=1.0),
+        dict(activation=0.0),
+        dict(activation=1.0, xi0_1=1.0),
+        dict(activation=0.5, xi0_1=0.5),
+        dict(pressure=0.0, activation=0.0, xi0_1=0.0),
+    ],
+)
+def test_gradient_is_finite_at_singular_points(where):
+    alloy, silicone = pj.load_alloy("krl35"), pj.load_silicone()
+    f = lambda numbers, alloy, silicone: curvature(numbers, alloy, silicone, "pneusma2", "xi0")  # noqa: E731
+    gradients = jax.jit(jax.grad(f, argnums=(0, 1, 2)))(start(**where), alloy, silicone)
+    assert all(bool(jnp.all(jnp.isfinite(leaf))) for leaf in jax.tree.leaves(gradients))
+
+
+def test_laws_are_finite_at_their_singular_points():
+    alloy, law = pj.load_alloy("krl35"), pj.load_silicone()
+    for xi0 in (0.0, 0.5, 1.0):
+        for gamma in (0.0, -0.02, 1e-9, 0.195, 0.24):
+            for f in (alloy.resistivity, lambda x, g: alloy.shear_stress(g, x, 0.01)):
+                value, slopes = jax.value_and_grad(f, argnums=(0, 1))(xi0, gamma)
+                assert np.isfinite([value, *slopes]).all()
+    for rho in (10.0, float(alloy.rho_a(0.01)), 18.0, float(alloy.rho_m(0.01)), 30.0):
+        slopes = jax.grad(lambda r, g: alloy.martensite_fraction(r, g).xi0, argnums=(0, 1))(rho, 0.01)
+        assert np.isfinite(slopes).all()
+    for strain in (-0.9, -0.54, -0.02, 0.0, 0.02, 1.5, 3.0):
+        assert np.isfinite(jax.grad(law)(strain))
+
+
+def test_second_derivatives_of_a_planar_actuator():
+    body = pj.make_actuator("pneusma2")
+    cold = pj.MartensiteFraction(1.0)
+    f = lambda p: pj.solve(body, p, (cold, pj.MartensiteFraction(0.6))).curvature * 1e3  # noqa: E731
+    h = 50.0
+    numeric = (jax.grad(f)(20e3 + h) - jax.grad(f)(20e3 - h)) / (2 * h)
+    np.testing.assert_allclose(jax.grad(jax.grad(f))(20e3), numeric, rtol=1e-5)

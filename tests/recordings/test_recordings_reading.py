@@ -1,0 +1,224 @@
+"""What a recording and its sidecar say arrives in memory, in canonical units and in SI."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fitting.recordings import read_campaign, read_recording, recordings_folder, resistance_range, wire_length
+from pneusma_jax.errors import InputError
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def test_example_campaigns_are_read_without_a_notice(examples):
+    expected = {
+        "actuator": (["run_1", "run_4", "run_6"], [150, 180, 180]),
+        "elastomer": (["pull_1", "pull_4"], [400, 400]),
+        "spring": (["test_1", "test_3", "test_6"], [600, 360, 600]),
+        "tube": (["inflation_1", "inflation_4"], [240, 240]),
+        "wire": (["cycle_1", "cycle_2", "cycle_5"], [400, 400, 400]),
+    }
+    for kind, (names, rows) in expected.items():
+        campaign = read_campaign(examples / kind)
+        assert campaign.title == kind and campaign.kinds == [kind]
+        assert [r.name for r in campaign.recordings] == names
+        assert [len(r) for r in campaign.recordings] == rows
+        assert [r.role for r in campaign.recordings] == ["fit"] * (len(names) - 1) + ["validation"]
+        assert all(r.notices == [] and r.real is False for r in campaign.recordings)
+        assert list(campaign.specimens()) == [kind[0].upper()]
+    actuator = read_campaign(examples / "actuator").recordings[0]
+    assert actuator.columns["pressure_kPa"][0] == 14.95498
+    assert actuator.si("pressure")[0] == pytest.approx(14954.98, rel=1e-12)
+    assert actuator.noise == {"curvature_1pm": 0.25, "pressure_kPa": 0.05, "resistance_2_ohm": 0.00015}
+    assert actuator.noise_si("pressure") == pytest.approx(50.0) and actuator.noise_si("time") is None
+    assert actuator.outputs == ["curvature_1pm"]
+
+
+def test_units_are_converted_once_by_their_suffix(put):
+    text = "time_ms,elongation_in,force_mN,resistance_mohm,temperature_K\n0,0,100,3700,300\n500,0.1,200,3600,310\n"
+    recording = read_recording(put(text, 'kind = "spring"\nspecimen = "S"\n[noise]\nforce_mN = 4\ntemperature_K = 0.5\n'))
+    expected = {
+        "time_s": [0, 0.5], "elongation_mm": [0, 2.54], "force_N": [0.1, 0.2],
+        "resistance_ohm": [3.7, 3.6], "temperature_degC": [26.85, 36.85],
+    }  # fmt: skip
+    assert list(recording.columns) == list(expected)
+    for name, values in expected.items():
+        np.testing.assert_allclose(recording.columns[name], values, rtol=1e-12)
+    assert recording.noise == {"force_N": pytest.approx(0.004), "temperature_degC": pytest.approx(0.5)}
+    np.testing.assert_allclose(recording.si("elongation"), [0, 2.54e-3], rtol=1e-12)
+    assert "column force_mN converted to force_N" in recording.notices
+    assert recording.has("force") and recording.has("force_N") and not recording.has("current")
+    with pytest.raises(InputError, match="no 'forces' was recorded, did you mean 'force'"):
+        recording.si("forces")
+
+
+def test_curvature_and_pressure_of_an_actuator_in_other_units(put):
+    recording = read_recording(put("time_min,pressure_psi,curvature_1pcm,bend_angle_rad\n0,1,0.1,1\n1,2,0.2,2\n"))
+    assert recording.kind == "actuator"
+    np.testing.assert_allclose(recording.columns["pressure_kPa"], [6.894757293168361, 13.789514586336722])
+    np.testing.assert_allclose(recording.columns["curvature_1pm"], [10, 20])
+    np.testing.assert_allclose(recording.columns["bend_angle_deg"], np.degrees([1, 2]))
+    np.testing.assert_allclose(recording.si("bend_angle"), [1, 2])
+
+
+def test_missing_samples_are_nan_and_masked(put):
+    recording = read_recording(put("time_s,strain,stress_kPa\n0,0,0\n1,,5\n2,0.2,nan\n"))
+    np.testing.assert_array_equal(recording.missing("strain"), [False, True, False])
+    np.testing.assert_array_equal(recording.missing("stress"), [False, False, True])
+
+
+def test_unknown_columns_are_kept_and_ignored_with_a_notice(put):
+    recording = read_recording(put("time_s,strain,stress_kPa,operator,bath_px\n0,0,0,Ada,1\n1,0.1,5,Grace,2\n"))
+    assert recording.known_columns == ["time_s", "strain", "stress_kPa"]
+    assert list(recording.columns["operator"]) == ["Ada", "Grace"]
+    np.testing.assert_array_equal(recording.columns["bath_px"], [1, 2])
+    assert sum("kept and ignored" in text for text in recording.notices) == 2
+
+
+def test_comments_bom_windows_line_ends_and_blank_lines(put, tmp_path):
+    path = tmp_path / "pull.csv"
+    path.write_bytes("\ufeff# bench 3\r\n# warm room\r\ntime_s,strain,stress_kPa\r\n0,0,0\r\n\r\n1,0.1,5\r\n\r\n".encode())
+    recording = read_recording(path)
+    assert recording.comments == ["bench 3", "warm room"] and len(recording) == 2
+    assert any("1 blank line " in text for text in recording.notices)
+
+
+@pytest.mark.parametrize(
+    ("header", "row", "kind"),
+    [
+        ("time_s,elongation_mm,force_N,resistance_ohm", "0,1,0.1,3.7", "spring"),
+        ("time_s,strain,stress_MPa,temperature_degC", "0,0.01,50,20", "wire"),
+        ("time_s,strain,stress_MPa", "0,0.01,50", "wire"),
+        ("time_s,strain,stress_MPa", "0,3.0,1.2", "elastomer"),
+        ("time_s,strain,stress_kPa", "0,0.01,50", "elastomer"),
+        ("strain,stress_MPa", "0.01,0.05", "elastomer"),
+        ("time_s,strain,stress_MPa,cycle", "0,0.01,0.05,1", "elastomer"),
+        ("time_s,pressure_kPa,length_mm", "0,1,56", "tube"),
+        ("time_s,pressure_kPa,length_mm,resistance_1_ohm", "0,1,56,3.7", "actuator"),
+        ("time_s,pressure_bar,bend_angle_deg", "0,0.1,5", "actuator"),
+    ],
+)
+def test_kind_is_inferred_from_the_columns_with_a_notice(put, header, row, kind):
+    recording = read_recording(put(f"{header}\n{row}\n"))
+    assert recording.kind == kind and recording.specimen == kind and recording.real is None
+    assert any("no sidecar run_1.toml" in text and f"kind {kind}" in text for text in recording.notices)
+
+
+def test_defaults_are_the_source_specimens(put):
+    actuator = read_recording(put("time_s,pressure_kPa,curvature_1pm\n0,1,2\n", 'kind = "actuator"\nspecimen = "A"\n'))
+    full = actuator.full_geometry()
+    assert full == {
+        "design": "pneusma2", "orientation": "vertical_base_down", "outer_diameter_mm": 10.0,
+        "wall_thickness_mm": 1.0, "length_mm": 56.0, "wire_diameter_mm": 0.25, "mandrel_diameter_mm": 0.9,
+        "initial_pitch_mm": 0.269, "active_coils": 52.0, "free_length_mm": 14.0, "attached_length_mm": 56.0,
+        "prestrain": 0.1924, "alloy": "krl35", "material": "dragon_skin_10_fast", "cycles_before": 0.0,
+    }  # fmt: skip
+    assert actuator.role == "fit" and actuator.tolerance is None and actuator.geometry == {}
+    tolerance = actuator.full_tolerance()
+    assert tolerance["wall_thickness_mm"] == 0.03 and tolerance["length_mm"] == 0.02
+    assert tolerance["rho_mean"] == 0.003 and tolerance["a"] == 0.02 and tolerance["gamma_L"] == 0.03
+    assert "beta_1" not in tolerance and "km_1" not in tolerance and "active_coils" not in tolerance
+
+
+def test_geometry_that_follows_from_other_geometry(put):
+    text = "time_s,pressure_kPa,curvature_1pm\n0,1,2\n"
+    sidecar = 'kind = "actuator"\nspecimen = "A"\n[geometry]\ndesign = "{}"\n{}'
+    longer = read_recording(put(text, sidecar.format("pneusma1", "length_cm = 6.0"), "a")).full_geometry()
+    assert longer["length_mm"] == pytest.approx(60.0) and longer["attached_length_mm"] == pytest.approx(60.0)
+    thick = read_recording(put(text, sidecar.format("pneuflex_t", ""), "b")).full_geometry()
+    assert thick["wall_thickness_mm"] == 1.5 and thick["outer_diameter_mm"] == 10.0
+    wide = read_recording(put(text, sidecar.format("pneuflex_w", ""), "c")).full_geometry()
+    assert wide["outer_diameter_mm"] == 14.0
+    stand = "time_s,elongation_mm,force_N,resistance_ohm\n0,0,0,3\n"
+    spring = read_recording(put(stand, 'kind="spring"\nspecimen="S"\n[geometry]\nactive_coils = 40\n', "d"))
+    assert spring.full_geometry()["free_length_mm"] == pytest.approx(40 * 0.269)
+    assert spring.full_geometry()["prestrain"] == 0.0
+
+
+def test_a_tolerance_table_is_complete(put):
+    text = "time_s,strain,stress_kPa\n0,0,0\n1,0.1,5\n"
+    stated = read_recording(put(text, 'kind="elastomer"\nspecimen="E"\n[tolerance]\nsilicone_stiffness = 0.1\n', "a"))
+    assert stated.full_tolerance() == {"silicone_stiffness": 0.1}
+    exact = read_recording(put(text, 'kind="elastomer"\nspecimen="E"\n[tolerance]\n', "b"))
+    assert exact.full_tolerance() == {}
+
+
+def test_precedence_campaign_sidecar_command_line(put, tmp_path):
+    (tmp_path / "campaign.toml").write_text(
+        'title = "Bench 3"\n[geometry]\nouter_diameter_mm = 11.0\nwall_thickness_mm = 1.1\nlength_mm = 50\n'
+        "[tolerance]\nwall_thickness_mm = 0.1\nlength_mm = 0.1\n"
+    )
+    text = "time_s,pressure_kPa,length_mm\n0,0,56\n1,5,57\n"
+    put(text, 'kind="tube"\nspecimen="T"\n[geometry]\nwall_thickness_mm = 1.2\n[tolerance]\nlength_mm = 0.2\n')
+    put(text, 'kind="tube"\nspecimen="T"\n', "below/run_2")
+    (tmp_path / ".hidden").mkdir()
+    (tmp_path / ".hidden" / "scrap.csv").write_text("not a recording")
+    campaign = read_campaign(tmp_path, {"geometry": {"length_mm": 60}, "tolerance": {"G_m": 0.3}})
+    assert campaign.title == "Bench 3" and [r.name for r in campaign.recordings] == ["below/run_2", "run_1"]
+    below, run = campaign.recordings
+    assert run.geometry == {"outer_diameter_mm": 11.0, "wall_thickness_mm": 1.2, "length_mm": 60.0}
+    assert below.geometry == {"outer_diameter_mm": 11.0, "wall_thickness_mm": 1.1, "length_mm": 60.0}
+    assert run.tolerance == {"length_mm": 0.2, "G_m": 0.3}
+    assert below.tolerance == {"wall_thickness_mm": 0.1, "length_mm": 0.1, "G_m": 0.3}
+
+
+def test_one_file_is_a_campaign_of_one(put, tmp_path):
+    path = put("time_s,pressure_kPa,length_mm\n0,0,56\n1,5,57\n")
+    put("time_s,pressure_kPa,length_mm\n0,0,56\n", name="run_2")
+    campaign = read_campaign(path, {"role": "validation", "specimen": "T"})
+    assert [r.name for r in campaign.recordings] == ["run_1"] and campaign.title == "run_1"
+    assert campaign.with_role("validation") == campaign.recordings == campaign.of_kind("tube")
+
+
+def test_resistance_range_of_the_source_spring(put):
+    recording = read_recording(put("time_s,elongation_mm,force_N,resistance_ohm\n0,0,0,3.7\n"))
+    length = 52 * np.hypot(np.pi * 1.15, 0.269) * 1e-3
+    assert wire_length(recording.full_geometry()) == pytest.approx(length, rel=1e-12)
+    low, high = resistance_range(recording)
+    # Table 2.2 with correction 4: least rho_a 17.1884, largest rho_m 18.8697 + 2.1034 / 2 ohm/m
+    assert low == pytest.approx(0.5 * 17.1884 * length, rel=1e-9)
+    assert high == pytest.approx(2.0 * (18.8697 + 2.1034 / 2) * length, rel=1e-9)
+
+
+def test_an_alloy_file_beside_the_recording_is_found(put, tmp_path):
+    import shutil
+    from importlib import resources
+
+    shutil.copy(str(resources.files("calibration_data") / "krl45.toml"), tmp_path / "ours.toml")
+    text = "time_s,elongation_mm,force_N,resistance_ohm\n0,0,0,3.7\n"
+    path = put(text, 'kind="spring"\nspecimen="S"\n[geometry]\nalloy = "ours.toml"\n')
+    recording = read_recording(path)
+    assert recording.table("alloy") == tmp_path / "ours.toml"
+    high = resistance_range(recording)[1]
+    assert high == pytest.approx(2 * (18.9763 + 3.1742 / 2) * wire_length(recording.full_geometry()), rel=1e-9)
+    assert len(read_campaign(tmp_path).recordings) == 1  # the alloy's TOML is not taken for a sidecar
+
+
+def test_repeated_times_are_accepted_with_a_notice(put):
+    recording = read_recording(put("time_s,strain,stress_kPa\n0,0,0\n0,0.1,5\n1,0.2,9\n"))
+    assert any("1 rows have the same time_s" in text for text in recording.notices)
+
+
+def test_recordings_folder_honours_its_variable(tmp_path, monkeypatch):
+    monkeypatch.setenv("PNEUSMA_RECORDINGS", str(tmp_path))
+    assert recordings_folder() == tmp_path
+    monkeypatch.setenv("PNEUSMA_RECORDINGS", str(tmp_path / "nowhere"))
+    with pytest.raises(InputError, match="PNEUSMA_RECORDINGS"):
+        recordings_folder()
+    monkeypatch.delenv("PNEUSMA_RECORDINGS")
+    beside = ROOT.parent / "shared" / "recordings"
+    assert recordings_folder() == (beside if beside.is_dir() else None)
+
+
+def test_reading_needs_no_jax():
+    # The package's own front page may load JAX; the modules that reading needs must not.
+    code = (
+        "import sys, types; front = types.ModuleType('pneusma_jax'); "
+        f"front.__path__ = [{str(ROOT / 'pneusma_jax')!r}]; sys.modules['pneusma_jax'] = front; "
+        "import fitting.recordings, fitting.importers; print([m for m in sys.modules if m.split('.')[0] == 'jax'])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
+    assert done.stdout.strip() == "[]"
