@@ -43,12 +43,13 @@ def examples() -> list[str]:
     )
 
 
-def load_calibration(name_or_path: str | Path, kind: str | None = None) -> Calibration:
+def load_calibration(name_or_path: str | Path | Calibration, kind: str | None = None) -> Calibration:
     """Read and check a table.
 
     Args:
         name_or_path: name of a table or example of the package (`"krl35"`), or a path. A `Path`, and any
-            text that ends in `.toml` or contains a path separator, is a path.
+            text that ends in `.toml` or contains a path separator, is a path. A table in memory is taken as
+            it is.
         kind: the kind that is wanted, or None for any.
 
     Returns:
@@ -58,6 +59,15 @@ def load_calibration(name_or_path: str | Path, kind: str | None = None) -> Calib
         InputError: if the table cannot be found or read, if it is of another kind, or if anything in it is
             unknown, missing, of the wrong dimension or outside its own prior. One line: file, key, remedy.
     """
+    table = name_or_path if isinstance(name_or_path, Calibration) else _read(name_or_path, kind)
+    if kind is not None and table.kind != kind:
+        raise InputError(
+            f"{table.path or table.name}: kind is {table.kind!r}, but a table of kind {kind!r} is needed here"
+        )
+    return table
+
+
+def _read(name_or_path: str | Path, kind: str | None) -> Calibration:
     path, place = _locate(name_or_path, kind)
     try:
         text = place.read_text(encoding="utf-8")
@@ -65,10 +75,7 @@ def load_calibration(name_or_path: str | Path, kind: str | None = None) -> Calib
         raise InputError(f"{path}: there is no such file") from None
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: cannot be read as a text file ({error})") from None
-    table = parse_calibration(text, path)
-    if kind is not None and table.kind != kind:
-        raise InputError(f"{path}: kind is {table.kind!r}, but a table of kind {kind!r} is needed here")
-    return table
+    return parse_calibration(text, path)
 
 
 def write_calibration(calibration: Calibration, path: str | Path) -> None:

@@ -99,15 +99,29 @@ def _flatten(numbers: dict[str, dict], kind: str) -> Iterator[tuple[str, Any]]:
 
 
 def _quantity(name: str, entry: Any, kind: str, path: Path) -> Quantity:
-    where = f"{path}: key {name!r}"
     if name not in keys.QUANTITIES[kind]:
         known = [*keys.QUANTITIES[kind], *keys.OUTLINES[kind]]
         known = [key for key in known if key.count(".") == name.count(".")]
         raise InputError(f"{path}: unknown key {name!r}, {nearest(name, known)}")
+    return read_quantity(name, entry, keys.QUANTITIES[kind][name], f"{path}: key {name!r}")
+
+
+def read_quantity(name: str, entry: Any, dimension: str, where: str) -> Quantity:
+    """Check one number of a file and convert it.
+
+    Args:
+        name: of the quantity.
+        entry: what the file has, `{value, unit, status, source}` and perhaps a `prior`.
+        dimension: that its unit must have.
+        where: file and key, for messages.
+
+    Raises:
+        InputError: one line, for a missing or unknown field, an unusable unit or a number that cannot be.
+    """
     if not isinstance(entry, dict):
         raise InputError(f"{where} must be {_SHAPE}, but it is {entry!r}")
     _check_fields(entry, ("value", "unit", "status", "source"), ("prior",), where)
-    difference = _check_unit(entry["unit"], keys.QUANTITIES[kind][name], where)
+    difference = _check_unit(entry["unit"], dimension, where)
     value = _number(entry["value"], f"{where}: value")
     if name in keys.POSITIVE and value <= 0.0:
         raise InputError(f"{where}: value must be positive, but it is {value:g}")
@@ -203,10 +217,11 @@ def render_calibration(calibration: Calibration) -> str:
     nested: dict[str, Any] = {}
     for name, quantity in calibration.quantities.items():
         table, _, key = name.rpartition(".")
+        entry = quantity_entry(quantity, keys.QUANTITIES[calibration.kind].get(name))
         if table:
-            nested.setdefault(table, tomlkit.table())[key] = _entry(quantity, calibration.kind)
+            nested.setdefault(table, tomlkit.table())[key] = entry
         else:
-            document[key] = _entry(quantity, calibration.kind)
+            document[key] = entry
     for name, line in calibration.lines.items():
         document[name] = _line_entry(line)
     for key, table in nested.items():
@@ -214,9 +229,9 @@ def render_calibration(calibration: Calibration) -> str:
     return tomlkit.dumps(document)
 
 
-def _entry(quantity: Quantity, kind: str) -> Any:
-    """A quantity as the inline table of the file, in its own unit."""
-    difference = keys.QUANTITIES[kind].get(quantity.name) == units.TEMPERATURE_DIFFERENCE
+def quantity_entry(quantity: Quantity, dimension: str | None) -> Any:
+    """A quantity as the inline table of the file, in its own unit; `read_quantity` reads it back equal."""
+    difference = dimension == units.TEMPERATURE_DIFFERENCE
     entry = tomlkit.inline_table()
     entry["value"] = _digits(quantity.value, quantity.unit, difference)
     entry["unit"] = quantity.unit

@@ -166,8 +166,8 @@ def _contrast_at_rest(alloy: Alloy) -> Array:
     return alloy.rho_m(0.0) - alloy.rho_a(0.0)
 
 
-def load_alloy(name_or_path: str | Path) -> Alloy:
-    """Alloy by the name of a shipped table (`"krl35"`, `"krl45"`) or from a TOML file.
+def load_alloy(name_or_path: str | Path | Calibration) -> Alloy:
+    """Alloy by the name of a shipped table (`"krl35"`, `"krl45"`), from a TOML file, or from a loaded table.
 
     Raises:
         InputError: if there is no such table, or something in it is wrong.

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-import jax.numpy as jnp
+import numpy as np
 
 from ..calibration import Calibration, load_calibration
 from .laws import Gent, NeoHookean, Ogden, SiliconeLaw, Yeoh
@@ -10,10 +10,10 @@ from .polynomial import PolynomialFit
 from .regularised import RegularisedSilicone
 
 
-def _numbered(values: dict[str, float], stem: str) -> jnp.ndarray:
+def _numbered(values: dict[str, float], stem: str) -> np.ndarray:
     """Values `stem_1, stem_2, ...` in order."""
     names = sorted((n for n in values if n.startswith(stem + "_") and n[len(stem) + 1 :].isdigit()), key=_index)
-    return jnp.asarray([values[name] for name in names])
+    return np.asarray([values[name] for name in names])
 
 
 def _index(name: str) -> int:
@@ -36,25 +36,33 @@ def _regularised(table: Calibration) -> RegularisedSilicone:
 def _polynomial(table: Calibration) -> PolynomialFit:
     values = table.values()
     table.require(["p_1", "p_2"])
-    low, high = values.get("strain_min", -jnp.inf), values.get("strain_max", jnp.inf)
-    return PolynomialFit(_numbered(values, "p"), low, high)
+    low, high = values.get("strain_min", -np.inf), values.get("strain_max", np.inf)
+    return PolynomialFit(_stiffness(table) * _numbered(values, "p"), low, high)
+
+
+def _stiffness(table: Calibration) -> float:
+    """Factor on the stress; every law here is linear in its moduli."""
+    return table.values().get("silicone_stiffness", 1.0)
 
 
 _BUILDERS = {
     "regularised": _regularised,
     "polynomial": _polynomial,
-    "neo_hookean": lambda t: NeoHookean(t.values()["mu"]),
-    "yeoh": lambda t: Yeoh(*(t.values()[key] for key in ("c_10", "c_20", "c_30"))),
-    "gent": lambda t: Gent(t.values()["mu"], t.values()["j_m"]),
-    "ogden": lambda t: Ogden(_numbered(t.values(), "mu"), _numbered(t.values(), "alpha")),
+    "neo_hookean": lambda t: NeoHookean(_stiffness(t) * t.values()["mu"]),
+    "yeoh": lambda t: Yeoh(*(_stiffness(t) * t.values()[key] for key in ("c_10", "c_20", "c_30"))),
+    "gent": lambda t: Gent(_stiffness(t) * t.values()["mu"], t.values()["j_m"]),
+    "ogden": lambda t: Ogden(_stiffness(t) * _numbered(t.values(), "mu"), _numbered(t.values(), "alpha")),
 }
 
 
-def load_silicone(name_or_path: str | Path = "dragon_skin_10_fast", law: str | None = None) -> SiliconeLaw:
-    """Silicone law by the name of a shipped table or from a TOML file.
+def load_silicone(
+    name_or_path: str | Path | Calibration = "dragon_skin_10_fast", law: str | None = None
+) -> SiliconeLaw:
+    """Silicone law by the name of a shipped table, from a TOML file, or from a loaded table.
 
     Args:
-        name_or_path: such as `"dragon_skin_10_fast"`, or a `material.toml` that a fit has written.
+        name_or_path: such as `"dragon_skin_10_fast"`, or a `material.toml` that a fit has written. Its
+            `silicone_stiffness`, where it has one, multiplies the stress of any law.
         law: another of the laws that the table holds numbers for; the table's own by default.
 
     Raises:
