@@ -3,8 +3,9 @@
 A row of a recording runs through slots in a fixed order, each a value that the base model hands on unchanged:
 
     actuator   pressure -> [elongation -> phase -> stress -> pull -> resistance] per spring, wall, load -> outputs
-    spring     elongation -> phase -> stress -> pull -> resistance -> outputs
-    elastomer  strain -> wall -> outputs          tube  pressure -> wall, load -> outputs
+    spring     [compliance] elongation -> phase -> stress -> pull -> resistance -> outputs
+    wire       temperature -> phase -> stress -> outputs      tube  pressure -> wall, load -> outputs
+    elastomer  [compliance] wall -> outputs
 
 An effect is a module with a parameter whose neutral value means absent, a method for each slot it acts at, and,
 if it has a history, a memory that is carried from row to row. Effects compose in the order in which they are
@@ -20,7 +21,8 @@ from jaxtyping import Array
 class Known(eqx.Module):
     """What is known of a row when a slot is reached, by name; asking for an unknown name is a `KeyError`.
 
-    Row: `time`, `interval`, `pressure`, `temperature`, `cycle`, `actuator` or `spring` (the element).
+    Row: `time`, `interval`, `pressure`, `temperature`, `cycle`, and the element: `actuator`, `spring`, `wire` or
+    `silicone`.
     Spring: `number` (as recordings count, an int), `elongation`, `gamma`, `xi0`, `gamma_R`, `stress`, `force`.
     Wall: `strain`, `fibre_y`. Configuration: `delta_centre`, `bend`.
     """
@@ -78,12 +80,20 @@ class Effect(eqx.Module):
         """Resistance of the active wire [ohm] from the measured one; the inverse of `resistance`."""
         return value
 
+    def compliance(self, value: Array, at: Known, memory: Any) -> Array:
+        """Compliance of what lies between the specimen and the recorded length [m/N], 0 in the base model."""
+        return value
+
+    def temperature(self, value: Array, at: Known, memory: Any) -> Array:
+        """Temperature [degC] at which the reversible curve is read, from that of the specimen."""
+        return value
+
     def phase(self, value: Array, at: Known, memory: Any) -> Array:
         """Onset martensite fraction [1]."""
         return value
 
     def stress(self, value: Array, at: Known, memory: Any) -> Array:
-        """Shear stress of a spring's wire [Pa]."""
+        """Shear stress of a spring's wire, axial stress of a straight one [Pa]."""
         return value
 
     def pull(self, value: Array, at: Known, memory: Any) -> Array:

@@ -5,6 +5,8 @@ committed with the converged values. Everything is differentiable end to end and
 designs and protocols.
 """
 
+from typing import Any
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -19,6 +21,7 @@ from .nitinol import MartensiteFraction, Spring, SpringResponse, SpringState
 from .nitinol.spring import Activation
 from .nitinol.thermal import Heating, next_temperature
 from .precision import require_float64
+from .train import strain_in_train
 
 
 class History(eqx.Module):
@@ -75,6 +78,8 @@ def simulate_history(
     *,
     time: Float[Array, "rows"] | None = None,
     effects: tuple[Effect, ...] = (),
+    currents: tuple[Array | None, ...] = (),
+    ambient: Array | None = None,
 ) -> History:
     """Actuator under histories of pressure and of phase, resistance or current.
 
@@ -87,6 +92,9 @@ def simulate_history(
         time: [s], shape (rows,); needed by `Heating` and by effects that depend on rate or duration, checked to
             be non-decreasing.
         effects: beyond the base model; their memories start at rest.
+        currents: recorded through each spring [A], shape (rows,), or None for one that was not recorded; read by
+            effects only.
+        ambient: temperature of the air [degC], shape (rows,) or (); read by effects only.
 
     Returns:
         The history. A row without equilibrium is NaN with a status, commits nothing, and stops no later row.
@@ -103,7 +111,13 @@ def simulate_history(
     rows = pressure.shape[0]
     spread = jax.tree.map(lambda x: jnp.broadcast_to(x, (rows, *x.shape[1:])), activations)
     clock = jnp.zeros(rows) if time is None else jnp.asarray(time, float)
-    return _simulate(actuator, pressure, spread, states, clock, tuple(effects))
+    known = {}
+    if effects and any(x is not None for x in currents):
+        named = zip(actuator.spring_numbers, currents, strict=True)
+        known["currents"] = {n: jnp.asarray(x, dtype=float) for n, x in named if x is not None}
+    if effects and ambient is not None:
+        known["temperature"] = jnp.broadcast_to(jnp.asarray(ambient, dtype=float), (rows,))
+    return _simulate(actuator, pressure, spread, states, clock, tuple(effects), known)
 
 
 @eqx.filter_jit
@@ -114,13 +128,14 @@ def _simulate(
     states: tuple[SpringState, ...],
     time: Array,
     effects: tuple[Effect, ...],
+    recorded: dict[str, Any],
 ) -> History:
     """`simulate_history` after its arguments are checked: one program per design and length."""
 
     def step(carry: _Carry, row: tuple) -> tuple[_Carry, tuple]:
-        pressure, activations, time, interval = row
+        pressure, activations, time, interval, recorded = row
         phases, temperatures = _phases(actuator, carry, activations, interval)
-        known = Known(dict(time=time, interval=interval, actuator=actuator))
+        known = Known(dict(time=time, interval=interval, actuator=actuator) | recorded)
         chain = Chain(effects, carry.memories, known)
         pressure = chain.through("pressure", pressure)
         problem = Problem(actuator, pressure, phases, carry.states, chain.knowing(pressure=pressure))
@@ -132,7 +147,12 @@ def _simulate(
             spring.remember(state, response)
             for spring, state, response in zip(actuator.springs, carry.states, calm.springs, strict=True)
         )
-        memories = problem.chain.remembered(solved=calm) if effects else ()
+        shown = lambda row: dict(  # noqa: E731
+            curvature=row.curvature, bend_angle=row.bend_angle, length=row.length
+        )
+        seen = problem.chain.through("outputs", shown(found), solved=found)
+        # memories of shown values start from finite ones too
+        memories = problem.chain.remembered(solved=calm, seen=shown(calm)) if effects else ()
         keep = lambda new, old: jnp.where(good, new, old)  # noqa: E731
         after = _Carry(
             states=jax.tree.map(keep, committed, carry.states),
@@ -143,14 +163,13 @@ def _simulate(
             ),
             memories=jax.tree.map(keep, memories, carry.memories),
         )
-        true = dict(curvature=found.curvature, bend_angle=found.bend_angle, length=found.length)
-        seen = problem.chain.through("outputs", true, solved=found)
         return after, (found, after.states, jnp.stack(temperatures) if temperatures else jnp.zeros(0), seen)
 
     interval = jnp.diff(time, prepend=time[:1])
-    at_rest = Chain.begin(effects, actuator=actuator, pressure=pressure[0])
+    begun = jax.tree.map(lambda x: x[0], recorded)
+    at_rest = Chain.begin(effects, actuator=actuator, pressure=pressure[0], **begun)
     first = _first_carry(actuator, activations, states, at_rest.memories)
-    history = (pressure, activations, time, interval)
+    history = (pressure, activations, time, interval, recorded)
     _, (rows, memories, temperatures, seen) = jax.lax.scan(step, first, history)
     return History(rows, memories, temperatures, seen)
 
@@ -200,6 +219,7 @@ def simulate_spring(
     *,
     time: Float[Array, "rows"] | None = None,
     effects: tuple[Effect, ...] = (),
+    temperature: Float[Array, "rows"] | None = None,
 ) -> SpringHistory:
     """One spring on a test stand, stretched along a history of elongation.
 
@@ -207,29 +227,41 @@ def simulate_spring(
         spring: with `attached_length` equal to its free length, as on a stand.
         elongation: from the attached length [m], shape (rows,).
         activation: with arrays of shape (rows,) or (): an isothermal test holds `MartensiteFraction`, an
-            isoresistive one `Resistance`.
+            isoresistive one `Resistance`, one that temperature drives `Temperature`.
         state: memory before the first row; fresh and never stretched where None.
         time: [s], shape (rows,), for effects that depend on rate or duration.
         effects: beyond the base model; their memories start at rest.
+        temperature: of the spring [degC], shape (rows,), for effects that depend on it.
     """
     rows = jnp.shape(elongation)[0]
     state = SpringState.fresh(0.0) if state is None else state
     state = jax.tree.map(lambda x: jnp.asarray(x, dtype=float), state)
     spread = jax.tree.map(lambda x: jnp.broadcast_to(x, (rows, *x.shape[1:])), activation)
     clock = jnp.zeros(rows) if time is None else jnp.asarray(time, dtype=float)
+    elongation = jnp.asarray(elongation, dtype=float)
+    recorded = {} if temperature is None else {"temperature": jnp.broadcast_to(temperature, (rows,))}
+    span = jnp.max(jnp.abs(elongation))
 
     def step(carry: tuple, row: tuple) -> tuple:
         state, memories = carry
-        elongation, activation, time, interval = row
-        chain = Chain(effects, memories, Known(dict(time=time, interval=interval, number=1)))
-        response = spring.respond(elongation, activation, state, chain)
+        elongation, activation, time, interval, recorded = row
+        known = Known(dict(time=time, interval=interval, number=1, span=span) | recorded)
+        chain = Chain(effects, memories, known)
+        respond = lambda x: spring.respond(x, activation, state, chain)  # noqa: E731
+        if chain.acts_at("compliance"):
+            given = chain.through("compliance", jnp.zeros(()))
+            elongation = strain_in_train(lambda x: respond(x).force, elongation, given)
+        response = respond(elongation)
         after = spring.remember(state, response)
-        later = chain.remembered(spring=spring, solved=response, elongation=elongation) if effects else ()
         true = dict(force=response.force, resistance=response.resistance)
-        return (after, later), (response, after, chain.through("outputs", true, solved=response))
+        more = dict(spring=spring, solved=response, elongation=elongation)
+        seen = chain.through("outputs", true, **more)
+        later = chain.remembered(**more, seen=true) if effects else ()
+        return (after, later), (response, after, seen)
 
-    at_rest = Chain.begin(effects, spring=spring)
-    history = (jnp.asarray(elongation, dtype=float), spread, clock, jnp.diff(clock, prepend=clock[:1]))
+    begun = jax.tree.map(lambda x: x[0], recorded)
+    at_rest = Chain.begin(effects, spring=spring, number=1, **begun)
+    history = (elongation, spread, clock, jnp.diff(clock, prepend=clock[:1]), recorded)
     _, (responses, memories, seen) = jax.lax.scan(step, (state, at_rest.memories), history)
     return SpringHistory(responses, memories, seen)
 

@@ -4,9 +4,9 @@ from .alloy import Alloy, load_alloy
 from .geometry import SpringGeometry
 from .residual_strain import SpringState
 from .resistivity import PhaseReading
-from .spring import MartensiteFraction, Resistance, Spring, SpringResponse
+from .spring import MartensiteFraction, Resistance, Spring, SpringResponse, Temperature
 from .wire import WireAlloy, WireResponse, WireStatus, load_wire
-from .wire_history import WireHistory, simulate_wire
+from .wire_history import WireHistory, WireResistance, simulate_wire
 
 __all__ = [
     "Alloy",
@@ -17,8 +17,10 @@ __all__ = [
     "SpringGeometry",
     "SpringResponse",
     "SpringState",
+    "Temperature",
     "WireAlloy",
     "WireHistory",
+    "WireResistance",
     "WireResponse",
     "WireStatus",
     "load_alloy",

@@ -31,6 +31,18 @@ class MartensiteFraction(eqx.Module):
         return PhaseReading(self.value, no, no)
 
 
+class Temperature(eqx.Module):
+    """The temperature of the wire is known [degC], and the phase follows it on the one reversible curve."""
+
+    value: Array = eqx.field(converter=jnp.asarray)
+
+    def read(self, alloy: Alloy, gamma: Array, wire_length: Array, chain: Chain = PLAIN) -> PhaseReading:
+        """The fraction at the temperature, which never clips."""
+        xi0 = alloy.martensite_fraction_at(chain.through("temperature", self.value))
+        no = jnp.zeros(jnp.broadcast_shapes(jnp.shape(xi0), jnp.shape(gamma)), bool)
+        return PhaseReading(xi0, no, no)
+
+
 class Resistance(eqx.Module):
     """The electrical resistance of the active wire was measured [ohm]."""
 

@@ -5,6 +5,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from .._numerics import safe_divide
+from ..chain import Chain, Effect, Known
 from .residual_strain import SpringState
 from .wire import WireAlloy, WireResponse, WireStatus
 
@@ -15,10 +17,12 @@ class WireHistory(eqx.Module):
     Attributes:
         rows: the wire's response in every row.
         states: its memory after every row; `prestrain` is an axial strain here.
+        seen: `strain` [1] where stress is prescribed, else `stress` [Pa], as the instruments show it, shape (rows,).
     """
 
     rows: WireResponse
     states: SpringState
+    seen: dict[str, Array]
 
     @property
     def converged(self) -> Array:
@@ -26,14 +30,81 @@ class WireHistory(eqx.Module):
         return self.rows.status <= int(WireStatus.several_strains)
 
 
-@eqx.filter_jit
-def _simulate(wire: WireAlloy, load: Array, by_stress: bool, xi0: Array, state: SpringState) -> WireHistory:
-    def step(state: SpringState, row: tuple) -> tuple[SpringState, tuple]:
-        response = (wire.strain_at if by_stress else wire.respond)(*row, state)
-        after = wire.remember(state, response)
-        return after, (response, after)
+class WireResistance(eqx.Module):
+    """The electrical resistance of a wire was measured, and that of both its phases is known.
 
-    return WireHistory(*jax.lax.scan(step, state, (load, xi0))[1])
+    Attributes:
+        value: measured [ohm], shape (rows,) or ().
+        cold, hot: of the fully martensitic and the fully austenitic wire [ohm].
+    """
+
+    value: Array = eqx.field(converter=jnp.asarray)
+    cold: Array = eqx.field(converter=jnp.asarray)
+    hot: Array = eqx.field(converter=jnp.asarray)
+
+
+class _Drive(eqx.Module):
+    """What tells a row's phase: one of these; temperature also where the phase has another source."""
+
+    temperature: Array | None
+    xi0: Array | None
+    resistance: Array | None
+    ends: tuple[Array, Array] | None
+
+    def phase(self, wire: WireAlloy, chain: Chain) -> Array:
+        """Martensite fraction of the row [1]."""
+        if self.resistance is not None:
+            cold, hot = self.ends
+            xi0 = (chain.through("wire_resistance", self.resistance) - hot) * safe_divide(1.0, cold - hot, 1e-9)
+            xi0 = jnp.clip(xi0, 0.0, 1.0)
+        elif self.xi0 is not None:
+            xi0 = self.xi0
+        else:
+            xi0 = wire.martensite_fraction_at(chain.through("temperature", self.temperature))
+        return chain.through("phase", xi0)
+
+
+@eqx.filter_jit
+def _simulate(
+    wire: WireAlloy,
+    load: Array,
+    by_stress: bool,
+    drive: _Drive,
+    state: SpringState,
+    clock: Array,
+    effects: tuple[Effect, ...],
+) -> WireHistory:
+    prescribed, free = ("stress", "strain") if by_stress else ("strain", "stress")
+    span = jnp.max(jnp.abs(load))
+
+    def step(carry: tuple, row: tuple) -> tuple[tuple, tuple]:
+        state, memories = carry
+        load, drive, time, interval = row
+        known = dict(time=time, interval=interval, number=1, wire=wire, span=span)
+        known[prescribed] = load
+        if drive.temperature is not None:
+            known["temperature"] = drive.temperature
+        chain = Chain(effects, memories, Known(known))
+        response = (wire.strain_at if by_stress else wire.respond)(
+            load, drive.phase(wire, chain), state, chain
+        )
+        after = wire.remember(state, response)
+        seen = chain.through("outputs", {free: getattr(response, free)}, solved=response)
+        if effects:
+            # a failed row is NaN: what it would commit is replaced before the memory's laws see it
+            good = response.status <= int(WireStatus.several_strains)
+            calm = jax.tree.map(lambda x: jnp.where(good, x, 0.0) if eqx.is_inexact_array(x) else x, response)
+            later = chain.remembered(solved=calm, seen={free: getattr(calm, free)})
+            memories = jax.tree.map(lambda new, old: jnp.where(good, new, old), later, memories)
+        return (after, memories), (response, after, seen)
+
+    first = jax.tree.map(lambda x: x[0], drive)
+    at_rest = dict(wire=wire, number=1)
+    if first.temperature is not None:
+        at_rest["temperature"] = first.temperature
+    memories = Chain.begin(effects, **at_rest).memories
+    history = (load, drive, clock, jnp.diff(clock, prepend=clock[:1]))
+    return WireHistory(*jax.lax.scan(step, (state, memories), history)[1])
 
 
 def simulate_wire(
@@ -43,40 +114,57 @@ def simulate_wire(
     strain: Float[Array, "rows"] | None = None,
     temperature: Float[Array, "rows"] | None = None,
     xi0: Float[Array, "rows"] | None = None,
+    resistance: WireResistance | None = None,
     state: SpringState | None = None,
+    time: Float[Array, "rows"] | None = None,
+    effects: tuple[Effect, ...] = (),
 ) -> WireHistory:
-    """One wire along a history of stress or strain, and of temperature or phase.
+    """One wire along a history of stress or strain, and of temperature, phase or resistance.
 
     Args:
         wire: its constants.
         stress: engineering [Pa], shape (rows,) or (); strain is solved for.
         strain: engineering [1], shape (rows,) or (); the alternative to `stress`.
         temperature: of the wire [degC], shape (rows,) or (); denoised, as noise accumulates in the memory.
-        xi0: martensite fraction [1], shape (rows,) or (); the alternative to `temperature`.
+        xi0: martensite fraction [1], shape (rows,) or (); an alternative to `temperature`.
+        resistance: another alternative; `temperature` may be given beside it, for effects.
         state: memory before the first row; fresh and never stretched where None.
+        time: [s], shape (rows,), for effects that depend on rate or duration.
+        effects: beyond the base model; their memories start at rest.
 
     Returns:
         The history. A row that fails is NaN with a status, commits nothing, and stops no later row.
 
     Raises:
-        ValueError: unless one of each pair is given, with equal numbers of rows.
+        ValueError: unless one of each group is given, with equal numbers of rows.
     """
-    choices = {"`stress` or `strain`": (stress, strain), "`temperature` or `xi0`": (temperature, xi0)}
+    driven = (temperature, xi0) if resistance is None else (resistance, xi0)
+    choices = {
+        "`stress` or `strain`": (stress, strain),
+        "`temperature`, `resistance` or `xi0`" if resistance is not None else "`temperature` or `xi0`": driven,
+    }
     for names, pair in choices.items():
         if sum(x is not None for x in pair) != 1:
             raise ValueError(f"One of the arguments {names} must be given, and only one.")
     load = jnp.asarray(stress if stress is not None else strain, dtype=float)
-    phase = wire.martensite_fraction_at(jnp.asarray(temperature)) if xi0 is None else xi0
-    phase = jnp.asarray(phase, dtype=float)
+    number = lambda x: None if x is None else jnp.asarray(x, dtype=float)  # noqa: E731
+    drive = _Drive(
+        number(temperature),
+        number(xi0),
+        None if resistance is None else number(resistance.value),
+        None if resistance is None else (number(resistance.cold), number(resistance.hot)),
+    )
+    clock = None if time is None else jnp.asarray(time, dtype=float)
     try:
-        shape = jnp.broadcast_shapes(load.shape, phase.shape)
+        shape = jnp.broadcast_shapes(load.shape, *(jnp.shape(x) for x in jax.tree.leaves((drive, clock))))
     except ValueError:
-        raise ValueError(
-            f"Load and phase must have equally many rows, but have the shapes {load.shape} and {phase.shape}."
-        ) from None
+        shapes = f"{load.shape} and {next(x.shape for x in jax.tree.leaves(drive))}"
+        raise ValueError(f"Load and phase must have equally many rows, but have the shapes {shapes}.") from None
     if len(shape) != 1 or shape[0] == 0:
         raise ValueError(f"A history must have at least one row, but the shape of the load is {shape}.")
     state = SpringState.fresh(0.0) if state is None else state
     state = jax.tree.map(lambda x: jnp.asarray(x, dtype=float), state)
-    load, phase = (jnp.broadcast_to(x, shape) for x in (load, phase))
-    return _simulate(wire, load, stress is not None, phase, state)
+    spread = lambda x: jnp.broadcast_to(x, shape)  # noqa: E731
+    clock = jnp.zeros(shape) if clock is None else spread(clock)
+    drive = jax.tree.map(spread, drive)
+    return _simulate(wire, spread(load), stress is not None, drive, state, clock, tuple(effects))

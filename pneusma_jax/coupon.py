@@ -1,0 +1,83 @@
+"""An elastomer coupon along a history of strain, the memories of effects carried by one scan."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from .chain import Chain, Effect, Known
+from .silicone import SiliconeLaw
+from .train import strain_in_train
+
+AREA_OVER_LENGTH = 18e-6 / 33e-3  # m, of a die-C dumbbell (ASTM D412: 6 mm by 3 mm over 33 mm)
+
+
+class CouponRow(eqx.Module):
+    """What the coupon itself does in a row.
+
+    Attributes:
+        strain: engineering [1]; the recorded one unless the load train gives.
+        stress: engineering [Pa].
+    """
+
+    strain: Array
+    stress: Array
+
+
+class CouponHistory(eqx.Module):
+    """A simulated test of an elastomer coupon.
+
+    Attributes:
+        rows: the coupon in every row; arrays of shape (rows,).
+        seen: `stress` [Pa] as the instruments show it, shape (rows,).
+    """
+
+    rows: CouponRow
+    seen: dict[str, Array]
+
+
+@eqx.filter_jit
+def simulate_coupon(
+    law: SiliconeLaw,
+    strain: Float[Array, "rows"],
+    *,
+    time: Float[Array, "rows"] | None = None,
+    cycle: Float[Array, "rows"] | None = None,
+    effects: tuple[Effect, ...] = (),
+    area_over_length: Array = AREA_OVER_LENGTH,
+) -> CouponHistory:
+    """One coupon stretched along a history of engineering strain.
+
+    Args:
+        law: engineering stress [Pa] over engineering strain [1].
+        strain: as recorded [1], shape (rows,).
+        time: [s], shape (rows,), for effects that depend on rate or duration.
+        cycle: number of the load cycle [1], shape (rows,).
+        effects: beyond the base law; their memories start at rest.
+        area_over_length: cross-section over gauge length [m], for effects that need the coupon's stiffness.
+    """
+    strain = jnp.asarray(strain, dtype=float)
+    clock = jnp.zeros(strain.shape) if time is None else jnp.asarray(time, dtype=float)
+    count = jnp.zeros(strain.shape) if cycle is None else jnp.asarray(cycle, dtype=float)
+
+    def step(memories: tuple, row: tuple) -> tuple:
+        strain, time, interval, cycle = row
+        known = dict(time=time, interval=interval, cycle=cycle, silicone=law)
+        chain = Chain(effects, memories, Known(known))
+
+        def stress_at(strain: Array) -> Array:
+            fibre = jnp.atleast_1d(strain)
+            return chain.through("wall", law(fibre), strain=fibre)[0]
+
+        if chain.acts_at("compliance"):
+            yielding = chain.through("compliance", jnp.zeros(())) * area_over_length
+            strain = strain_in_train(stress_at, strain, yielding)
+        found = CouponRow(strain, stress_at(strain))
+        true = dict(stress=found.stress)
+        seen = chain.through("outputs", true, solved=found)
+        later = chain.remembered(solved=found, seen=true, strain=strain) if effects else ()
+        return later, (found, seen)
+
+    memories = Chain.begin(effects, silicone=law).memories
+    history = (strain, clock, jnp.diff(clock, prepend=clock[:1]), count)
+    return CouponHistory(*jax.lax.scan(step, memories, history)[1])

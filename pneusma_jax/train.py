@@ -1,0 +1,35 @@
+"""A specimen in series with a load train that gives: `recorded = true + compliance * force(true)`."""
+
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array
+
+STEPS = 4  # of Newton before the differentiated one; the force is nearly linear over what the train takes
+LEAST_SLOPE = 0.05  # of the recorded over the true length: below, the train snaps and no root is stable
+
+
+def strain_in_train(force: Callable[[Array], Array], recorded: Array, compliance: Array) -> Array:
+    """True length of a specimen from the recorded one, by Newton's method.
+
+    Written for length and force; strain and stress will do, with the compliance in their units.
+
+    Args:
+        force: of the specimen at a true length [m] -> [N].
+        recorded: length over specimen and train [m].
+        compliance: of the train [m/N]; 0 gives the recorded length exactly.
+
+    Returns:
+        The true length [m]. Only the last step is differentiated, which gives the implicit function's
+        derivative; so tangents stay out of the loop.
+    """
+    fixed = jax.lax.stop_gradient(compliance), jax.lax.stop_gradient(recorded)
+
+    def improved(true: Array, compliance: Array, recorded: Array) -> Array:
+        pull, stiffness = jax.jvp(force, (true,), (jnp.ones_like(true),))
+        slope = jnp.maximum(1.0 + compliance * jax.lax.stop_gradient(stiffness), LEAST_SLOPE)
+        return true - (true + compliance * pull - recorded) / slope
+
+    found = jax.lax.fori_loop(0, STEPS, lambda _, x: jax.lax.stop_gradient(improved(x, *fixed)), fixed[1])
+    return improved(jax.lax.stop_gradient(found), compliance, recorded)
