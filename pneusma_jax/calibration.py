@@ -18,11 +18,12 @@ from .calibration_model import Calibration, Line, Prior, Quantity
 from .calibration_toml import SCHEMA, parse_calibration, render_calibration
 from .errors import InputError, nearest
 
+_USUAL = {"material": "dragon_skin_10_fast", "alloy": "krl35"}
 _EXAMPLES = resources.files("calibration_data").joinpath("examples", "designs")
 
 __all__ = [
     "SCHEMA", "Calibration", "Line", "Prior", "Quantity", "available", "examples", "load_calibration",
-    "write_calibration",
+    "named_table", "write_calibration",
 ]  # fmt: skip
 
 
@@ -76,6 +77,19 @@ def _read(name_or_path: str | Path, kind: str | None) -> Calibration:
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: cannot be read as a text file ({error})") from None
     return parse_calibration(text, path)
+
+
+def named_table(table: Calibration, key: str) -> str:
+    """Name or path of the alloy or material of an actuator; a relative path counts from the file it is in.
+
+    Args:
+        table: of kind actuator.
+        key: `"alloy"` or `"material"`; the source's own where the table names none.
+    """
+    name = table.text.get(key, _USUAL[key])
+    if not name.endswith(".toml"):
+        return name
+    return str((table.path or Path()).parent / name)
 
 
 def write_calibration(calibration: Calibration, path: str | Path) -> None:

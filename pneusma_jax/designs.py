@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from .actuator import Actuator, Geometry, build_actuator
-from .calibration import Calibration, load_calibration
+from .calibration import Calibration, load_calibration, named_table
 from .calibration_keys import SECTIONS, SIDES
 from .errors import InputError, nearest
 from .loads import Load, TipForce, gravity_vector
@@ -157,7 +157,7 @@ def design_loads(
     components = [values.get(f"gravity_{axis}", 0.0) for axis in "xyz"]
     if "orientation" in table.text or any(components):
         if silicone_density is None:
-            material = load_calibration(_beside(table, "material"), kind="silicone")
+            material = load_calibration(named_table(table, "material"), kind="silicone")
             silicone_density = material.require(["density"])["density"]
         stated = "orientation" in table.text
         fall = gravity_vector(table.text["orientation"]) if stated else np.asarray(components)
@@ -171,8 +171,8 @@ def design_loads(
 
 def make_actuator(
     design: Design = "pneusma2",
-    alloy: Alloy | str | None = None,
-    silicone: SiliconeLaw | str | None = None,
+    alloy: Alloy | str | Calibration | None = None,
+    silicone: SiliconeLaw | str | Calibration | None = None,
     geometry: Geometry | None = None,
     inextensible: bool = True,
     **changes: float,
@@ -182,8 +182,8 @@ def make_actuator(
     Args:
         design: `"pneusma1"`, `"pneusma2"`, `"pneuflex_s"`, `"pneuflex_t"`, `"pneuflex_w"`, `"triad"`, one of
             the shipped examples, the path of a table of kind actuator, or a loaded one.
-        alloy: an `Alloy`, the name of a shipped one, or a path; the table's own if None.
-        silicone: a law, the name of a shipped silicone, or a path; the table's own if None.
+        alloy: an `Alloy`, the name of a shipped one, a path, or a loaded table; the design's own if None.
+        silicone: a law, or a silicone in any of these forms; the design's own if None.
         geometry: dimensions; the design's own if None.
         inextensible: see `build_actuator`.
         **changes: dimensions to change [SI], as for `design_geometry` and `design_section`.
@@ -205,13 +205,14 @@ def make_actuator(
     sized |= {key: value for key, value in changes.items() if key in shape}
     arrangement = layout(table)
     if alloy is None and arrangement.spring_numbers:
-        alloy = _beside(table, "alloy")
-    silicone = _beside(table, "material") if silicone is None else silicone
+        alloy = named_table(table, "alloy")
+    silicone = named_table(table, "material") if silicone is None else silicone
     density = None
-    if isinstance(silicone, str):
-        density = load_calibration(silicone, kind="silicone").values().get("density")
+    if isinstance(silicone, str | Calibration):
+        silicone = load_calibration(silicone, kind="silicone")
+        density = silicone.values().get("density")
         silicone = load_silicone(silicone)
-    alloy = load_alloy(alloy) if isinstance(alloy, str) else alloy
+    alloy = load_alloy(alloy) if isinstance(alloy, str | Calibration) else alloy
     try:
         section = design_section(table, **sized)
         body = build_actuator(section, arrangement, geometry, alloy, silicone, inextensible)
@@ -220,14 +221,6 @@ def make_actuator(
             raise
         raise InputError(f"{table.path}: {error}") from None
     return body.with_loads(*design_loads(table, body, density))
-
-
-def _beside(table: Calibration, key: str) -> str:
-    """Name or path of another table; a relative path counts from the file that states it."""
-    name = table.text.get(key, {"material": "dragon_skin_10_fast", "alloy": "krl35"}[key])
-    if not name.endswith(".toml"):
-        return name
-    return str((table.path or Path()).parent / name)
 
 
 def fresh_states(actuator: Actuator, geometry: Geometry) -> tuple:

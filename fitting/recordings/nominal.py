@@ -3,7 +3,7 @@
 import functools
 from typing import Any
 
-from pneusma_jax.calibration import load_calibration
+from pneusma_jax.calibration import load_calibration, named_table
 from pneusma_jax.units import from_si
 
 from . import schema
@@ -15,9 +15,18 @@ _SPRING_KEYS = ("alloy", "wire_diameter_mm", "mandrel_diameter_mm", "initial_pit
 _TUBE_KEYS = ("material", "outer_diameter_mm", "wall_thickness_mm", "length_mm")
 
 
-@functools.cache
 def _design(name: str) -> dict[str, Any]:
-    """Geometry of a design of Table 3.3 by canonical key; spring keys only where the design has springs."""
+    """Geometry of a design by canonical key; spring keys only where the design has springs."""
+    # a file of the laboratory may change at any time
+    return _read_design(name) if name.endswith(".toml") else _shipped_design(name)
+
+
+@functools.cache
+def _shipped_design(name: str) -> dict[str, Any]:
+    return _read_design(name)
+
+
+def _read_design(name: str) -> dict[str, Any]:
     table = load_calibration(name, "actuator")
     values = table.values()
     geometry: dict[str, Any] = {"design": name, "orientation": schema.ORIENTATIONS[0]}
@@ -26,8 +35,7 @@ def _design(name: str) -> dict[str, Any]:
         if quantity in values:
             unit = schema.geometry_unit(key)
             geometry[key] = float(f"{from_si(values[quantity], unit):.12g}")  # 0.269, not 0.26900000000000002
-    geometry |= {key: table.text[key] for key in ("alloy", "material") if key in table.text}
-    return geometry
+    return geometry | {key: named_table(table, key) for key in ("alloy", "material") if key in table.text}
 
 
 def nominal_geometry(kind: str, stated: dict[str, Any]) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from pneusma_jax.calibration import examples
 from pneusma_jax.errors import InputError, nearest
 
 from . import schema
@@ -141,6 +142,10 @@ def _check_geometry(table: Mapping[str, Any], where: Path | str) -> dict[str, An
 
 def _geometry_word(key: str, value: Any, where: Path | str) -> str:
     words = schema.GEOMETRY_WORDS[key]
+    if key == "design" and where == COMMAND_LINE:  # a table of any actuator, which a recording cannot name
+        if isinstance(value, str) and (value.endswith(".toml") or value in examples()):
+            return value
+        words = (*words, *examples())
     if words is not None:
         return _word(value, words, f"[geometry] {key}", where)
     if not isinstance(value, str) or not value.strip():

@@ -1,12 +1,17 @@
 """From what a recording states about its specimen to the model's objects."""
 
+from typing import Any
+
 import pneusma_jax as pj
+from fitting.augmented import AugmentedModel
 from fitting.recordings import Recording, schema
-from pneusma_jax.calibration import load_calibration
-from pneusma_jax.designs import GEOMETRY_KEYS
+from pneusma_jax.calibration import Calibration, load_calibration
+from pneusma_jax.designs import GEOMETRY_KEYS, design_loads
 from pneusma_jax.silicone import SiliconeLaw
 from pneusma_jax.units import to_si
 
+BASE = AugmentedModel()
+"""The base model, which changes nothing."""
 _SPRING_CONSTANTS = ("G_m", "G_a", "gamma_L", "rho_mean")
 
 
@@ -15,10 +20,10 @@ def place(recording: Recording) -> str:
     return str(recording.path or recording.name)
 
 
-def geometry_of(recording: Recording) -> pj.Geometry:
+def geometry_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Geometry:
     """Dimensions of a recording's specimen, in SI; what its kind does not have keeps the source's value."""
     values = {}
-    for key, value in recording.full_geometry().items():
+    for key, value in full_geometry(recording, model).items():
         if key in schema.GEOMETRY_NUMBERS:
             plain = key in schema.GEOMETRY_WITHOUT_UNIT
             quantity, unit = (key, "1") if plain else schema.quantity_and_unit(key)
@@ -27,18 +32,32 @@ def geometry_of(recording: Recording) -> pj.Geometry:
     return pj.Geometry(**values)
 
 
-def alloy_of(recording: Recording) -> pj.Alloy:
-    """Alloy that a recording names.
+def full_geometry(recording: Recording, model: AugmentedModel = BASE) -> dict[str, Any]:
+    """What a recording and the model say of the specimen; the model, which was fitted, has the last word."""
+    return recording.full_geometry() | model.geometry(recording.specimen)
+
+
+def alloy_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Alloy:
+    """Alloy that a recording names, with the model's numbers.
 
     Raises:
         InputError: if it is to be fitted, cannot be loaded, or has not a spring's constants.
     """
-    name = _named_table(recording, "alloy")
-    load_calibration(name, "alloy").require(_SPRING_CONSTANTS)
-    return pj.load_alloy(name)
+    table = model.table("alloy", _named_table(recording, "alloy"), recording.specimen)
+    table.require(_SPRING_CONSTANTS)
+    return pj.load_alloy(table)
 
 
-def law_of(recording: Recording) -> SiliconeLaw:
+def material_of(recording: Recording, model: AugmentedModel = BASE) -> Calibration:
+    """Table of a recording's silicone, with the model's numbers.
+
+    Raises:
+        InputError: if it is to be fitted or cannot be loaded.
+    """
+    return model.table("silicone", _named_table(recording, "material"), recording.specimen)
+
+
+def law_of(recording: Recording, model: AugmentedModel = BASE) -> SiliconeLaw:
     """Silicone law of a recording: the table's own, or the `law` that the recording states.
 
     A table whose own law is `regularised` is made of order-4 polynomials, so a stated `polynomial` is that.
@@ -46,37 +65,54 @@ def law_of(recording: Recording) -> SiliconeLaw:
     Raises:
         InputError: if the material is to be fitted, cannot be loaded, or has no numbers for the law.
     """
-    name = _named_table(recording, "material")
+    table = material_of(recording, model)
     stated = recording.geometry.get("law")
-    own = load_calibration(name, "silicone").text["law"]
-    if stated is None or (stated == "polynomial" and own == "regularised"):
-        return pj.load_silicone(name)
-    return pj.load_silicone(name, stated)
+    if stated is None or (stated == "polynomial" and table.text["law"] == "regularised"):
+        return pj.load_silicone(table)
+    return pj.load_silicone(table, stated)
 
 
-def actuator_of(recording: Recording) -> pj.Actuator:
-    """Actuator of a recording.
+def actuator_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Actuator:
+    """Actuator of a recording, with the section, the places and the loads that its design describes.
 
     Raises:
-        InputError: for impossible dimensions or tables that cannot be used.
+        InputError: for impossible dimensions, springs that overlap, or tables that cannot be used.
     """
-    arrangement = pj.layout(recording.full_geometry()["design"])
-    alloy = alloy_of(recording) if arrangement.spring_numbers else None
-    law = law_of(recording)
+    design = load_calibration(recording.full_geometry()["design"], "actuator")
+    _check_dimensions(recording, design)
+    alloy = alloy_of(recording, model) if pj.layout(design).spring_numbers else None
+    law = law_of(recording, model)
     try:
-        return pj.round_actuator(arrangement, geometry_of(recording), alloy, law)
+        body = pj.make_actuator(design, alloy, law, geometry_of(recording, model))
+        if body.loads:  # weighed with the silicone that the recording names, not with the design's own
+            body = body.with_loads(
+                *design_loads(design, body, material_of(recording, model).values().get("density"))
+            )
     except ValueError as error:
-        raise pj.InputError(f"{place(recording)}: {error}") from None
+        shown = design.path if str(recording.full_geometry()["design"]).endswith(".toml") else place(recording)
+        raise pj.InputError(f"{shown}: {error}") from None
+    return body
 
 
-def spring_of(recording: Recording) -> pj.Spring:
+def _check_dimensions(recording: Recording, design: Calibration) -> None:
+    """Refuse dimensions of a tube that the design's section does not have."""
+    for key in ("outer_diameter_mm", "wall_thickness_mm"):
+        if key in recording.geometry and key.removesuffix("_mm") not in design.quantities:
+            section = design.text.get("section", "annulus")
+            raise pj.InputError(
+                f"{place(recording)}: [geometry] {key} is no dimension of {design.name!r}, whose section is a "
+                f"{section}; change it in {design.path}"
+            )
+
+
+def spring_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Spring:
     """Spring on a test stand: its elongation counts from the free length.
 
     Raises:
         InputError: for impossible dimensions or an alloy that cannot be used.
     """
-    g = geometry_of(recording)
-    alloy = alloy_of(recording)
+    g = geometry_of(recording, model)
+    alloy = alloy_of(recording, model)
     try:
         dimensions = pj.SpringGeometry(
             g.wire_diameter, g.mandrel_diameter, g.initial_pitch, g.active_coils, g.free_length
