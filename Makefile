@@ -65,10 +65,10 @@ real-run:
 	@echo "         out/real/recordings              the laboratory's file as a recording"
 
 test: $(READY)
-	$(BIN)/python -m pytest -m "not slow"
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile
 
 test-slow: $(READY)
-	$(BIN)/python -m pytest
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile
 
 lint: $(LINT_READY)
 	$(BIN)/ruff check .

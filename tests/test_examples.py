@@ -11,6 +11,8 @@ from scipy.stats import kstest, truncnorm
 
 import pneusma_jax as pj
 
+pytestmark = pytest.mark.slow
+
 EXAMPLES = Path(__file__).resolve().parents[1] / "notebooks" / "examples"
 
 

@@ -10,6 +10,7 @@ from pneusma_jax.nitinol import geometry
 from pneusma_jax.silicone import hyperelastic
 
 
+@pytest.mark.slow
 def test_the_model_passes(run):
     result = run("check")
     lines = result.stdout.splitlines()

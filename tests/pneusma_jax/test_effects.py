@@ -94,6 +94,7 @@ def test_a_present_effect_changes_what_its_signature_says(slug):
     np.testing.assert_allclose(moved, slope * (small - spec.neutral), atol=0.05 * np.max(np.abs(moved)))
 
 
+@pytest.mark.slow
 def test_contact_stops_the_bend():
     hot = (pj.MartensiteFraction(jnp.ones(8)), pj.MartensiteFraction(jnp.linspace(1.0, 0.2, 8)))
     body, pressure = pj.make_actuator("pneusma2"), jnp.full(8, 25e3)

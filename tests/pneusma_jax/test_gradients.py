@@ -34,7 +34,12 @@ def start(pressure=25e3, activation=0.55, xi0_1=0.9):
 
 @pytest.mark.parametrize(
     ("design", "driven", "activation"),
-    [("pneusma2", "xi0", 0.55), ("pneusma1", "xi0", 0.55), ("pneusma2", "resistance", 3.45), ("pneuflex_s", "xi0", 1.0)],
+    [
+        ("pneusma2", "xi0", 0.55),
+        pytest.param("pneusma1", "xi0", 0.55, marks=pytest.mark.slow),
+        pytest.param("pneusma2", "resistance", 3.45, marks=pytest.mark.slow),
+        pytest.param("pneuflex_s", "xi0", 1.0, marks=pytest.mark.slow),
+    ],
 )
 def test_gradient_equals_central_difference(design, driven, activation):
     everything = (start(activation=activation), pj.load_alloy("krl35"), pj.load_silicone())
@@ -93,6 +98,7 @@ def test_laws_are_finite_at_their_singular_points():
         assert np.isfinite(jax.grad(law)(strain))
 
 
+@pytest.mark.slow
 def test_second_derivatives_of_a_planar_actuator():
     body = pj.make_actuator("pneusma2")
     cold = pj.MartensiteFraction(1.0)

@@ -57,6 +57,7 @@ def test_curvature_does_not_return_and_the_second_cycle_repeats():
     assert float(left[30]) == pytest.approx(0.0047, abs=5e-5)
 
 
+@pytest.mark.slow
 def test_a_long_history_is_differentiable_at_the_cost_of_a_few_simulations():
     """d(last curvature) of 400 rows over every parameter: against central differences; at most 4 forward runs."""
     t = jnp.linspace(0.0, 1.0, 400)
@@ -134,6 +135,7 @@ def test_current_heats_bends_and_cools():
     np.testing.assert_allclose(kappa[0], pj.solve(body, 20e3, (phase(1.0), warm)).curvature, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_histories_vmap_over_specimens():
     xi0 = cycles(20, 0.5, 1)
     body = pj.make_actuator("pneusma2")

@@ -89,6 +89,7 @@ def test_turning_the_layout_turns_the_answer(angle):
     np.testing.assert_allclose(other.spring_elongations, one.spring_elongations, rtol=1e-7)
 
 
+@pytest.mark.slow
 def test_turning_a_planar_layout_turns_its_plane():
     arrangement, xi0 = pj.layout("pneusma2"), phases(1.0, 0.3)
     one = pj.solve(built(arrangement), 20e3, xi0)
@@ -137,6 +138,7 @@ def test_an_angle_means_the_outer_face():
     np.testing.assert_allclose(arc.spring_places, [[np.sqrt(7e-3**2 - 3.5e-3**2), 0.0], [0.0, 3.5e-3]], rtol=1e-12, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_gradient_in_the_places_and_the_section():
     """Curvature and direction of a triad on a rectangular tube, over places and dimensions."""
     alloy, law, geometry = pj.load_alloy("krl35"), pj.load_silicone(), pj.design_geometry("pneusma2", prestrain=0.17)

@@ -192,6 +192,7 @@ def test_turning_loads_with_the_layout_turns_the_answer():
     np.testing.assert_allclose(turned, r @ np.asarray(straight), rtol=1e-7, atol=1e-10)
 
 
+@pytest.mark.slow
 def test_gradients_over_loads_and_dimensions():
     """Bend of a weighed triad under a tip force, over mass, orientation, tip mass, force, place, wall and length."""
     alloy, law = pj.load_alloy("krl35"), pj.load_silicone()

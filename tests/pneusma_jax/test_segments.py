@@ -99,6 +99,7 @@ def test_turning_the_mounting_turns_the_pose():
     np.testing.assert_allclose(after.shape.clearance().smallest, before.shape.clearance().smallest, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_end_pose_is_differentiable():
     """Against central differences, over activations, pressure, dimensions, mounting and connector."""
 
@@ -160,6 +161,7 @@ def test_clearance_against_all_pairs_of_a_dense_sampling():
             assert float(free) + 2 * RADIUS == pytest.approx(gap[allowed].min(), abs=2e-4)
 
 
+@pytest.mark.slow
 def test_clearance_has_the_right_gradient():
     bends = jnp.asarray([[0.5, 1.1], [1.9, -0.6], [2.2, 0.9]])
 
@@ -176,6 +178,7 @@ def test_clearance_has_the_right_gradient():
     np.testing.assert_allclose(slopes, np.stack(numeric, axis=-1), rtol=1e-4, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_history_of_a_chain_carries_every_memory():
     """One segment goes through a heat-cool cycle and does not return; the other, cold throughout, does."""
     body, turn = pj.make_actuator("pneusma2"), np.linspace(0.0, 2.0, 41)

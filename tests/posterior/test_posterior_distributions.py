@@ -142,6 +142,7 @@ def test_a_product_is_moved_through_by_logarithms():
     within(posterior, "a", mean, float(np.sqrt((grid - mean) ** 2 @ density)))
 
 
+@pytest.mark.slow
 def test_calibration_ranks_are_uniform():
     """Talts and others 2018: the rank of the truth among draws of its posterior is uniform, if both are right."""
     draws, replicas, bins = 19, 100, 10
