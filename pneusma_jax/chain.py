@@ -5,7 +5,7 @@ A row of a recording runs through slots in a fixed order, each a value that the 
     actuator   pressure -> [elongation -> phase -> stress -> pull -> resistance] per spring, wall, load -> outputs
     spring     [compliance] elongation -> phase -> stress -> pull -> resistance -> outputs
     wire       temperature -> phase -> stress -> outputs      tube  pressure -> wall, load -> outputs
-    elastomer  [compliance] wall -> outputs
+    elastomer  [compliance] wall -> outputs          and at the end of all rows: recorded
 
 An effect is a module with a parameter whose neutral value means absent, a method for each slot it acts at, and,
 if it has a history, a memory that is carried from row to row. Effects compose in the order in which they are
@@ -116,6 +116,13 @@ class Effect(eqx.Module):
         """What the instruments show, by canonical column name in SI."""
         return value
 
+    def recorded(self, value: dict[str, Array], time: Array) -> dict[str, Array]:
+        """What the instruments recorded in all rows, from what they showed, shape (rows,) each.
+
+        For effects on a channel's clock. Memories are not known here: the recording is complete.
+        """
+        return value
+
 
 class Chain(eqx.Module):
     """Effects bound to their memories and to what is known of the row: what the model's slots call.
@@ -159,3 +166,10 @@ class Chain(eqx.Module):
 
 
 PLAIN = Chain()
+
+
+def as_recorded(effects: tuple[Effect, ...], seen: dict[str, Array], time: Array) -> dict[str, Array]:
+    """Channels of a whole recording, shape (rows,) each, after every effect on their clocks."""
+    for effect in effects:
+        seen = effect.recorded(seen, time)
+    return seen

@@ -5,11 +5,13 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .chain import Chain, Effect, Known
+from .chain import Chain, Effect, Known, as_recorded
 from .silicone import SiliconeLaw
 from .train import strain_in_train
 
-AREA_OVER_LENGTH = 18e-6 / 33e-3  # m, of a die-C dumbbell (ASTM D412: 6 mm by 3 mm over 33 mm)
+# of a die-C dumbbell (ASTM D412), where a recording does not state its coupon's: 6 mm by 3 mm over 33 mm
+AREA = 18e-6  # m2
+GAUGE_LENGTH = 33e-3  # m
 
 
 class CouponRow(eqx.Module):
@@ -44,7 +46,8 @@ def simulate_coupon(
     time: Float[Array, "rows"] | None = None,
     cycle: Float[Array, "rows"] | None = None,
     effects: tuple[Effect, ...] = (),
-    area_over_length: Array = AREA_OVER_LENGTH,
+    area: Array = AREA,
+    gauge_length: Array = GAUGE_LENGTH,
 ) -> CouponHistory:
     """One coupon stretched along a history of engineering strain.
 
@@ -54,7 +57,7 @@ def simulate_coupon(
         time: [s], shape (rows,), for effects that depend on rate or duration.
         cycle: number of the load cycle [1], shape (rows,).
         effects: beyond the base law; their memories start at rest.
-        area_over_length: cross-section over gauge length [m], for effects that need the coupon's stiffness.
+        area, gauge_length: of the coupon [m2, m], for effects that are forces or lengths.
     """
     strain = jnp.asarray(strain, dtype=float)
     clock = jnp.zeros(strain.shape) if time is None else jnp.asarray(time, dtype=float)
@@ -62,7 +65,7 @@ def simulate_coupon(
 
     def step(memories: tuple, row: tuple) -> tuple:
         strain, time, interval, cycle = row
-        known = dict(time=time, interval=interval, cycle=cycle, silicone=law)
+        known = dict(time=time, interval=interval, cycle=cycle, silicone=law, area=area)
         chain = Chain(effects, memories, Known(known))
 
         def stress_at(strain: Array) -> Array:
@@ -70,7 +73,7 @@ def simulate_coupon(
             return chain.through("wall", law(fibre), strain=fibre)[0]
 
         if chain.acts_at("compliance"):
-            yielding = chain.through("compliance", jnp.zeros(())) * area_over_length
+            yielding = chain.through("compliance", jnp.zeros(())) * area / gauge_length
             strain = strain_in_train(stress_at, strain, yielding)
         found = CouponRow(strain, stress_at(strain))
         true = dict(stress=found.stress)
@@ -80,4 +83,5 @@ def simulate_coupon(
 
     memories = Chain.begin(effects, silicone=law).memories
     history = (strain, clock, jnp.diff(clock, prepend=clock[:1]), count)
-    return CouponHistory(*jax.lax.scan(step, memories, history)[1])
+    _, (rows, seen) = jax.lax.scan(step, memories, history)
+    return CouponHistory(rows, as_recorded(effects, seen, clock))

@@ -15,7 +15,7 @@ from jaxtyping import Array, Float
 
 from ._numerics import is_concrete
 from .actuator import Actuator
-from .chain import Chain, Effect, Known
+from .chain import Chain, Effect, Known, as_recorded
 from .equilibrium import Equilibrium, Problem, Status, _equilibrium, _find_root, start
 from .nitinol import MartensiteFraction, Spring, SpringResponse, SpringState
 from .nitinol.spring import Activation
@@ -80,6 +80,7 @@ def simulate_history(
     effects: tuple[Effect, ...] = (),
     currents: tuple[Array | None, ...] = (),
     ambient: Array | None = None,
+    gravity: Float[Array, "3"] | None = None,
 ) -> History:
     """Actuator under histories of pressure and of phase, resistance or current.
 
@@ -95,6 +96,7 @@ def simulate_history(
         currents: recorded through each spring [A], shape (rows,), or None for one that was not recorded; read by
             effects only.
         ambient: temperature of the air [degC], shape (rows,) or (); read by effects only.
+        gravity: its acceleration in the base frame [m/s2], see `loads.gravity_vector`; read by effects only.
 
     Returns:
         The history. A row without equilibrium is NaN with a status, commits nothing, and stops no later row.
@@ -117,6 +119,8 @@ def simulate_history(
         known["currents"] = {n: jnp.asarray(x, dtype=float) for n, x in named if x is not None}
     if effects and ambient is not None:
         known["temperature"] = jnp.broadcast_to(jnp.asarray(ambient, dtype=float), (rows,))
+    if effects and gravity is not None:
+        known["gravity"] = jnp.broadcast_to(jnp.asarray(gravity, dtype=float), (rows, 3))
     return _simulate(actuator, pressure, spread, states, clock, tuple(effects), known)
 
 
@@ -135,7 +139,7 @@ def _simulate(
     def step(carry: _Carry, row: tuple) -> tuple[_Carry, tuple]:
         pressure, activations, time, interval, recorded = row
         phases, temperatures = _phases(actuator, carry, activations, interval)
-        known = Known(dict(time=time, interval=interval, actuator=actuator) | recorded)
+        known = Known(dict(time=time, interval=interval, actuator=actuator, recorded_pressure=pressure) | recorded)
         chain = Chain(effects, carry.memories, known)
         pressure = chain.through("pressure", pressure)
         problem = Problem(actuator, pressure, phases, carry.states, chain.knowing(pressure=pressure))
@@ -167,11 +171,11 @@ def _simulate(
 
     interval = jnp.diff(time, prepend=time[:1])
     begun = jax.tree.map(lambda x: x[0], recorded)
-    at_rest = Chain.begin(effects, actuator=actuator, pressure=pressure[0], **begun)
+    at_rest = Chain.begin(effects, actuator=actuator, pressure=pressure[0], states=states, **begun)
     first = _first_carry(actuator, activations, states, at_rest.memories)
     history = (pressure, activations, time, interval, recorded)
     _, (rows, memories, temperatures, seen) = jax.lax.scan(step, first, history)
-    return History(rows, memories, temperatures, seen)
+    return History(rows, memories, temperatures, as_recorded(effects, seen, time))
 
 
 def _phases(
@@ -260,10 +264,10 @@ def simulate_spring(
         return (after, later), (response, after, seen)
 
     begun = jax.tree.map(lambda x: x[0], recorded)
-    at_rest = Chain.begin(effects, spring=spring, number=1, **begun)
+    at_rest = Chain.begin(effects, spring=spring, number=1, states=(state,), **begun)
     history = (elongation, spread, clock, jnp.diff(clock, prepend=clock[:1]), recorded)
     _, (responses, memories, seen) = jax.lax.scan(step, (state, at_rest.memories), history)
-    return SpringHistory(responses, memories, seen)
+    return SpringHistory(responses, memories, as_recorded(effects, seen, clock))
 
 
 def _check(

@@ -1,40 +1,32 @@
 """The catalogue of physics that the published model leaves out.
 
-An effect with its parameters at their neutral values changes nothing; `CATALOGUE` finds one by its slug. To add
-one, write a module like those here with its `specs` and slots, and list its class below.
+An effect with its parameters at their neutral values changes nothing; `CATALOGUE` finds one by its slug. A module
+in this folder joins the catalogue by being there: every `Effect` in it that has a slug. `register` adds one from
+elsewhere.
 """
+
+import importlib
+import pkgutil
 
 from ..chain import Effect
 from ..errors import InputError, nearest
-from ._spec import Spec
-from .body import RadialExpansion, TipContact, WallEccentricity, WrapFriction
-from .sensors import (
-    CameraCalibration,
-    ForceCalibration,
-    PressureCalibration,
-    PressureLag,
-    SeriesResistance,
-)
-from .spring import (
-    CoilContact,
-    InactiveCoils,
-    LargeHelixAngle,
-    OpposingSpringHeating,
-    PrestrainError,
-    TransformationHysteresis,
-    UnevenHeating,
-)
-from .wall import MullinsSoftening, PermanentSet, StrainStiffening, ThickWall, ViscoelasticRelaxation
+from ._spec import Spec, specs_of
 
-CATALOGUE: dict[str, type[Effect]] = {
-    effect.slug: effect
-    for effect in (
-        CameraCalibration, CoilContact, ForceCalibration, InactiveCoils, LargeHelixAngle, MullinsSoftening,
-        OpposingSpringHeating, PermanentSet, PressureCalibration, PressureLag, PrestrainError, RadialExpansion,
-        SeriesResistance, StrainStiffening, ThickWall, TipContact, TransformationHysteresis, UnevenHeating,
-        ViscoelasticRelaxation, WallEccentricity, WrapFriction,
-    )
-}  # fmt: skip
+CATALOGUE: dict[str, type[Effect]] = {}
+
+
+def register(effect: type[Effect]) -> type[Effect]:
+    """Add an effect to the catalogue; also as a decorator.
+
+    Raises:
+        ValueError: if its slug is taken by another class, or it lacks one of its class attributes.
+    """
+    for name in ("slug", "component", "kinds", "sentence", "literature", "specs"):
+        if not getattr(effect, name, None):
+            raise ValueError(f"Effect {effect.__name__} must state its `{name}`, but does not.")
+    if CATALOGUE.setdefault(effect.slug, effect) is not effect:
+        raise ValueError(f"The slug {effect.slug!r} is taken by {CATALOGUE[effect.slug].__name__}.")
+    return effect
 
 
 def find_effect(slug: str) -> type[Effect]:
@@ -48,4 +40,18 @@ def find_effect(slug: str) -> type[Effect]:
     return CATALOGUE[slug]
 
 
-__all__ = ["CATALOGUE", "Effect", "Spec", "find_effect"]
+def _collect() -> None:
+    """Fill the catalogue, in alphabetical order, from the modules of this folder."""
+    found = {}
+    for module in pkgutil.iter_modules(__path__):
+        if not module.name.startswith("_"):
+            for value in vars(importlib.import_module(f"{__name__}.{module.name}")).values():
+                if isinstance(value, type) and issubclass(value, Effect) and value.slug:
+                    found[value.slug] = value
+    for slug in sorted(found):
+        register(found[slug])
+
+
+_collect()
+
+__all__ = ["CATALOGUE", "Effect", "Spec", "find_effect", "register", "specs_of"]

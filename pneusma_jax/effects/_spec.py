@@ -14,6 +14,7 @@ class Spec(NamedTuple):
         text: for a report.
         shape: whether the parameter means nothing while the effect is absent (a lag, a threshold), so that it is
             scanned rather than screened by its derivative.
+        kinds: recordings in which the parameter acts, where these are fewer than the effect's; empty for all.
     """
 
     neutral: float
@@ -23,3 +24,9 @@ class Spec(NamedTuple):
     unit: str
     text: str
     shape: bool = False
+    kinds: str = ""
+
+
+def specs_of(effect: type, kind: str) -> dict[str, Spec]:
+    """The parameters of an effect that act in recordings of a kind, a letter of `Effect.kinds`."""
+    return {name: spec for name, spec in effect.specs.items() if kind in (spec.kinds or effect.kinds)}

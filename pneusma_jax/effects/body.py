@@ -7,6 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array
 
 from ..chain import Effect, Known
+from ..loads import STANDARD_GRAVITY, Gravity
 from ._spec import Spec
 
 UP = (0.0, 1.0)  # the plane of sides 1 and 2
@@ -23,6 +24,7 @@ class TipContact(Effect):
     component: ClassVar[str] = "contact"
     kinds: ClassVar[str] = "A"
     sentence: ClassVar[str] = "Past a certain bend the tip touches the base and cannot go on."
+    literature: ClassVar[str] = "the source, Section 3.6.4; Hertz's exponent 1.5 for round bodies"
     specs: ClassVar[dict[str, Spec]] = {
         "stiffness": Spec(0.0, 0.0, 0.1, 0.01, "N m/rad", "stiffness of the stop"),
         "angle": Spec(4.7, 0.3, 8.0, 3.0, "rad", "bend angle at which they touch", True),
@@ -40,43 +42,58 @@ class TipContact(Effect):
 
 
 class WrapFriction(Effect):
-    """Friction of the fibre wrapping against the bend, an elastic-slip element.
+    """Friction of the fibre wrapping, three elastic-slip elements in parallel that share one limit.
 
-    Limit `constant + per_pressure * P` [N m, N m/Pa]; slip [rad] is the bend over which it reverses by half.
+    Limit `constant + per_pressure * P` [N m, N m/Pa] against bending; `slip` [rad] is the bend over which the middle
+    element reverses by half, the others' slips are `exp(spread)` times less and more. A tube without springs or fibre
+    rubs as it lengthens, by `theta = delta / R` and `M = F R`.
     """
 
     constant: Array = eqx.field(converter=jnp.asarray, default=0.0)
     per_pressure: Array = eqx.field(converter=jnp.asarray, default=0.0)
     slip: Array = eqx.field(converter=jnp.asarray, default=0.1)
+    spread: Array = eqx.field(converter=jnp.asarray, default=0.5)
 
     slug: ClassVar[str] = "wrap_friction"
     component: ClassVar[str] = "friction"
-    kinds: ClassVar[str] = "A"
+    kinds: ClassVar[str] = "AT"
     sentence: ClassVar[str] = "The fibre wrapping rubs, so that bending and straightening follow different paths."
+    literature: ClassVar[str] = "W. D. Iwan, J. Appl. Mech. 33 (1966) 893: elastic-slip elements in parallel"
     specs: ClassVar[dict[str, Spec]] = {
         "constant": Spec(0.0, 0.0, 2e-3, 2e-4, "N m", "friction moment without pressure"),
         "per_pressure": Spec(0.0, 0.0, 5e-8, 5e-9, "N m/Pa", "friction moment per pressure"),
-        "slip": Spec(0.1, 0.01, 0.6, 0.1, "rad", "bend over which the friction builds up", True),
+        "slip": Spec(0.1, 0.005, 0.8, 0.1, "rad", "bend over which the friction builds up", True),
+        "spread": Spec(0.5, 0.0, 2.0, 0.5, "1", "spread of the elements' slips", True),
     }
 
     def begin(self, at: Known) -> tuple[Array, Array, Array]:
-        """Whether there was a row, its bend, and the element's state in [-1, 1]."""
-        return jnp.asarray(0.0), jnp.asarray(0.0), jnp.asarray(0.0)
+        """Whether there was a row, where it slid to, and the elements' states in [-1, 1]."""
+        return jnp.asarray(0.0), jnp.asarray(0.0), jnp.zeros(3)
 
-    def _state(self, theta: Array, memory: tuple[Array, Array, Array]) -> Array:
-        started, before, state = memory
-        return jnp.clip(state + started * (theta - before) / self.slip, -1.0, 1.0)
+    def _states(self, place: Array, memory: tuple[Array, Array, Array]) -> Array:
+        started, before, states = memory
+        slips = self.slip * jnp.exp(self.spread * jnp.asarray([-1.0, 0.0, 1.0]))
+        return jnp.clip(states + started * (place - before) / slips, -1.0, 1.0)
 
     def load(self, value: tuple[Array, Array], at: Known, memory: tuple) -> tuple[Array, Array]:
         """See `Effect.load`."""
         force, moment = value
         limit = self.constant + self.per_pressure * jnp.maximum(at["pressure"], 0.0)
-        return force, moment + limit * self._state(at["bend"][1], memory) * jnp.asarray(UP)
+        body, radius = at["actuator"], at["actuator"].section.radius
+        if _is_tube(body):
+            return force + limit / radius * jnp.mean(self._states(at["delta_centre"] / radius, memory)), moment
+        return force, moment + limit * jnp.mean(self._states(at["bend"][1], memory)) * jnp.asarray(UP)
 
     def remember(self, memory: tuple, at: Known) -> tuple[Array, Array, Array]:
-        """Bend and state after the row."""
-        theta = at["solved"].bend[1]
-        return jnp.asarray(1.0), theta, self._state(theta, memory)
+        """Bend, or lengthening, and states after the row."""
+        body, solved = at["actuator"], at["solved"]
+        place = solved.delta_centre / body.section.radius if _is_tube(body) else solved.bend[1]
+        return jnp.asarray(1.0), place, self._states(place, memory)
+
+
+def _is_tube(body: Any) -> bool:
+    """Whether nothing is attached, so that the body lengthens and does not bend."""
+    return not body.springs and body.fibre_place is None
 
 
 class RadialExpansion(Effect):
@@ -88,6 +105,7 @@ class RadialExpansion(Effect):
     component: ClassVar[str] = "pressure"
     kinds: ClassVar[str] = "AT"
     sentence: ClassVar[str] = "The tube widens under pressure, so that the pressure pushes on a larger area."
+    literature: ClassVar[str] = "Polygerinos et al., IEEE Trans. Robot. 31 (2015) 778: radial strain between fibres"
     specs: ClassVar[dict[str, Spec]] = {
         "per_pressure": Spec(0.0, 0.0, 3e-6, 1e-6, "1/Pa", "relative growth of the bore's area per pressure")
     }
@@ -106,9 +124,12 @@ class WallEccentricity(Effect):
 
     slug: ClassVar[str] = "wall_eccentricity"
     component: ClassVar[str] = "geometry"
-    kinds: ClassVar[str] = "A"
+    kinds: ClassVar[str] = "AT"
     sentence: ClassVar[str] = "The bore is off centre, so that one wall is thinner than the other."
-    specs: ClassVar[dict[str, Spec]] = {"shift": Spec(0.0, -2e-4, 2e-4, 5e-5, "m", "offset of the bore to side 1")}
+    literature: ClassVar[str] = "Alici et al., Soft Robot. 5 (2018) 36: eccentric bores bend by pressure alone"
+    specs: ClassVar[dict[str, Spec]] = {
+        "shift": Spec(0.0, -2.5e-4, 2.5e-4, 5e-5, "m", "offset of the bore to side 1")
+    }
 
     def load(self, value: tuple[Array, Array], at: Known, memory: Any) -> tuple[Array, Array]:
         """Wall lost where the bore moves to, won where it comes from; the pressure's resultant moves along."""
@@ -121,3 +142,30 @@ class WallEccentricity(Effect):
         push = at["pressure"] * section.enclosed_area * self.shift
         moment = jnp.sum(pull * rule.s) - jnp.sum(moved * (rule.s + self.shift)) - push
         return force, value[1] + moment * jnp.asarray(UP)
+
+
+class Weight(Effect):
+    """Weight of the tube and of what is at its tip; mass, tip_mass [kg].
+
+    The direction is the recording's `gravity` [m/s2], shape (3,); clamped below, tip up, where it is not known.
+    """
+
+    mass: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    tip_mass: Array = eqx.field(converter=jnp.asarray, default=0.0)
+
+    slug: ClassVar[str] = "gravity"
+    component: ClassVar[str] = "environment"
+    kinds: ClassVar[str] = "A"
+    sentence: ClassVar[str] = "The actuator's own weight bends it."
+    literature: ClassVar[str] = "the source, Section 3.6.3: weight changes curvature by 4 to 10 %"
+    specs: ClassVar[dict[str, Spec]] = {
+        "mass": Spec(0.0, 0.0, 6e-3, 2e-3, "kg", "mass spread along the tube"),
+        "tip_mass": Spec(0.0, 0.0, 5e-3, 1e-3, "kg", "mass at the tip"),
+    }
+
+    def load(self, value: tuple[Array, Array], at: Known, memory: Any) -> tuple[Array, Array]:
+        """See `Effect.load`."""
+        down = at["gravity"] if "gravity" in at else jnp.asarray([0.0, 0.0, -STANDARD_GRAVITY])
+        hanging = Gravity(down, self.mass, tip_mass=self.tip_mass)
+        pull, turn = hanging.generalised_force(at["actuator"].length + at["delta_centre"], at["bend"])
+        return value[0] + pull, value[1] + turn

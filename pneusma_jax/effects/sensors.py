@@ -11,23 +11,26 @@ from ._spec import Spec
 
 
 class PressureCalibration(Effect):
-    """Chamber pressure = gain * recorded + offset; offset [Pa], gain [1]."""
+    """Chamber pressure = gain * recorded + offset + drift * time; offset [Pa], gain [1], drift [Pa/s]."""
 
     offset: Array = eqx.field(converter=jnp.asarray, default=0.0)
     gain: Array = eqx.field(converter=jnp.asarray, default=1.0)
+    drift: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "pressure_calibration"
     component: ClassVar[str] = "sensor"
     kinds: ClassVar[str] = "AT"
-    sentence: ClassVar[str] = "The pressure sensor reads with an offset or a wrong gain."
+    sentence: ClassVar[str] = "The pressure sensor reads with an offset, a wrong gain or a drift."
+    literature: ClassVar[str] = "ISO 376 and IEC 61298-2: zero, span and drift of a transducer"
     specs: ClassVar[dict[str, Spec]] = {
         "offset": Spec(0.0, -3e3, 3e3, 1e3, "Pa", "zero offset of the pressure sensor"),
         "gain": Spec(1.0, 0.8, 1.25, 1.05, "1", "gain of the pressure sensor"),
+        "drift": Spec(0.0, -30.0, 30.0, 5.0, "Pa/s", "drift of the pressure sensor"),
     }
 
     def pressure(self, value: Array, at: Known, memory: Any) -> Array:
         """See `Effect.pressure`."""
-        return self.gain * value + self.offset
+        return self.gain * value + self.offset + self.drift * at["time"]
 
 
 class PressureLag(Effect):
@@ -39,42 +42,35 @@ class PressureLag(Effect):
     component: ClassVar[str] = "pressure"
     kinds: ClassVar[str] = "AT"
     sentence: ClassVar[str] = "The pressure in the chamber lags behind the one at the sensor."
+    literature: ClassVar[str] = "flow through a restriction into a chamber, linearised: ISO 6358"
     specs: ClassVar[dict[str, Spec]] = {"tau": Spec(0.0, 0.0, 5.0, 0.3, "s", "time constant of the supply line")}
 
-    def begin(self, at: Known) -> Array:
-        """The chamber is settled at the first recorded pressure."""
-        return at["pressure"]
+    def begin(self, at: Known) -> tuple[Array, Array]:
+        """Recorded pressure and the chamber's excess over it: settled at the first row."""
+        return at["pressure"], jnp.zeros(())
 
-    def pressure(self, value: Array, at: Known, memory: Array) -> Array:
-        """See `Effect.pressure`; exact for a recorded pressure that is linear over a row."""
-        tau = jnp.maximum(self.tau, 0.0)
-        ratio = at["interval"] / jnp.where(tau > 0.0, tau, 1.0)
-        left = jnp.where(tau > 0.0, jnp.exp(-ratio), 0.0)
-        return value + (memory - value) * left
+    def _excess(self, at: Known, memory: tuple[Array, Array]) -> Array:
+        """Of the chamber over the sensor; exact for a recorded pressure that is linear over a row.
 
-    def remember(self, memory: Array, at: Known) -> Array:
-        """The chamber's own pressure."""
-        return at["pressure"]
+        So the slope over tau at tau = 0 is minus the pressure's rate: the screen sees the effect.
+        """
+        before, excess = memory
+        interval, tau = at["interval"], jnp.maximum(self.tau, 0.0)
+        quick = interval > 30.0 * tau
+        ratio = interval / jnp.where(quick | (tau == 0.0), 1.0, tau)
+        kept = jnp.where(quick, 0.0, jnp.exp(-ratio))
+        flat = ratio < 1e-6
+        slow = jnp.where(flat, 1.0 - 0.5 * ratio, -jnp.expm1(-ratio) / jnp.where(flat, 1.0, ratio))
+        behind = jnp.where(quick, tau / jnp.where(quick, interval, 1.0), slow)
+        return kept * excess - behind * (at["recorded_pressure"] - before)
 
+    def pressure(self, value: Array, at: Known, memory: tuple[Array, Array]) -> Array:
+        """See `Effect.pressure`."""
+        return value + self._excess(at, memory)
 
-class SeriesResistance(Effect):
-    """Leads and crimps add to the measured resistance; ohms [ohm]."""
-
-    ohms: Array = eqx.field(converter=jnp.asarray, default=0.0)
-
-    slug: ClassVar[str] = "series_resistance"
-    component: ClassVar[str] = "sensor"
-    kinds: ClassVar[str] = "ASW"
-    sentence: ClassVar[str] = "Leads and crimps add a constant resistance to that of the wire."
-    specs: ClassVar[dict[str, Spec]] = {"ohms": Spec(0.0, 0.0, 0.5, 0.05, "ohm", "resistance of leads and crimps")}
-
-    def wire_resistance(self, value: Array, at: Known, memory: Any) -> Array:
-        """See `Effect.wire_resistance`."""
-        return value - self.ohms
-
-    def resistance(self, value: Array, at: Known, memory: Any) -> Array:
-        """See `Effect.resistance`."""
-        return value + self.ohms
+    def remember(self, memory: tuple[Array, Array], at: Known) -> tuple[Array, Array]:
+        """The recorded pressure, and how far the chamber is from it."""
+        return at["recorded_pressure"], self._excess(at, memory)
 
 
 class CameraCalibration(Effect):
@@ -87,6 +83,7 @@ class CameraCalibration(Effect):
     component: ClassVar[str] = "sensor"
     kinds: ClassVar[str] = "A"
     sentence: ClassVar[str] = "The camera reads curvature with a wrong scale or a tilted zero."
+    literature: ClassVar[str] = "Z. Zhang, IEEE Trans. Pattern Anal. Mach. Intell. 22 (2000) 1330"
     specs: ClassVar[dict[str, Spec]] = {
         "scale": Spec(1.0, 0.85, 1.15, 1.05, "1", "scale of the camera"),
         "offset": Spec(0.0, -0.1, 0.1, 0.03, "rad", "angular offset of the camera"),
@@ -95,10 +92,8 @@ class CameraCalibration(Effect):
     def outputs(self, value: dict[str, Array], at: Known, memory: Any) -> dict[str, Array]:
         """See `Effect.outputs`; the angular offset shows as a curvature over the length."""
         seen = dict(value)
-        if "bend_angle" in seen:
-            seen["bend_angle"] = self.scale * seen["bend_angle"] + self.offset
-        if "curvature" in seen:
-            seen["curvature"] = self.scale * seen["curvature"] + self.offset / at["solved"].length
+        seen["bend_angle"] = self.scale * seen["bend_angle"] + self.offset
+        seen["curvature"] = self.scale * seen["curvature"] + self.offset / at["solved"].length
         return seen
 
 
@@ -110,13 +105,75 @@ class ForceCalibration(Effect):
 
     slug: ClassVar[str] = "force_calibration"
     component: ClassVar[str] = "sensor"
-    kinds: ClassVar[str] = "S"
+    kinds: ClassVar[str] = "SE"
     sentence: ClassVar[str] = "The load cell has an offset or drifts."
+    literature: ClassVar[str] = "ISO 376: zero and creep of force transducers"
     specs: ClassVar[dict[str, Spec]] = {
         "offset": Spec(0.0, -0.1, 0.1, 0.02, "N", "zero offset of the load cell"),
         "drift": Spec(0.0, -1e-3, 1e-3, 1e-4, "N/s", "drift of the load cell"),
     }
 
     def outputs(self, value: dict[str, Array], at: Known, memory: Any) -> dict[str, Array]:
-        """See `Effect.outputs`."""
-        return value | {"force": value["force"] + self.offset + self.drift * at["time"]}
+        """See `Effect.outputs`; over a coupon's cross-section it is a stress."""
+        error = self.offset + self.drift * at["time"]
+        if "stress" in value:
+            return value | {"stress": value["stress"] + error / at["area"]}
+        return value | {"force": value["force"] + error}
+
+
+class LoadTrainCompliance(Effect):
+    """The recorded length is that of specimen and load train in series; give [m/N]."""
+
+    give: Array = eqx.field(converter=jnp.asarray, default=0.0)
+
+    slug: ClassVar[str] = "load_train_compliance"
+    component: ClassVar[str] = "sensor"
+    kinds: ClassVar[str] = "SE"
+    sentence: ClassVar[str] = "Grips and load cell give under load, and this is recorded as length of the specimen."
+    literature: ClassVar[str] = "ASTM D3379: system compliance"
+    specs: ClassVar[dict[str, Spec]] = {
+        "give": Spec(0.0, 0.0, 3.5e-3, 3e-4, "m/N", "compliance of the load train")
+    }
+
+    def compliance(self, value: Array, at: Known, memory: Any) -> Array:
+        """See `Effect.compliance`."""
+        return value + self.give
+
+
+class ChannelLag(Effect):
+    """The predicted channels are stamped late; delay [s], delay_resistance [s] for a spring's second channel."""
+
+    delay: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    delay_resistance: Array = eqx.field(converter=jnp.asarray, default=0.0)
+
+    slug: ClassVar[str] = "channel_lag"
+    component: ClassVar[str] = "sensor"
+    kinds: ClassVar[str] = "ASWET"
+    sentence: ClassVar[str] = "One recorded channel runs late against the others."
+    literature: ClassVar[str] = "pure delay between data acquisition channels"
+    specs: ClassVar[dict[str, Spec]] = {
+        "delay": Spec(0.0, 0.0, 3.0, 0.3, "s", "delay of the camera, the force or the length"),
+        "delay_resistance": Spec(0.0, 0.0, 3.0, 0.3, "s", "delay of the resistance", kinds="S"),
+    }
+
+    def recorded(self, value: dict[str, Array], time: Array) -> dict[str, Array]:
+        """See `Effect.recorded`; the model's own course is moved, so no noise is averaged."""
+        return {
+            name: delayed(time, course, self.delay_resistance if name == "resistance" else self.delay)
+            for name, course in value.items()
+        }
+
+
+def delayed(time: Array, course: Array, delay: Array) -> Array:
+    """A course as it was `delay` [s] ago, linear between rows, at rest before the first; shape (rows,).
+
+    A delay of 0 changes nothing; its derivative is minus the slope towards the row before. Time that stands
+    still, as in padding, delays nothing.
+    """
+    late = time - delay
+    when = jnp.where(late > time[0], late, time[0])
+    after = jnp.clip(jnp.searchsorted(time, when, side="left"), 1, time.shape[0] - 1)
+    gap = time[after] - time[after - 1]
+    moving = gap > 0.0
+    part = (when - time[after]) / jnp.where(moving, gap, 1.0)
+    return jnp.where(moving, course[after] + part * (course[after] - course[after - 1]), course)

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array
 
 from ..chain import Effect, Known
+from ..silicone.hyperelastic import yeoh_stress
 from ._spec import Spec
 
 
@@ -29,38 +30,49 @@ def base_law(at: Known) -> Any:
 
 
 class ViscoelasticRelaxation(Effect):
-    """Prony overstress on the base curve as the slow one, relaxed at the first sample; g [1], tau [s], shape (terms,)."""
+    """Prony overstress on the base curve as the slow one, relaxed at the first sample; g_k [1], tau_k [s].
 
-    g: Array = eqx.field(converter=jnp.asarray, default=(0.0,))
-    tau: Array = eqx.field(converter=jnp.asarray, default=(10.0,))
+    Three terms; those whose g is 0 are absent.
+    """
+
+    g_1: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    g_2: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    g_3: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    tau_1: Array = eqx.field(converter=jnp.asarray, default=10.0)
+    tau_2: Array = eqx.field(converter=jnp.asarray, default=1.0)
+    tau_3: Array = eqx.field(converter=jnp.asarray, default=100.0)
 
     slug: ClassVar[str] = "viscoelastic_relaxation"
     component: ClassVar[str] = "elastomer"
     kinds: ClassVar[str] = "AET"
     sentence: ClassVar[str] = "The silicone relaxes: its stress depends on how fast and how long ago it was strained."
+    literature: ClassVar[str] = "J. C. Simo, Comput. Methods Appl. Mech. Eng. 60 (1987) 153"
     specs: ClassVar[dict[str, Spec]] = {
-        "g": Spec(0.0, 0.0, 0.6, 0.1, "1", "overstress over slow stress"),
-        "tau": Spec(10.0, 0.1, 1000.0, 10.0, "s", "relaxation time", True),
+        "g_1": Spec(0.0, 0.0, 0.6, 0.1, "1", "overstress over slow stress, first term"),
+        "g_2": Spec(0.0, 0.0, 0.6, 0.1, "1", "overstress over slow stress, second term"),
+        "g_3": Spec(0.0, 0.0, 0.6, 0.1, "1", "overstress over slow stress, third term"),
+        "tau_1": Spec(10.0, 0.05, 2000.0, 10.0, "s", "relaxation time of the first term", True),
+        "tau_2": Spec(1.0, 0.05, 2000.0, 1.0, "s", "relaxation time of the second term", True),
+        "tau_3": Spec(100.0, 0.05, 2000.0, 100.0, "s", "relaxation time of the third term", True),
     }
 
     def begin(self, at: Known) -> tuple[Array, Array, Array]:
         """Whether there was a row, its slow stress, and each term's overstress per unit g."""
         count = _fibres(at)
-        return jnp.asarray(0.0), jnp.zeros(count), jnp.zeros((self.g.shape[0], count))
+        return jnp.asarray(0.0), jnp.zeros(count), jnp.zeros((3, count))
 
     def _over(self, stress: Array, interval: Array, memory: tuple[Array, Array, Array]) -> Array:
+        """Overstress of every term; exact for a stress that changes linearly over the row."""
         started, before, over = memory
-        change = started * (stress - before)
-        ratio = (interval / self.tau)[:, None]
-        # exact for a stress that changes linearly over the row
-        kept = jnp.exp(-ratio)
-        fresh = jnp.where(ratio > 1e-8, -jnp.expm1(-ratio) / jnp.where(ratio > 1e-8, ratio, 1.0), 1.0)
-        return kept * over + fresh * change
+        ratio = interval / jnp.stack([self.tau_1, self.tau_2, self.tau_3])
+        flat = ratio < 1e-8
+        fresh = jnp.where(flat, 1.0, -jnp.expm1(-ratio) / jnp.where(flat, 1.0, ratio))
+        return jnp.exp(-ratio)[:, None] * over + fresh[:, None] * started * (stress - before)
 
     def wall(self, value: Array, at: Known, memory: tuple) -> Array:
         """See `Effect.wall`."""
         slow = base_law(at)(at["strain"])
-        return value + self.g @ self._over(slow, at["interval"], memory)
+        return value + jnp.stack([self.g_1, self.g_2, self.g_3]) @ self._over(slow, at["interval"], memory)
 
     def remember(self, memory: tuple, at: Known) -> tuple[Array, Array, Array]:
         """Slow stress and overstress of every fibre."""
@@ -69,18 +81,28 @@ class ViscoelasticRelaxation(Effect):
 
 
 class MullinsSoftening(Effect):
-    """Softer below the largest tensile strain seen; depth [1], scale [1] of strain over which it develops."""
+    """Softer below the largest tensile strain e_m seen: the stress loses `depth (1 - exp(-x))` of itself.
+
+    `x = (e_m - e) / scale * (1 - energy + energy (e_m + e) / e_m)`: with `energy` 0 the distance in strain counts, with 1
+    the distance in energy of a linear law, over `scale` [1] of strain. `relative` 1 takes `scale` times e_m instead, so
+    that a larger maximum softens over a larger distance, as in Ogden and Roxburgh's law.
+    """
 
     depth: Array = eqx.field(converter=jnp.asarray, default=0.0)
     scale: Array = eqx.field(converter=jnp.asarray, default=0.3)
+    energy: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    relative: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "mullins_softening"
     component: ClassVar[str] = "elastomer"
     kinds: ClassVar[str] = "AET"
     sentence: ClassVar[str] = "The silicone is softer below the largest stretch it has seen."
+    literature: ClassVar[str] = "Ogden and Roxburgh, Proc. R. Soc. A 455 (1999) 2861"
     specs: ClassVar[dict[str, Spec]] = {
         "depth": Spec(0.0, 0.0, 0.7, 0.2, "1", "share of the stress that is lost"),
-        "scale": Spec(0.3, 0.02, 2.0, 0.3, "1", "distance below the largest strain over which it is lost", True),
+        "scale": Spec(0.3, 0.02, 3.0, 0.3, "1", "distance below the largest strain over which it is lost", True),
+        "energy": Spec(0.0, 0.0, 1.0, 0.0, "1", "distance counted in strain (0) or in energy (1)", True),
+        "relative": Spec(0.0, 0.0, 1.0, 0.0, "1", "distance absolute (0) or over the largest strain (1)", True),
     }
 
     def begin(self, at: Known) -> Array:
@@ -89,73 +111,107 @@ class MullinsSoftening(Effect):
 
     def wall(self, value: Array, at: Known, memory: Array) -> Array:
         """See `Effect.wall`; only tension softens."""
-        strain = at["strain"]
-        below = jnp.maximum(memory - jnp.maximum(strain, 0.0), 0.0)
-        lost = self.depth * -jnp.expm1(-below / self.scale)
-        return jnp.where(strain > 0.0, value * (1.0 - lost), value)
+        strain = jnp.maximum(at["strain"], 0.0)
+        below = jnp.where(memory > strain, memory - strain, 0.0)
+        most = jnp.maximum(memory, 1e-6)
+        over = self.scale * (1.0 + self.relative * (most - 1.0))
+        counted = 1.0 + self.energy * (jnp.minimum(strain / most, 1.0))
+        lost = self.depth * -jnp.expm1(-below / over * counted)
+        return jnp.where(at["strain"] > 0.0, value * (1.0 - lost), value)
 
     def remember(self, memory: Array, at: Known) -> Array:
         """The running maximum."""
-        return jnp.maximum(memory, fibre_strain(at))
+        return _grown(memory, fibre_strain(at))
 
 
 class PermanentSet(Effect):
-    """The rest length grows with the largest strain seen; share [1] of it."""
+    """The rest length grows: strain of rest `share (1 - exp(-N / cycles))` [1] times the largest strain seen.
+
+    N counts the strain's path over twice its largest, fibre by fibre.
+    """
 
     share: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    cycles: Array = eqx.field(converter=jnp.asarray, default=0.3)
 
     slug: ClassVar[str] = "permanent_set"
     component: ClassVar[str] = "elastomer"
     kinds: ClassVar[str] = "AET"
     sentence: ClassVar[str] = "The silicone does not quite return to its rest length after it was stretched."
-    specs: ClassVar[dict[str, Spec]] = {"share": Spec(0.0, 0.0, 0.15, 0.03, "1", "set over the largest strain seen")}
+    literature: ClassVar[str] = "Dorfmann and Ogden, Int. J. Solids Struct. 41 (2004) 1855; ASTM D412 (set)"
+    specs: ClassVar[dict[str, Spec]] = {
+        "share": Spec(0.0, 0.0, 0.15, 0.03, "1", "set over the largest strain seen"),
+        "cycles": Spec(0.3, 0.02, 30.0, 0.3, "1", "cycles in which two thirds of it come", True),
+    }
 
-    def begin(self, at: Known) -> Array:
-        """Largest tensile strain of every fibre."""
-        return jnp.zeros(_fibres(at))
+    def begin(self, at: Known) -> tuple[Array, Array, Array, Array]:
+        """Whether there was a row, every fibre's strain there, its largest, and its path."""
+        still = jnp.zeros(_fibres(at))
+        return jnp.asarray(0.0), still, still, still
 
-    def wall(self, value: Array, at: Known, memory: Array) -> Array:
+    def wall(self, value: Array, at: Known, memory: tuple) -> Array:
         """See `Effect.wall`; the base law at the strain from the new rest length."""
-        law, strain = base_law(at), at["strain"]
-        return value + law(strain - self.share * memory) - law(strain)
+        law, strain, (_, _, most, path) = base_law(at), at["strain"], memory
+        count = 0.5 * path / jnp.maximum(most, 1e-6)
+        rest = self.share * -jnp.expm1(-count / self.cycles) * most
+        return value + law(strain - rest) - law(strain)
 
-    def remember(self, memory: Array, at: Known) -> Array:
-        """The running maximum."""
-        return jnp.maximum(memory, fibre_strain(at))
+    def remember(self, memory: tuple, at: Known) -> tuple[Array, Array, Array, Array]:
+        """Strain, largest strain and path of every fibre."""
+        started, before, most, path = memory
+        strain = fibre_strain(at)
+        return jnp.asarray(1.0), strain, _grown(most, strain), path + started * jnp.abs(strain - before)
 
 
 class StrainStiffening(Effect):
-    """Yeoh's cubic term on top of the base law; modulus [Pa], onset [1] of strain."""
+    """Yeoh's higher terms on top of the base law, `2 (l - l^-2) (2 c_2 J + 3 c_3 J^2)`, `J = I_1 - 3`; c_2, c_3 [Pa].
 
-    modulus: Array = eqx.field(converter=jnp.asarray, default=0.0)
-    onset: Array = eqx.field(converter=jnp.asarray, default=0.2)
+    Gent's law is their series with `c_2 = mu / (4 J_m)`, `c_3 = mu / (6 J_m^2)`.
+    """
+
+    c_2: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    c_3: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "strain_stiffening"
     component: ClassVar[str] = "elastomer"
     kinds: ClassVar[str] = "AET"
     sentence: ClassVar[str] = "The silicone stiffens at large stretch more than its base law says."
+    literature: ClassVar[str] = "O. H. Yeoh, Rubber Chem. Technol. 66 (1993) 754"
     specs: ClassVar[dict[str, Spec]] = {
-        "modulus": Spec(0.0, -5e4, 2e5, 2e4, "Pa", "stiffening past the onset"),
-        "onset": Spec(0.2, 0.0, 3.0, 0.2, "1", "strain at which it sets in", True),
+        "c_2": Spec(0.0, -5e3, 2e4, 2e3, "Pa", "second constant of Yeoh's law"),
+        "c_3": Spec(0.0, -5e2, 5e3, 2e2, "Pa", "third constant of Yeoh's law"),
     }
 
     def wall(self, value: Array, at: Known, memory: Any) -> Array:
         """See `Effect.wall`."""
-        past = jnp.maximum(at["strain"] - self.onset, 0.0)
-        return value + self.modulus * past**2
+        stretch = jnp.maximum(1.0 + at["strain"], 0.2)
+        zero = jnp.zeros_like(self.c_2)
+        return value + yeoh_stress(stretch, zero, self.c_2, self.c_3)
 
 
 class ThickWall(Effect):
-    """Radial and hoop stress add to the axial one in a wall that is not thin; share [1] of P times stretch."""
+    """Radial and hoop stress change the axial one in a wall that is not thin: `P (share + stretched e)` is added.
+
+    Lame's field in an incompressible wall gives a term in P and one in P times the strain e; share, stretched [1].
+    """
 
     share: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    stretched: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "thick_wall"
     component: ClassVar[str] = "elastomer"
     kinds: ClassVar[str] = "AT"
     sentence: ClassVar[str] = "Pressure stresses the thick wall across as well, which changes its axial stress."
-    specs: ClassVar[dict[str, Spec]] = {"share": Spec(0.0, -2.0, 2.0, 0.5, "1", "axial stress over pressure times stretch")}
+    literature: ClassVar[str] = "Timoshenko and Goodier, Theory of Elasticity (1970), section 28: Lame's cylinder"
+    specs: ClassVar[dict[str, Spec]] = {
+        "share": Spec(0.0, -2.0, 2.0, 0.3, "1", "axial stress over pressure"),
+        "stretched": Spec(0.0, -2.0, 2.0, 0.5, "1", "axial stress over pressure times strain"),
+    }
 
     def wall(self, value: Array, at: Known, memory: Any) -> Array:
         """See `Effect.wall`."""
-        return value + self.share * at["pressure"] * at["strain"]
+        return value + at["pressure"] * (self.share + self.stretched * at["strain"])
+
+
+def _grown(most: Array, strain: Array) -> Array:
+    """Running maximum; a fibre at its largest ever feels the next bit in full."""
+    return jnp.where(strain >= most, strain, most)

@@ -97,8 +97,12 @@ class Alloy(eqx.Module):
 
     def rho_m(self, gamma: Array) -> Array:
         """Resistivity of the fully martensitic wire at a shear strain [ohm/m]."""
+        return self.rho_m_of(self.xi_sm(gamma))
+
+    def rho_m_of(self, xi_sm: Array) -> Array:
+        """Resistivity of the fully martensitic wire over its detwinned fraction [ohm/m]."""
         return resistivity.martensite_resistivity(
-            self.xi_sm(gamma), self.rho_mean, self.rho_span, self.km_1, self.km_2, self.km_3
+            xi_sm, self.rho_mean, self.rho_span, self.km_1, self.km_2, self.km_3
         )
 
     def rho_a(self, gamma: Array) -> Array:

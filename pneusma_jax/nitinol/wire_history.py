@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from .._numerics import safe_divide
-from ..chain import Chain, Effect, Known
+from ..chain import Chain, Effect, Known, as_recorded
 from .residual_strain import SpringState
 from .wire import WireAlloy, WireResponse, WireStatus
 
@@ -104,7 +104,8 @@ def _simulate(
         at_rest["temperature"] = first.temperature
     memories = Chain.begin(effects, **at_rest).memories
     history = (load, drive, clock, jnp.diff(clock, prepend=clock[:1]))
-    return WireHistory(*jax.lax.scan(step, (state, memories), history)[1])
+    _, (rows, states, seen) = jax.lax.scan(step, (state, memories), history)
+    return WireHistory(rows, states, as_recorded(effects, seen, clock))
 
 
 def simulate_wire(

@@ -125,12 +125,12 @@ def test_an_effect_beyond_its_bounds_is_not_written() -> None:
 
 
 def test_terms_of_a_sum_are_counted(tmp_path) -> None:
-    relaxing = CATALOGUE["viscoelastic_relaxation"](g=(0.1, 0.05), tau=(1.0, 30.0))
+    relaxing = CATALOGUE["viscoelastic_relaxation"](g_1=0.1, g_2=0.05, tau_1=1.0, tau_2=30.0)
     path = save_model(AugmentedModel(added=(add_effect(relaxing, SOURCE),)), tmp_path / "two_terms.toml")
     assert "g_2" in path.read_text()
     (again,) = load_model(path).effects
-    assert again.g.tolist() == [0.1, 0.05]
-    assert again.tau.tolist() == [1.0, 30.0]
+    assert (again.g_1, again.g_2, again.g_3) == (0.1, 0.05, 0.0)
+    assert (again.tau_1, again.tau_2) == (1.0, 30.0)
 
 
 def test_effects_act_as_they_were_written(model: AugmentedModel, tmp_path) -> None:

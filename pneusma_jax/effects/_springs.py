@@ -1,0 +1,66 @@
+"""What effects on springs and wires share: one memory per spring, and the element's law whatever it is called."""
+
+from collections.abc import Callable
+from typing import Any
+
+import jax.numpy as jnp
+from jaxtyping import Array
+
+from ..chain import Known
+
+AMBIENT = 22.0  # degC, where no temperature was recorded
+FARTHEST = 6.0  # widths of the reversible curve beyond which a fraction no longer tells a temperature
+
+
+def each(at: Known, make: Callable[[], Any]) -> dict[int, Any]:
+    """A memory for every spring, by its number; a spring on a stand and a wire are number 1."""
+    numbers = at["actuator"].spring_numbers if "actuator" in at else (1,)
+    return {number: make() for number in numbers}
+
+
+def zeros(count: int) -> Callable[[], tuple]:
+    """Maker of so many zeros."""
+    return lambda: tuple(jnp.asarray(0.0) for _ in range(count))
+
+
+def solved_springs(at: Known, memory: dict[int, Any]) -> list[tuple[int, Any, Any, Any]]:
+    """Number, element, memory and response of every spring in a solved row."""
+    solved = at["solved"]
+    if "actuator" in at:
+        elements, responses = at["actuator"].springs, solved.springs
+    else:
+        elements, responses = (at["spring"] if "spring" in at else at["wire"],), (solved,)
+    return [
+        (number, element, kept, response)
+        for (number, kept), element, response in zip(memory.items(), elements, responses, strict=True)
+    ]
+
+
+def law_of(at: Known) -> Any:
+    """Constants of the element: a spring's alloy, or the wire itself."""
+    return at["spring"].alloy if "spring" in at else at["wire"]
+
+
+def temperature_of(law: Any, xi0: Array) -> Array:
+    """Temperature at which the reversible curve has a fraction [degC], held to `FARTHEST` widths."""
+    least = jnp.exp(-FARTHEST)
+    x = jnp.clip(xi0, least, 1.0 - least)
+    return law.T_mid + law.T_width * jnp.log((1.0 - x) / x)
+
+
+def arrived(interval: Array, tau: Array) -> Array:
+    """Share of a step that a first-order lag has followed after an interval; all of it without a lag."""
+    lagged = tau > 0.0
+    return jnp.where(lagged, -jnp.expm1(-interval / jnp.where(lagged, tau, 1.0)), 1.0)
+
+
+def branch(position: Array, last: tuple[Array, Array, Array], width: Array) -> Array:
+    """Where a play operator stands: 0 after a rise of the position by `width`, 1 after a fall by as much.
+
+    Args:
+        position: now.
+        last: whether there was a row, its position, and where it stood.
+        width: of the position, over which it goes from one end to the other.
+    """
+    started, before, state = last
+    return jnp.clip(state - started * (position - before) / width, 0.0, 1.0)

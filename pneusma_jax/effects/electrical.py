@@ -1,0 +1,137 @@
+"""Effects on what the resistance says: leads, temperature, detwinned variants that stay."""
+
+from typing import Any, ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array
+
+from .._numerics import safe_divide
+from ..chain import Effect, Known
+from ..nitinol.resistivity import interpolation_exponent, mixing_fraction
+from ..nitinol.thermal import next_temperature
+from ._spec import Spec
+from ._springs import AMBIENT, each, law_of, solved_springs, temperature_of, zeros
+
+
+class SeriesResistance(Effect):
+    """Leads and crimps add to the measured resistance; ohms [ohm]."""
+
+    ohms: Array = eqx.field(converter=jnp.asarray, default=0.0)
+
+    slug: ClassVar[str] = "series_resistance"
+    component: ClassVar[str] = "sensor"
+    kinds: ClassVar[str] = "ASW"
+    sentence: ClassVar[str] = "Leads and crimps add a constant resistance to that of the wire."
+    literature: ClassVar[str] = "two-wire against four-wire measurement, IEC 60751"
+    specs: ClassVar[dict[str, Spec]] = {"ohms": Spec(0.0, 0.0, 0.5, 0.05, "ohm", "resistance of leads and crimps")}
+
+    def wire_resistance(self, value: Array, at: Known, memory: Any) -> Array:
+        """See `Effect.wire_resistance`."""
+        return value - self.ohms
+
+    def resistance(self, value: Array, at: Known, memory: Any) -> Array:
+        """See `Effect.resistance`."""
+        return value + self.ohms
+
+
+class ResistanceTemperatureCoefficient(Effect):
+    """Each phase's resistivity rises with temperature, from 22 degC; alpha_m, alpha_a [1/K].
+
+    The temperature is the recorded one of the specimen; else that of the wire heated by its recorded current; else
+    the one at which the reversible curve has the fraction.
+    """
+
+    alpha_m: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    alpha_a: Array = eqx.field(converter=jnp.asarray, default=0.0)
+
+    slug: ClassVar[str] = "resistance_temperature_coefficient"
+    component: ClassVar[str] = "sensor"
+    kinds: ClassVar[str] = "ASW"
+    sentence: ClassVar[str] = "The resistivity of each phase rises with temperature, not only with the phase."
+    literature: ClassVar[str] = "Novak et al., Smart Mater. Struct. 17 (2008) 055003"
+    specs: ClassVar[dict[str, Spec]] = {
+        "alpha_m": Spec(0.0, 0.0, 2e-3, 4e-4, "1/K", "temperature coefficient of the martensite"),
+        "alpha_a": Spec(0.0, 0.0, 2e-3, 4e-4, "1/K", "temperature coefficient of the austenite"),
+    }
+
+    def begin(self, at: Known) -> dict[int, tuple[Array, Array]]:
+        """Of every spring: excess temperature of the wire by its current, and fraction."""
+        return each(at, lambda: (jnp.asarray(0.0), jnp.asarray(1.0)))
+
+    def _factor(self, at: Known, memory: tuple[Array, Array], xi0: Array) -> Array:
+        if "temperature" in at and "actuator" not in at:
+            excess = at["temperature"] - AMBIENT
+        elif "currents" in at and at["number"] in at["currents"]:
+            excess = memory[0]
+        else:
+            excess = temperature_of(law_of(at), xi0) - AMBIENT
+        return 1.0 + (xi0 * self.alpha_m + (1.0 - xi0) * self.alpha_a) * excess
+
+    def wire_resistance(self, value: Array, at: Known, memory: dict) -> Array:
+        """See `Effect.wire_resistance`; with the fraction of the row before."""
+        last = memory[at["number"]]
+        return value / self._factor(at, last, last[1])
+
+    def resistance(self, value: Array, at: Known, memory: dict) -> Array:
+        """See `Effect.resistance`."""
+        return value * self._factor(at, memory[at["number"]], at["xi0"])
+
+    def remember(self, memory: dict, at: Known) -> dict:
+        """Heat every wire by its current, if that was recorded."""
+        later, currents = {}, at["currents"] if "currents" in at else {}
+        for number, spring, (excess, _), response in solved_springs(at, memory):
+            if number in currents:
+                excess = next_temperature(
+                    spring.alloy, spring.geometry, excess, at["interval"], currents[number],
+                    response.resistance, 0.0,
+                )  # fmt: skip
+            later[number] = (excess, response.xi0)
+        return later
+
+
+class DetwinnedResistivityMemory(Effect):
+    """Martensite that stays detwinned after unloading keeps its resistivity; share [1] of gamma_R / gamma_L."""
+
+    share: Array = eqx.field(converter=jnp.asarray, default=0.0)
+
+    slug: ClassVar[str] = "detwinned_resistivity_memory"
+    component: ClassVar[str] = "spring"
+    kinds: ClassVar[str] = "AS"
+    sentence: ClassVar[str] = "Detwinned martensite stays detwinned on unloading, and its resistance with it."
+    literature: ClassVar[str] = "Lagoudas (ed.), Shape Memory Alloys, Springer 2008, section 1.3: reoriented martensite"
+    specs: ClassVar[dict[str, Spec]] = {
+        "share": Spec(0.0, 0.0, 1.0, 0.7, "1", "share of the residual detwinning that resistance remembers")
+    }
+
+    def begin(self, at: Known) -> dict[int, tuple[Array]]:
+        """Residual strain of every spring, for reading a measured resistance."""
+        return each(at, zeros(1))
+
+    def _held(self, at: Known, residual: Array) -> tuple[Array, Array]:
+        """Resistivity of the martensite by the base law, and what the held fraction adds to it [ohm/m]."""
+        alloy = at["spring"].alloy
+        now, kept = alloy.xi_sm(at["gamma"]), residual / alloy.gamma_L
+        more = self.share * jnp.where(kept > now, kept - now, 0.0)
+        # the martensite's resistivity over its detwinned fraction, at the strain that has the held one by loading
+        base = alloy.rho_m_of(now)
+        return base, alloy.rho_m_of(now + more) - base
+
+    def resistance(self, value: Array, at: Known, memory: dict) -> Array:
+        """See `Effect.resistance`."""
+        alloy = at["spring"].alloy
+        exponent = interpolation_exponent(at["gamma"], alloy.a, alloy.b, alloy.gamma_max)
+        _, more = self._held(at, at["gamma_R"])
+        return value + mixing_fraction(at["xi0"], exponent) * more * at["spring"].geometry.wire_length
+
+    def wire_resistance(self, value: Array, at: Known, memory: dict) -> Array:
+        """See `Effect.wire_resistance`: the resistance with the same weight of the martensite, but not held."""
+        spring = at["spring"]
+        base, more = self._held(at, memory[at["number"]][0])
+        hot, length = spring.alloy.rho_a(at["gamma"]), spring.geometry.wire_length
+        weight = safe_divide(value / length - hot, base + more - hot, 1e-9)
+        return value - weight * more * length
+
+    def remember(self, memory: dict, at: Known) -> dict:
+        """The residual strain after the row."""
+        return {number: (response.gamma_R,) for number, _, _, response in solved_springs(at, memory)}

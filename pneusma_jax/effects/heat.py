@@ -1,0 +1,146 @@
+"""Effects of heat that is not where the base model has it: in the other spring, or not in all of the wire."""
+
+from typing import ClassVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array
+
+from ..chain import Effect, Known
+from ..nitinol.thermal import next_temperature
+from ._spec import Spec
+from ._springs import AMBIENT, arrived, each, solved_springs, temperature_of, zeros
+
+LEAST_SLOPE = 0.02  # of the cold zone's stress over strain, relative to the modulus
+
+
+class OpposingSpringHeating(Effect):
+    """Heat of the driven spring reaches those taken to be cold, through two lags; gain [1], tau_1, tau_2 [s].
+
+    The driven spring's temperature rise follows from its current, where recorded; else it is the one at which the
+    reversible curve has its fraction. A spring whose fraction is exactly 1, one that was not measured, receives `gain`
+    times the lagged rise, and its martensite falls by what the reversible curve says of that, and by `share` [1] of the
+    driven spring's lagged austenite.
+    """
+
+    gain: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    share: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    tau_1: Array = eqx.field(converter=jnp.asarray, default=20.0)
+    tau_2: Array = eqx.field(converter=jnp.asarray, default=2.0)
+
+    slug: ClassVar[str] = "opposing_spring_heating"
+    component: ClassVar[str] = "spring"
+    kinds: ClassVar[str] = "A"
+    sentence: ClassVar[str] = "Heat of the driven spring warms the opposite one, which was taken to be cold."
+    literature: ClassVar[str] = "the source, Section 3.6.4: incidental heating of the opposing spring"
+    specs: ClassVar[dict[str, Spec]] = {
+        "gain": Spec(0.0, 0.0, 0.6, 0.15, "1", "share of the heat that arrives"),
+        "share": Spec(0.0, 0.0, 0.6, 0.1, "1", "share of the austenite that arrives"),
+        "tau_1": Spec(20.0, 3.0, 200.0, 20.0, "s", "time constant of the slower lag", True),
+        "tau_2": Spec(2.0, 0.0, 60.0, 2.0, "s", "time constant of the faster lag", True),
+    }
+
+    def begin(self, at: Known) -> dict[int, tuple]:
+        """Per spring: rise by its current [K]; rise and austenite after the first and after the second lag."""
+        return each(at, lambda: (jnp.asarray(0.0), jnp.zeros(2), jnp.zeros(2)))
+
+    def phase(self, value: Array, at: Known, memory: dict) -> Array:
+        """See `Effect.phase`."""
+        alloy, own = at["spring"].alloy, at["number"]
+        rise, austenite = sum((last[2] for n, last in memory.items() if n != own), jnp.zeros(2))
+        ambient = at["temperature"] if "temperature" in at else AMBIENT
+        warm = alloy.martensite_fraction_at(ambient + self.gain * rise) / alloy.martensite_fraction_at(ambient)
+        return jnp.where(value >= 1.0, value * warm * (1.0 - self.share * austenite), value)
+
+    def remember(self, memory: dict, at: Known) -> dict:
+        """Heat the wires by their currents and advance both lags by the row's interval."""
+        later, currents = {}, at["currents"] if "currents" in at else {}
+        ambient = at["temperature"] if "temperature" in at else AMBIENT
+        shares = [arrived(at["interval"], tau) for tau in (self.tau_1, self.tau_2)]
+        for number, spring, (rise, first, second), response in solved_springs(at, memory):
+            if number in currents:
+                rise = next_temperature(
+                    spring.alloy, spring.geometry, rise, at["interval"], currents[number],
+                    response.resistance, 0.0,
+                )  # fmt: skip
+                source = rise
+            else:
+                source = jnp.maximum(temperature_of(spring.alloy, response.xi0) - ambient, 0.0)
+            driver = jnp.stack([source, 1.0 - response.xi0])
+            first = first + (driver - first) * shares[0]
+            later[number] = (rise, first, second + (first - second) * shares[1])
+        return later
+
+
+class UnevenHeating(Effect):
+    """A share of the wire stays cold, in series with the rest: one force, strains and resistances add; share [1].
+
+    The cold zone's strain follows the common stress by one Newton step a row from where it was, so nothing is solved
+    inside the equilibrium.
+    """
+
+    share: Array = eqx.field(converter=jnp.asarray, default=0.0)
+
+    slug: ClassVar[str] = "uneven_heating"
+    component: ClassVar[str] = "spring"
+    kinds: ClassVar[str] = "AS"
+    sentence: ClassVar[str] = "Part of the wire, near the crimps, stays colder than the rest."
+    literature: ClassVar[str] = "Iadicola and Shaw, Int. J. Plast. 20 (2004) 577: fronts and cold grips"
+    specs: ClassVar[dict[str, Spec]] = {"share": Spec(0.0, 0.0, 0.4, 0.1, "1", "share of the wire that stays cold")}
+
+    def begin(self, at: Known) -> dict[int, tuple[Array, Array]]:
+        """Per spring: strain of the cold zone, and its largest, which sets its residual strain."""
+        springs = at["actuator"].springs if "actuator" in at else (at["spring"],)
+        numbers = at["actuator"].spring_numbers if "actuator" in at else (1,)
+        rest = jnp.zeros(())
+        return {
+            number: (spring.shear_strain(rest), state.prestrain)
+            for number, spring, state in zip(numbers, springs, at["states"], strict=True)
+        }
+
+    def _cold(self, alloy: object, last: tuple[Array, Array]) -> tuple[Array, Array]:
+        """Stress of the cold zone where it was, and its slope [Pa]."""
+        strain, most = last
+        cold = jnp.ones_like(strain)
+        law = lambda g: alloy.shear_stress(g, cold, alloy.residual_strain_limit(most))  # noqa: E731
+        stress, slope = jax.jvp(law, (strain,), (cold,))
+        return stress, jnp.maximum(slope, LEAST_SLOPE * alloy.G_m)
+
+    def stress(self, value: Array, at: Known, memory: dict) -> Array:
+        """See `Effect.stress`."""
+        alloy, last = at["spring"].alloy, memory[at["number"]]
+        law = lambda g: alloy.shear_stress(g, at["xi0"], at["gamma_R"])  # noqa: E731
+        rest = (at["gamma"] - self.share * last[0]) / (1.0 - self.share)
+        warm, stiffness = jax.jvp(law, (rest,), (jnp.ones_like(rest),))
+        cold, slope = self._cold(alloy, last)
+        weight = jnp.maximum(stiffness, 0.0) / slope * self.share / (1.0 - self.share)
+        return value + (warm + weight * cold) / (1.0 + weight) - law(at["gamma"])
+
+    def _strain(self, alloy: object, stress: Array, last: tuple[Array, Array]) -> Array:
+        """Strain of the cold zone under a stress."""
+        cold, slope = self._cold(alloy, last)
+        return last[0] + (stress - cold) / slope
+
+    def resistance(self, value: Array, at: Known, memory: dict) -> Array:
+        """Both zones in series."""
+        spring = at["spring"]
+        strain = self._strain(spring.alloy, at["stress"], memory[at["number"]])
+        rest = (at["gamma"] - self.share * strain) / (1.0 - self.share)
+        law, length = spring.alloy.resistivity, spring.geometry.wire_length
+        more = (1.0 - self.share) * law(at["xi0"], rest) + self.share * spring.alloy.rho_m(strain)
+        return value + (more - law(at["xi0"], at["gamma"])) * length
+
+    def wire_resistance(self, value: Array, at: Known, memory: dict) -> Array:
+        """See `Effect.wire_resistance`; with the cold zone as it was."""
+        spring, strain = at["spring"], memory[at["number"]][0]
+        cold = spring.alloy.rho_m(strain) * spring.geometry.wire_length
+        return (value - self.share * cold) / (1.0 - self.share)
+
+    def remember(self, memory: dict, at: Known) -> dict:
+        """Strain of the cold zone and its largest."""
+        later = {}
+        for number, spring, last, response in solved_springs(at, memory):
+            strain = self._strain(spring.alloy, response.stress, last)
+            later[number] = (strain, jnp.where(strain > last[1], strain, last[1]))
+        return later

@@ -1,0 +1,283 @@
+"""Effects of the transformation itself: its branches, a third phase, stress, sign, rate and repetition."""
+
+from typing import Any, ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array
+
+from ..chain import Effect, Known
+from ._spec import Spec
+from ._springs import branch, each, law_of, solved_springs, zeros
+
+
+class TransformationHysteresis(Effect):
+    """A second branch: stress drops by gap_m, gap_a [Pa] after a reversal of strain, over a width [1].
+
+    The base curve is the loading one; the gap may differ between the phases. Where temperature drives, the base
+    curve is the cooling one, and the heating one lies `gap_T` [K] above it, reached over `gap_T` and `width_T` more.
+    """
+
+    gap_m: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    gap_a: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    gap_T: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    width: Array = eqx.field(converter=jnp.asarray, default=0.02)
+    width_T: Array = eqx.field(converter=jnp.asarray, default=3.0)
+
+    slug: ClassVar[str] = "transformation_hysteresis"
+    component: ClassVar[str] = "spring"
+    kinds: ClassVar[str] = "ASW"
+    sentence: ClassVar[str] = "The nitinol returns along a lower branch than it was loaded on."
+    literature: ClassVar[str] = "Liang and Rogers, J. Intell. Mater. Syst. Struct. 1 (1990) 207"
+    specs: ClassVar[dict[str, Spec]] = {
+        "gap_m": Spec(0.0, 0.0, 80e6, 15e6, "Pa", "stress gap of the martensite"),
+        "gap_a": Spec(0.0, 0.0, 80e6, 30e6, "Pa", "stress gap of the austenite"),
+        "gap_T": Spec(0.0, 0.0, 50.0, 15.0, "K", "gap between heating and cooling", kinds="W"),
+        "width": Spec(0.02, 0.003, 0.06, 0.02, "1", "strain over which the stress gap opens", True),
+        "width_T": Spec(3.0, 0.5, 30.0, 3.0, "K", "temperature over which the branches join, past the gap", True, "W"),
+    }
+
+    def begin(self, at: Known) -> dict[int, tuple]:
+        """Per spring: whether there was a row, its strain and branch; then its temperature and branch."""
+        warm = cooling = jnp.asarray(0.0)
+        if "temperature" in at and "actuator" not in at:
+            warm = at["temperature"]
+            # a specimen that starts cold has cooled, one that starts hot has been heated
+            cooling = law_of(at).martensite_fraction_at(warm)
+        return {number: (*last, warm, cooling) for number, last in each(at, zeros(3)).items()}
+
+    def _cooling(self, temperature: Array, last: tuple) -> Array:
+        """1 on the cooling branch, 0 on the heating one."""
+        return branch(temperature, (1.0, last[3], last[4]), self.gap_T + self.width_T)
+
+    def temperature(self, value: Array, at: Known, memory: dict) -> Array:
+        """See `Effect.temperature`."""
+        return value - self.gap_T * (1.0 - self._cooling(value, memory[at["number"]]))
+
+    def stress(self, value: Array, at: Known, memory: dict) -> Array:
+        """See `Effect.stress`."""
+        gap = at["xi0"] * self.gap_m + (1.0 - at["xi0"]) * self.gap_a
+        return value - gap * branch(at["gamma"], memory[at["number"]][:3], self.width)
+
+    def remember(self, memory: dict, at: Known) -> dict:
+        """Strain, temperature and branches of every spring."""
+        later = {}
+        for number, _, last, response in solved_springs(at, memory):
+            thermal = last[3:]
+            if "temperature" in at and "actuator" not in at:
+                thermal = at["temperature"], self._cooling(at["temperature"], last)
+            gamma = response.gamma
+            later[number] = (jnp.asarray(1.0), gamma, branch(gamma, last[:3], self.width), *thermal)
+        return later
+
+
+class RPhase(Effect):
+    """A third phase on cooling only: strain [1], resistivity [1] (relative); onset [K] above the middle.
+
+    Its share is that of what is not yet martensite, `xi0 k / (1 - xi0 + k xi0)` with `k = exp(onset / T_width)`: the
+    reversible curve moved up by the onset. It shears by `strain`, fully from 0.5 % of strain on.
+    """
+
+    strain: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    resistivity: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    onset: Array = eqx.field(converter=jnp.asarray, default=8.0)
+
+    slug: ClassVar[str] = "r_phase"
+    component: ClassVar[str] = "spring"
+    kinds: ClassVar[str] = "SW"
+    sentence: ClassVar[str] = "On cooling the nitinol passes through the R-phase, soft and of high resistance."
+    literature: ClassVar[str] = "Otsuka and Ren, Prog. Mater. Sci. 50 (2005) 511, section 4"
+    specs: ClassVar[dict[str, Spec]] = {
+        "strain": Spec(0.0, 0.0, 0.012, 0.006, "1", "transformation strain of the R-phase"),
+        "resistivity": Spec(0.0, 0.0, 0.3, 0.08, "1", "resistivity over that of the mixture", kinds="S"),
+        "onset": Spec(8.0, 2.0, 25.0, 8.0, "K", "temperature above the middle of the transformation", True),
+    }
+
+    def begin(self, at: Known) -> dict[int, tuple]:
+        """Fraction of every spring, and 1 while it cools; a recording that starts cold has cooled."""
+        return each(at, zeros(3))
+
+    def _share(self, at: Known, last: tuple) -> Array:
+        law, xi0 = law_of(at), at["xi0"]
+        gain = jnp.exp(self.onset / law.T_width)
+        # play over 2 % of the fraction: cooling raises it
+        cooling = 1.0 - branch(xi0, last, 0.02)
+        return cooling * (1.0 - xi0) * xi0 * gain / (1.0 - xi0 + gain * xi0)
+
+    def stress(self, value: Array, at: Known, memory: dict) -> Array:
+        """See `Effect.stress`."""
+        taken = self.strain * self._share(at, memory[at["number"]]) * jnp.tanh(at["gamma"] / 5e-3)
+        return value - law_of(at).modulus(at["xi0"]) * taken
+
+    def resistance(self, value: Array, at: Known, memory: dict) -> Array:
+        """See `Effect.resistance`."""
+        return value * (1.0 + self.resistivity * self._share(at, memory[at["number"]]))
+
+    def remember(self, memory: dict, at: Known) -> dict:
+        """Fraction and direction."""
+        return {
+            number: (jnp.asarray(1.0), response.xi0, branch(response.xi0, last, 0.02))
+            for number, _, last, response in solved_springs(at, memory)
+        }
+
+
+class StressShiftedTransformation(Effect):
+    """Stress raises the transformation's temperature; shift [K/Pa], the inverse of Clausius and Clapeyron's slope.
+
+    Where temperature drives a wire it shifts the fraction; where the fraction comes from resistance it shifts the
+    one that carries load, against the one that was read without load.
+    """
+
+    shift: Array = eqx.field(converter=jnp.asarray, default=0.0)
+
+    slug: ClassVar[str] = "stress_shifted_transformation"
+    component: ClassVar[str] = "spring"
+    kinds: ClassVar[str] = "SW"
+    sentence: ClassVar[str] = "Stress raises the temperatures at which the nitinol transforms."
+    literature: ClassVar[str] = "Liang and Rogers, J. Intell. Mater. Syst. Struct. 1 (1990) 207"
+    specs: ClassVar[dict[str, Spec]] = {
+        "shift": Spec(0.0, 0.0, 3e-7, 1.2e-7, "K/Pa", "shift of the transformation per stress")
+    }
+
+    def begin(self, at: Known) -> Array:
+        """Stress of the row before, for a wire whose strain is prescribed."""
+        return jnp.asarray(0.0)
+
+    def temperature(self, value: Array, at: Known, memory: Array) -> Array:
+        """See `Effect.temperature`."""
+        return value - self.shift * (at["stress"] if "stress" in at else memory)
+
+    def stress(self, value: Array, at: Known, memory: Array) -> Array:
+        """See `Effect.stress`; on a wire driven by temperature the fraction has been shifted already."""
+        if "wire" in at:
+            return value
+        alloy, xi0 = at["spring"].alloy, at["xi0"]
+        odds = jnp.exp(jnp.clip(self.shift * value / alloy.T_width, -30.0, 30.0))
+        shifted = xi0 * odds / (1.0 - xi0 + odds * xi0)
+        law = lambda x: alloy.shear_stress(at["gamma"], x, at["gamma_R"])  # noqa: E731
+        return value + law(shifted) - law(xi0)
+
+    def remember(self, memory: Array, at: Known) -> Array:
+        """The stress."""
+        return at["solved"].stress
+
+
+class TensionCompressionAsymmetry(Effect):
+    """The spring or wire is stiffer, or softer, when pushed; excess [1] of the compressive stress."""
+
+    excess: Array = eqx.field(converter=jnp.asarray, default=0.0)
+
+    slug: ClassVar[str] = "tension_compression_asymmetry"
+    component: ClassVar[str] = "spring"
+    kinds: ClassVar[str] = "SW"
+    sentence: ClassVar[str] = "Pushed, the nitinol answers with another stress than pulled."
+    literature: ClassVar[str] = "Gall et al., Acta Mater. 47 (1999) 1203"
+    specs: ClassVar[dict[str, Spec]] = {
+        "excess": Spec(0.0, -0.5, 1.0, 0.3, "1", "compressive over tensile stress, less one")
+    }
+
+    def stress(self, value: Array, at: Known, memory: Any) -> Array:
+        """See `Effect.stress`."""
+        return value + self.excess * jnp.where(at["gamma"] < 0.0, jnp.minimum(value, 0.0), 0.0)
+
+
+class SelfHeatingRate(Effect):
+    """Latent heat warms a wire that is strained fast: stress rises by `rise` [1] per strain gained within `tau` [s].
+
+    The strain that the wire gained lately, its high-passed strain, counts over 0.05.
+    """
+
+    rise: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    tau: Array = eqx.field(converter=jnp.asarray, default=5.0)
+
+    slug: ClassVar[str] = "self_heating_rate"
+    component: ClassVar[str] = "spring"
+    kinds: ClassVar[str] = "SW"
+    sentence: ClassVar[str] = "Strained fast, the nitinol warms by its latent heat and its plateau rises."
+    literature: ClassVar[str] = "Shaw and Kyriakides, J. Mech. Phys. Solids 43 (1995) 1243"
+    specs: ClassVar[dict[str, Spec]] = {
+        "rise": Spec(0.0, 0.0, 0.6, 0.1, "1", "rise of the stress per recent strain of 0.05"),
+        "tau": Spec(5.0, 0.3, 120.0, 5.0, "s", "time in which the heat is lost", True),
+    }
+
+    def begin(self, at: Known) -> dict[int, tuple]:
+        """Whether there was a row, its strain, and the strain gained lately."""
+        return each(at, zeros(3))
+
+    def _gained(self, at: Known, gamma: Array, last: tuple) -> Array:
+        """Exact for a strain that is linear over the row."""
+        started, before, gained = last
+        ratio = at["interval"] / self.tau
+        flat = ratio < 1e-8
+        fresh = jnp.where(flat, 1.0, -jnp.expm1(-ratio) / jnp.where(flat, 1.0, ratio))
+        return jnp.exp(-ratio) * gained + fresh * started * (gamma - before)
+
+    def stress(self, value: Array, at: Known, memory: dict) -> Array:
+        """See `Effect.stress`."""
+        return value * (1.0 + self.rise * self._gained(at, at["gamma"], memory[at["number"]]) / 0.05)
+
+    def remember(self, memory: dict, at: Known) -> dict:
+        """Strain, and what was gained."""
+        return {
+            number: (jnp.asarray(1.0), response.gamma, self._gained(at, response.gamma, last))
+            for number, _, last, response in solved_springs(at, memory)
+        }
+
+
+class CyclicShakedown(Effect):
+    """Irreversible strain that grows with cycles, `(1 - exp(-N / cycles))` times `strain` [1].
+
+    It is added to the residual strain after the base rule; `shift` [1] is the part that moves the whole law, and
+    `resistivity` [1] what the resistance gains. N counts the elongation's path over twice the largest stretch of the
+    test (a spring or wire whose length is prescribed), else the fraction's path over two: heat cycles.
+    """
+
+    strain: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    shift: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    resistivity: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    cycles: Array = eqx.field(converter=jnp.asarray, default=3.0)
+
+    slug: ClassVar[str] = "cyclic_shakedown"
+    component: ClassVar[str] = "spring"
+    kinds: ClassVar[str] = "ASW"
+    sentence: ClassVar[str] = "Every cycle leaves a little strain in the nitinol, fewer and fewer until it shakes down."
+    literature: ClassVar[str] = "Lagoudas and Entchev, Mech. Mater. 36 (2004) 865"
+    specs: ClassVar[dict[str, Spec]] = {
+        "strain": Spec(0.0, 0.0, 0.03, 8e-3, "1", "residual strain after many cycles"),
+        "shift": Spec(0.0, 0.0, 0.03, 4e-3, "1", "strain after many cycles that unloads in every state"),
+        "resistivity": Spec(0.0, -0.05, 0.05, 0.01, "1", "relative change of the resistance", kinds="AS"),
+        "cycles": Spec(3.0, 0.3, 50.0, 3.0, "1", "cycles in which two thirds of it come", True),
+    }
+
+    def begin(self, at: Known) -> dict[int, tuple]:
+        """Whether there was a row, its position, and cycles so far."""
+        return each(at, zeros(3))
+
+    def _progress(self, at: Known, memory: dict) -> Array:
+        return -jnp.expm1(-memory[at["number"]][2] / self.cycles)
+
+    def stress(self, value: Array, at: Known, memory: dict) -> Array:
+        """See `Effect.stress`."""
+        law, progress = law_of(at), self._progress(at, memory)
+        modulus, residual = law.modulus(at["xi0"]), at["gamma_R"]
+        # where detwinning takes off more than the residual strain does, only what exceeds it counts
+        spare = jnp.maximum(law.detwinning_stress(at["gamma"], at["xi0"]) - modulus * residual, 0.0)
+        extra = modulus * self.strain * progress - spare
+        extra = jnp.where(extra >= 0.0, extra, 0.0)  # at a tie, where absent, in full
+        return value - extra - modulus * self.shift * progress
+
+    def resistance(self, value: Array, at: Known, memory: dict) -> Array:
+        """See `Effect.resistance`."""
+        return value * (1.0 + self.resistivity * self._progress(at, memory))
+
+    def remember(self, memory: dict, at: Known) -> dict:
+        """Go on counting."""
+        later = {}
+        for number, _, (started, before, count), response in solved_springs(at, memory):
+            position, whole = response.xi0, 2.0
+            if "elongation" in at or "strain" in at:
+                position = at["elongation"] if "elongation" in at else at["strain"]
+                whole = 2.0 * jnp.maximum(at["span"], 1e-9)
+            path = jnp.abs(position - before) / whole
+            later[number] = (jnp.asarray(1.0), position, count + started * path)
+        return later

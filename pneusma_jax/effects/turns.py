@@ -1,0 +1,129 @@
+"""Effects of a spring's turns: its rest length, its ends, its opening coils, coils that touch."""
+
+from typing import Any, ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array
+
+from ..chain import Effect, Known
+from ..nitinol.geometry import coil_angle
+from ._spec import Spec
+
+
+def opening(at: Known) -> Array:
+    """Elongation of a spring from its free length [m]."""
+    spring = at["spring"]
+    return spring.attached_length + at["elongation"] - spring.geometry.free_length
+
+
+class PrestrainError(Effect):
+    """The spring's rest length differs from the nominal one; shift [m], longer spring positive.
+
+    `shift` is that of spring `number`, or of the only one there is; `shift_other` that of the others.
+    """
+
+    shift: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    shift_other: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    number: int = eqx.field(static=True, default=2)
+
+    slug: ClassVar[str] = "prestrain_error"
+    component: ClassVar[str] = "spring"
+    kinds: ClassVar[str] = "AS"
+    sentence: ClassVar[str] = "The spring was attached with another rest length than stated."
+    literature: ClassVar[str] = "the source, Section 3.2.1: springs are stretched by hand before they are attached"
+    specs: ClassVar[dict[str, Spec]] = {
+        "shift": Spec(0.0, -2e-3, 2e-3, 5e-4, "m", "error of the spring's rest length"),
+        "shift_other": Spec(0.0, -2e-3, 2e-3, 5e-4, "m", "error of the other springs' rest length", kinds="A"),
+    }
+
+    def elongation(self, value: Array, at: Known, memory: Any) -> Array:
+        """See `Effect.elongation`."""
+        alone = "actuator" not in at or len(at["actuator"].springs) == 1
+        return value - (self.shift if alone or at["number"] == self.number else self.shift_other)
+
+
+class InactiveCoils(Effect):
+    """Turns that carry current but do not stretch, so that the others stretch more; coils [1]."""
+
+    coils: Array = eqx.field(converter=jnp.asarray, default=0.0)
+
+    slug: ClassVar[str] = "inactive_coils"
+    component: ClassVar[str] = "spring"
+    kinds: ClassVar[str] = "AS"
+    sentence: ClassVar[str] = "Some turns at the ends carry current but do not stretch."
+    literature: ClassVar[str] = "A. M. Wahl, Mechanical Springs (1963), chapter 7: end turns"
+    specs: ClassVar[dict[str, Spec]] = {"coils": Spec(0.0, 0.0, 5.0, 2.0, "1", "turns that do not stretch")}
+
+    def _share(self, at: Known) -> Array:
+        return self.coils / at["spring"].geometry.active_coils
+
+    def elongation(self, value: Array, at: Known, memory: Any) -> Array:
+        """The same elongation on fewer turns; counted from the free length, as the strain is."""
+        spring = at["spring"]
+        gap = spring.attached_length - spring.geometry.free_length
+        return (value + gap) / (1.0 - self._share(at)) - gap
+
+    def wire_resistance(self, value: Array, at: Known, memory: Any) -> Array:
+        """See `Effect.wire_resistance`; the unstretched turns taken as martensite, which differs little."""
+        return self._apart(value, at, jnp.ones(()))
+
+    def _apart(self, value: Array, at: Known, xi0: Array) -> Array:
+        share = self._share(at)
+        return (value - share * self._still(at, xi0)) / (1.0 - share)
+
+    def _still(self, at: Known, xi0: Array) -> Array:
+        """Resistance of the whole wire if none of it were stretched [ohm]."""
+        spring = at["spring"]
+        return spring.alloy.resistivity(xi0, jnp.zeros_like(at["gamma"])) * spring.geometry.wire_length
+
+    def resistance(self, value: Array, at: Known, memory: Any) -> Array:
+        """Stretched turns in series with unstretched ones."""
+        share = self._share(at)
+        return (1.0 - share) * value + share * self._still(at, at["xi0"])
+
+
+class LargeHelixAngle(Effect):
+    """Coils shrink as they open: equal stress gives more force; degree [1], 1 for `D = D_i cos a / cos a_i`."""
+
+    degree: Array = eqx.field(converter=jnp.asarray, default=0.0)
+
+    slug: ClassVar[str] = "large_helix_angle"
+    component: ClassVar[str] = "spring"
+    kinds: ClassVar[str] = "SA"
+    sentence: ClassVar[str] = "The coils' diameter shrinks as the spring opens, which shortens the wire's lever."
+    literature: ClassVar[str] = "A. M. Wahl, Mechanical Springs (1963), chapter 17: large deflections"
+    specs: ClassVar[dict[str, Spec]] = {"degree": Spec(0.0, 0.0, 1.5, 1.0, "1", "exponent of the shrinking diameter")}
+
+    def pull(self, value: Array, at: Known, memory: Any) -> Array:
+        """See `Effect.pull`; angles are the true helix's."""
+        g = at["spring"].geometry
+        start = coil_angle(g.initial_pitch, g.coil_diameter, "true")
+        stretch = jnp.maximum(1.0 + opening(at) / g.free_length, 0.0)
+        open_ = coil_angle(g.initial_pitch * stretch, g.coil_diameter, "true")
+        return value * (jnp.cos(start) / jnp.cos(open_)) ** self.degree
+
+
+class CoilContact(Effect):
+    """Coils that touch: tension [N] which builds up over an opening [m], and a stop [N/m] where compressed."""
+
+    tension: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    stop: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    opening: Array = eqx.field(converter=jnp.asarray, default=1e-3)
+
+    slug: ClassVar[str] = "coil_contact"
+    component: ClassVar[str] = "spring"
+    kinds: ClassVar[str] = "AS"
+    sentence: ClassVar[str] = "Close-wound coils press on each other and must first be pulled apart."
+    literature: ClassVar[str] = "A. M. Wahl, Mechanical Springs (1963), chapter 8: initial tension"
+    specs: ClassVar[dict[str, Spec]] = {
+        "tension": Spec(0.0, 0.0, 0.4, 0.08, "N", "initial tension"),
+        "stop": Spec(0.0, 0.0, 2e4, 5e2, "N/m", "stiffness of the closed coils"),
+        "opening": Spec(1e-3, 2e-4, 4e-3, 1e-3, "m", "opening over which the tension builds up", True),
+    }
+
+    def pull(self, value: Array, at: Known, memory: Any) -> Array:
+        """See `Effect.pull`."""
+        apart = opening(at)
+        built = -jnp.expm1(-jnp.maximum(apart, 0.0) / self.opening)
+        return value + self.tension * built + self.stop * jnp.where(apart < 0.0, apart, 0.0)
