@@ -154,7 +154,10 @@ def alloy_parameters(
 
 
 def geometry_parameters(
-    campaign: Campaign, known: Mapping[str, Mapping[str, float]], units: Mapping[str, str] | None = None
+    campaign: Campaign,
+    known: Mapping[str, Mapping[str, float]],
+    units: Mapping[str, str] | None = None,
+    wide: Mapping[str, float] | None = None,
 ) -> Parameters:
     """Free dimensions: one of each for every specimen, since each was made and measured on its own.
 
@@ -162,11 +165,13 @@ def geometry_parameters(
         campaign: recordings of one kind.
         known: the model's dimensions of each specimen, by specimen and name, in SI.
         units: in which they are shown; millimetres by default, none for plain numbers.
+        wide: relative 1-sigma of numbers that are open however well the recordings say they are known.
     """
     specimens = campaign.specimens()
     parameters = Parameters()
     for number, (specimen, recordings) in enumerate(specimens.items(), start=1):
-        for name, relative in tolerances(recordings, known[specimen]).items():
+        stated = tolerances(recordings, known[specimen]) | dict(wide or {})
+        for name, relative in stated.items():
             label = name if len(specimens) == 1 else f"{name}{MARK}{number}"
             unit = (units or {}).get(name, "1" if name in schema.GEOMETRY_WITHOUT_UNIT else "mm")
             if known[specimen][name] != 0.0:

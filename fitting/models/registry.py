@@ -17,6 +17,10 @@ from .rows import Rows
 
 MODULES = {
     "spring": "fitting.models.spring",
+    "wire": "fitting.models.wire",
+    "elastomer": "fitting.models.elastomer",
+    "tube": "fitting.models.tube",
+    "actuator": "fitting.models.actuator",
 }
 
 
