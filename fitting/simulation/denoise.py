@@ -15,7 +15,9 @@ import numpy as np
 
 import pneusma_jax as pj
 
-ROUNDS = 6  # of linearising the resistance about the last estimate
+ROUNDS = 20  # at most, of linearising the resistance about the last estimate
+LONGEST = 0.1  # step of a fraction in one round; near full heat the tangent is flat and would throw it anywhere
+SETTLED = 1e-3  # largest step at which the rounds end
 WANDER = np.geomspace(1e-8, 1e4, 49)  # candidates: variance of the walk per second over that of one reading
 ASTRAY = 10.0  # times the noise of the resistance by which a sample may miss the walk
 MOST_ASTRAY = 0.05  # share of the samples that may
@@ -47,7 +49,10 @@ def martensite_fraction(
     for _ in range(ROUNDS if held.sum() > 3 else 0):
         expected, slope = (np.asarray(x) / scale for x in _resistance(spring, xi0, strain))
         slope = np.where(np.abs(slope) < LEAST_SLOPE, LEAST_SLOPE, slope)
-        xi0 = np.clip(smooth_walk(t, xi0 + (ohms / scale - expected) / slope, slope**2), 0.0, 1.0)
+        step = np.clip((ohms / scale - expected) / slope, -LONGEST, LONGEST)
+        before, xi0 = xi0, np.clip(smooth_walk(t, xi0 + step, slope**2), 0.0, 1.0)
+        if np.max(np.abs(xi0 - before)) < SETTLED:
+            break
     misfit = np.abs(ohms - np.asarray(_resistance(spring, xi0, strain)[0]))
     noise = max(np.median(np.abs(np.diff(ohms, append=ohms[-1]))), np.median(misfit))
     astray = misfit > ASTRAY * noise
