@@ -10,6 +10,8 @@ from pathlib import Path
 import click
 import numpy as np
 
+DESIGNS = ("pneusma1", "pneusma2", "pneuflex_s", "pneuflex_t", "pneuflex_w", "triad")
+
 
 def prepare() -> None:
     """Float64 and the compilation cache, before any model is built."""
@@ -80,3 +82,20 @@ def table_argument(given: str) -> str:
     """Name or path of a table as the command line means it: a path counts from the working folder."""
     is_path = given.endswith(".toml") or "/" in given or "\\" in given
     return str(Path(given).resolve()) if is_path else given
+
+
+def design_argument(given: str) -> str:
+    """Name or path of an actuator or a chain as the command line means it.
+
+    Raises:
+        click.UsageError: if it is neither a known name nor the path of a TOML file; names the nearest.
+    """
+    if given.endswith(".toml"):
+        return table_argument(given)
+    from importlib import resources
+
+    names = []
+    for folder in (("examples", "designs"), ("examples", "chains")):
+        entries = resources.files("calibration_data").joinpath(*folder).iterdir()
+        names += sorted(e.name.removesuffix(".toml") for e in entries if e.name.endswith(".toml"))
+    return one_of("--design", given, (*DESIGNS, *names))

@@ -146,11 +146,14 @@ def write_animation(
 
 
 def section_outline(section: Section) -> np.ndarray:
-    """Places on the section's outer line, a closed polygon [m], shape (`SPOKES`, 2).
+    """Places on the section's outer line, a closed polygon [m], shape (n, 2).
 
-    One on each ray from the centre line; where a ray meets no wall, at the distance of the sides.
+    One on each of `SPOKES` rays from the centre line, and one at each corner; where a ray meets no wall, at
+    the distance of the sides.
     """
-    angles = np.linspace(0.0, 2.0 * np.pi, SPOKES)
+    corners = np.asarray(getattr(section.shapes[0], "vertices", np.zeros((0, 2))))
+    turns = np.arctan2(corners[:, 1], corners[:, 0]) % (2.0 * np.pi)
+    angles = np.union1d(np.linspace(0.0, 2.0 * np.pi, SPOKES), turns)
     spokes = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     plain = as_numpy(section)
     reach = np.asarray([float(plain.boundary(spoke)) for spoke in spokes])
@@ -164,9 +167,10 @@ def _scene(chain: SegmentChain, shape: ChainShape, phases: list[np.ndarray]) -> 
     for k, (body, fractions) in enumerate(zip(chain.segments, phases, strict=True)):
         fibre = np.zeros((0, 2)) if body.fibre_place is None else np.asarray(body.fibre_place)[None]
         springs = np.asarray(body.spring_places).reshape(-1, 2)
-        places = np.concatenate([section_outline(body.section), springs, fibre])
+        outline = section_outline(body.section)
+        places = np.concatenate([outline, springs, fibre])
         lines = mm(jax.vmap(lambda place, k=k: shape.line(k, place, POINTS), out_axes=1)(places))
-        wall, springs, fibres = np.split(lines, [SPOKES, SPOKES + len(springs)], axis=1)
+        wall, springs, fibres = np.split(lines, [len(outline), len(outline) + len(springs)], axis=1)
         parts.append(_Segment(wall, springs, fibres, fractions))
     return _Scene(parts, mm(shape.polyline(POINTS)))
 

@@ -9,13 +9,26 @@ import jax.numpy as jnp
 import numpy as np
 
 import pneusma_jax as pj
+from fitting.augmented import AugmentedModel
 from fitting.recordings import Recording
+from pneusma_jax.coupon import simulate_coupon
+from pneusma_jax.nitinol import WireAlloy, simulate_wire
 from pneusma_jax.silicone import SiliconeLaw
+from pneusma_jax.tube_history import make_tube, simulate_tube
 from pneusma_jax.units import from_si
 
 from .cautions import actuator_cautions, silicone_cautions, spring_cautions
 from .denoise import denoised, martensite_fraction
-from .specimen import actuator_of, geometry_of, law_of, place, spring_of
+from .specimen import (
+    BASE,
+    actuator_of,
+    full_geometry,
+    geometry_of,
+    law_of,
+    named_table,
+    place,
+    spring_of,
+)
 
 PASSES = 2  # of reading the resistance at the strain found and finding the strain anew; more change little
 
@@ -36,29 +49,25 @@ class Prediction:
     notices: list[str] = field(default_factory=list)
 
 
-def predict(recording: Recording, denoise: bool = True) -> Prediction:
+def predict(recording: Recording, denoise: bool = True, model: AugmentedModel = BASE) -> Prediction:
     """Predict the outputs that a recording holds.
 
     Args:
-        recording: checked data of kind actuator, spring, elastomer or tube.
+        recording: checked data of any kind.
         denoise: recover the martensite fraction from the whole course of a resistance; otherwise from each
-            sample alone, noise and all.
+            sample alone, noise and all. Where a model has effects, the resistance itself is smoothed.
+        model: used instead of the base model; outputs are what its instruments show.
 
     Raises:
-        InputError: if the kind is not covered, the recording leaves its alloy or material open, or no row has
-            all that drives the model.
+        InputError: if the recording leaves its alloy or material open, a wire's has no temperature, or no row
+            has all that drives the model.
     """
-    if recording.kind not in _PREDICTORS:
-        raise pj.InputError(
-            f"{place(recording)}: a recording of kind {recording.kind} cannot be simulated; "
-            f"kinds that can: {', '.join(_PREDICTORS)}"
-        )
     drivers = [name for name in _drivers(recording) if recording.has(name)]
     complete = ~np.any([recording.missing(name) for name in drivers], axis=0)
     if not complete.any():
         raise pj.InputError(f"{place(recording)}: no row has all of {', '.join(drivers)}")
     inputs = {name: recording.si(name)[complete] for name in drivers}
-    prediction = _PREDICTORS[recording.kind](recording, inputs, denoise)
+    prediction = _PREDICTORS[recording.kind](recording, inputs, denoise, model)
     outputs = {name: prediction.outputs[name] for name in recording.outputs if name in prediction.outputs}
     prediction.outputs = {name: _spread(values, complete) for name, values in outputs.items()}
     prediction.states = {name: _spread(values, complete) for name, values in prediction.states.items()}
@@ -70,6 +79,8 @@ def predict(recording: Recording, denoise: bool = True) -> Prediction:
 
 def _drivers(recording: Recording) -> tuple[str, ...]:
     """Quantities that drive the model; of an actuator's resistances those of springs that are there."""
+    if recording.kind == "wire":
+        return ("time", "temperature", "stress" if _by_stress(recording) else "strain")
     names = DRIVERS[recording.kind]
     if recording.kind != "actuator":
         return names
@@ -86,26 +97,33 @@ def _spread(values: np.ndarray, complete: np.ndarray) -> np.ndarray:
     return result
 
 
-def _predict_actuator(recording: Recording, inputs: dict[str, np.ndarray], denoise: bool) -> Prediction:
-    actuator = actuator_of(recording)
-    prestrain = recording.full_geometry()["prestrain"]
+def _predict_actuator(
+    recording: Recording, inputs: dict[str, np.ndarray], denoise: bool, model: AugmentedModel
+) -> Prediction:
+    actuator = actuator_of(recording, model)
+    prestrain = full_geometry(recording, model)["prestrain"] if actuator.springs else 0.0
     states = tuple(pj.SpringState.fresh(prestrain) for _ in actuator.springs)
     notices, activations = [], []
     for n in actuator.spring_numbers:
         if f"resistance_{n}" in inputs:
-            activations.append(pj.Resistance(inputs[f"resistance_{n}"]))
+            activations.append(pj.Resistance(_smoothed(inputs, f"resistance_{n}", denoise and model.added)))
         else:
             activations.append(pj.MartensiteFraction(1.0))
             notices.append(f"the resistance of spring {n} was not recorded: it is taken as cold (xi0 = 1)")
-    pressure = denoised(inputs["time"], inputs["pressure"]) if denoise else inputs["pressure"]
-    read = found = pj.simulate_history(actuator, pressure, tuple(activations), states).rows
-    if denoise and any(isinstance(a, pj.Resistance) for a in activations):
+    pressure = _smoothed(inputs, "pressure", denoise)
+    history = pj.simulate_history(
+        actuator, pressure, tuple(activations), states, time=inputs["time"], effects=model.effects
+    )
+    read = found = history.rows
+    seen = history.seen
+    if denoise and not model.added and any(isinstance(a, pj.Resistance) for a in activations):
         found = _denoised_history(actuator, inputs["time"], pressure, activations, states, read)
-    bend = found.bend_angle if actuator.planar else found.bend_magnitude
+        seen = {"curvature": found.curvature, "bend_angle": found.bend_angle, "length": found.length}
+    bend = seen["bend_angle"] if actuator.planar else found.bend_magnitude
     outputs = {
-        "curvature_1pm": bend / found.length,
+        "curvature_1pm": seen["curvature"] if actuator.planar else bend / found.length,
         "bend_angle_deg": from_si(bend, "deg"),
-        "length_mm": from_si(found.length, "mm"),
+        "length_mm": from_si(seen["length"], "mm"),
         "bend_direction_deg": from_si(found.bend_direction, "deg"),
     }
     known = {"status": np.array([pj.Status(code).name for code in np.asarray(found.status)])}
@@ -113,6 +131,10 @@ def _predict_actuator(recording: Recording, inputs: dict[str, np.ndarray], denoi
         known |= {f"xi0_{n}": response.xi0, f"gamma_R_{n}": response.gamma_R}
     clearance = recording.geometry.get("tip_to_base_clearance_deg")
     return Prediction(outputs, known, notices + actuator_cautions(actuator, found, clearance, read))
+
+
+def _smoothed(inputs: dict[str, np.ndarray], name: str, wanted: object) -> np.ndarray:
+    return denoised(inputs["time"], inputs[name]) if wanted else inputs[name]
 
 
 def _denoised_history(
@@ -137,15 +159,21 @@ def _denoised_history(
     return found
 
 
-def _predict_spring(recording: Recording, inputs: dict[str, np.ndarray], denoise: bool) -> Prediction:
-    spring = spring_of(recording)
-    state = pj.SpringState.fresh(recording.full_geometry()["prestrain"])
-    read = pj.simulate_spring(spring, inputs["elongation"], pj.Resistance(inputs["resistance"]), state).rows
-    response = read
-    if denoise:
+def _predict_spring(
+    recording: Recording, inputs: dict[str, np.ndarray], denoise: bool, model: AugmentedModel
+) -> Prediction:
+    spring = spring_of(recording, model)
+    state = pj.SpringState.fresh(full_geometry(recording, model)["prestrain"])
+    ohms = _smoothed(inputs, "resistance", denoise and model.added)
+    history = pj.simulate_spring(
+        spring, inputs["elongation"], pj.Resistance(ohms), state, time=inputs["time"], effects=model.effects
+    )
+    read = history.rows
+    if denoise and not model.added:
         xi0 = martensite_fraction(spring, inputs["time"], inputs["resistance"], np.asarray(read.gamma))
-        response = pj.simulate_spring(spring, inputs["elongation"], pj.MartensiteFraction(xi0), state).rows
-    outputs = {"force_N": response.force}
+        history = pj.simulate_spring(spring, inputs["elongation"], pj.MartensiteFraction(xi0), state)
+    response = history.rows
+    outputs = {"force_N": history.seen["force"]}
     notices = spring_cautions(spring, response, "the spring", read)
     if "temperature" in inputs:
         xi0 = spring.alloy.martensite_fraction_at(inputs["temperature"])
@@ -157,15 +185,63 @@ def _predict_spring(recording: Recording, inputs: dict[str, np.ndarray], denoise
     return Prediction(outputs, {"xi0": response.xi0, "gamma_R": response.gamma_R}, notices)
 
 
-def _predict_elastomer(recording: Recording, inputs: dict[str, np.ndarray], denoise: bool) -> Prediction:
-    law, strain = law_of(recording), inputs["strain"]
+def _by_stress(recording: Recording) -> bool:
+    """Whether stress drives a wire: it varies less, next to its size, than the strain does."""
+    sizes = [recording.si(name)[np.isfinite(recording.si(name))] for name in ("stress", "strain")]
+    stress, strain = (np.ptp(v) / np.max(np.abs(v)) if v.size and np.any(v) else 0.0 for v in sizes)
+    return stress < 0.5 * strain
+
+
+def _predict_wire(
+    recording: Recording, inputs: dict[str, np.ndarray], denoise: bool, model: AugmentedModel
+) -> Prediction:
+    if "temperature" not in inputs:
+        raise pj.InputError(
+            f"{place(recording)}: a wire's phase follows from its temperature,"
+            " but temperature_degC is missing"
+        )
+    named = named_table(recording, "alloy") if "alloy" in recording.geometry else "niti_wire"
+    wire = WireAlloy.from_calibration(model.table("alloy", named, recording.specimen))
+    prescribed = "stress" if "stress" in inputs else "strain"
+    history = simulate_wire(
+        wire,
+        **{prescribed: inputs[prescribed]},
+        temperature=_smoothed(inputs, "temperature", denoise),
+        state=pj.SpringState.fresh(full_geometry(recording, model)["prestrain"]),
+        time=inputs["time"],
+        effects=model.effects,
+    )
+    outputs = {"strain": history.seen["strain"]} if prescribed == "stress" else {
+        "stress_MPa": from_si(history.seen["stress"], "MPa")
+    }  # fmt: skip
+    lost = int(np.sum(~np.asarray(history.converged)))
+    notices = [f"{prescribed} drives the wire, as it was held or varies less"]
+    notices += [f"in {lost} of {len(inputs['time'])} rows no strain carries the stress"] if lost else []
+    return Prediction(outputs, {"xi0": history.rows.xi0}, notices)
+
+
+def _predict_elastomer(
+    recording: Recording, inputs: dict[str, np.ndarray], denoise: bool, model: AugmentedModel
+) -> Prediction:
+    law, strain = law_of(recording, model), inputs["strain"]
     stress = law(jnp.asarray(strain))
+    if model.added:
+        rows = ~recording.missing("strain")
+        timed = {name: recording.si(name)[rows] for name in ("time", "cycle") if recording.has(name)}
+        stress = simulate_coupon(law, strain, **timed, effects=model.effects).seen["stress"]
     return Prediction({"stress_kPa": from_si(stress, "kPa")}, {}, silicone_cautions(law, strain, strain))
 
 
-def _predict_tube(recording: Recording, inputs: dict[str, np.ndarray], denoise: bool) -> Prediction:
-    geometry, law = geometry_of(recording), law_of(recording)
-    length = np.asarray(_tube_rows(inputs["pressure"], geometry, law))
+def _predict_tube(
+    recording: Recording, inputs: dict[str, np.ndarray], denoise: bool, model: AugmentedModel
+) -> Prediction:
+    geometry, law = geometry_of(recording, model), law_of(recording, model)
+    if model.added:
+        tube, pressure = make_tube(geometry, law), _smoothed(inputs, "pressure", denoise)
+        history = simulate_tube(tube, pressure, time=inputs["time"], effects=model.effects)
+        length = np.asarray(history.seen["length"])
+    else:
+        length = np.asarray(_tube_rows(inputs["pressure"], geometry, law))
     strain = length / float(geometry.length) - 1.0
     return Prediction({"length_mm": from_si(length, "mm")}, {}, silicone_cautions(law, strain, strain))
 
@@ -182,11 +258,12 @@ DRIVERS = {
     "actuator": ("time", "pressure"),
     "spring": ("time", "elongation", "resistance", "temperature"),
     "elastomer": ("strain",),
-    "tube": ("pressure",),
+    "tube": ("pressure", "time"),
 }
-_PREDICTORS: dict[str, Callable[[Recording, dict[str, np.ndarray], bool], Prediction]] = {
+_PREDICTORS: dict[str, Callable[[Recording, dict[str, np.ndarray], bool, AugmentedModel], Prediction]] = {
     "actuator": _predict_actuator,
     "spring": _predict_spring,
+    "wire": _predict_wire,
     "elastomer": _predict_elastomer,
     "tube": _predict_tube,
 }

@@ -1,5 +1,6 @@
 """From what a recording states about its specimen to the model's objects."""
 
+from pathlib import Path
 from typing import Any
 
 import pneusma_jax as pj
@@ -43,7 +44,7 @@ def alloy_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Alloy:
     Raises:
         InputError: if it is to be fitted, cannot be loaded, or has not a spring's constants.
     """
-    table = model.table("alloy", _named_table(recording, "alloy"), recording.specimen)
+    table = model.table("alloy", named_table(recording, "alloy"), recording.specimen)
     table.require(_SPRING_CONSTANTS)
     return pj.load_alloy(table)
 
@@ -54,7 +55,7 @@ def material_of(recording: Recording, model: AugmentedModel = BASE) -> Calibrati
     Raises:
         InputError: if it is to be fitted or cannot be loaded.
     """
-    return model.table("silicone", _named_table(recording, "material"), recording.specimen)
+    return model.table("silicone", named_table(recording, "material"), recording.specimen)
 
 
 def law_of(recording: Recording, model: AugmentedModel = BASE) -> SiliconeLaw:
@@ -89,7 +90,9 @@ def actuator_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Actuat
                 *design_loads(design, body, material_of(recording, model).values().get("density"))
             )
     except ValueError as error:
-        shown = design.path if str(recording.full_geometry()["design"]).endswith(".toml") else place(recording)
+        shown = (
+            design.path if str(recording.full_geometry()["design"]).endswith(".toml") else place(recording)
+        )
         raise pj.InputError(f"{shown}: {error}") from None
     return body
 
@@ -100,8 +103,8 @@ def _check_dimensions(recording: Recording, design: Calibration) -> None:
         if key in recording.geometry and key.removesuffix("_mm") not in design.quantities:
             section = design.text.get("section", "annulus")
             raise pj.InputError(
-                f"{place(recording)}: [geometry] {key} is no dimension of {design.name!r}, whose section is a "
-                f"{section}; change it in {design.path}"
+                f"{place(recording)}: [geometry] {key} is no dimension of {design.name!r}, whose section is a"
+                f" {section}; change it in {design.path}"
             )
 
 
@@ -122,7 +125,12 @@ def spring_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Spring:
     return pj.Spring(dimensions, alloy, g.free_length)
 
 
-def _named_table(recording: Recording, key: str):
+def named_table(recording: Recording, key: str) -> str | Path:
+    """The alloy or material of a recording to predict with.
+
+    Raises:
+        InputError: if it is to be fitted.
+    """
     name = recording.table(key)
     if name == "fit":
         raise pj.InputError(

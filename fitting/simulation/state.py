@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +10,12 @@ import jax
 import numpy as np
 
 import pneusma_jax as pj
+from fitting.augmented import AugmentedModel
 from fitting.recordings import Recording, check_recording, resistance_range, schema, sidecar
 from pneusma_jax.units import from_si
 
 from .cautions import actuator_cautions
-from .specimen import actuator_of, place
+from .specimen import BASE, actuator_of, full_geometry, place
 
 
 def read_geometry(path: str | Path) -> dict[str, Any]:
@@ -38,10 +39,16 @@ def read_geometry(path: str | Path) -> dict[str, Any]:
 
 
 def described_actuator(geometry: str | Path | None, overrides: Mapping[str, Any]) -> Recording:
-    """An actuator as a recording would describe it, checked.
+    """An actuator as a recording would describe it, checked; see `described_specimen`."""
+    return described_specimen("actuator", geometry, overrides)
+
+
+def described_specimen(kind: str, geometry: str | Path | None, overrides: Mapping[str, Any]) -> Recording:
+    """A specimen as a recording would describe it, checked.
 
     Args:
-        geometry: TOML file with dimensions, or None for the design's own.
+        kind: of recording.
+        geometry: TOML file with dimensions, or None for the nominal ones.
         overrides: keys of `[geometry]` that take precedence.
 
     Raises:
@@ -54,9 +61,9 @@ def described_actuator(geometry: str | Path | None, overrides: Mapping[str, Any]
     specimen = Recording(
         name=sidecar.COMMAND_LINE,
         path=None if geometry is None else Path(geometry),
-        kind="actuator",
+        kind=kind,
         geometry=stated,
-        columns={"time_s": np.zeros(1), "pressure_kPa": np.zeros(1)},
+        columns={"time_s": np.zeros(1)},
     )
     check_recording(specimen)
     return specimen
@@ -68,19 +75,29 @@ class ActuatorState:
 
     Attributes:
         title: design, alloy and silicone.
-        numbers: of the springs that are there.
-        planar: whether it bends in the plane of sides 1 and 2 only.
+        actuator: what was solved.
         found: the equilibrium, NumPy arrays; NaN where there is none.
         given: what was said of each spring, `"given"`, `"from resistance"` or `"cold"`.
         notices: in words, what to read with care.
+        seen: `curvature`, `bend_angle` and `length` as the instruments show them, where effects change them.
     """
 
     title: str
-    numbers: tuple[int, ...]
-    planar: bool
+    actuator: pj.Actuator
     found: pj.Equilibrium
     given: dict[int, str]
     notices: list[str]
+    seen: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """Of the springs that are there."""
+        return self.actuator.spring_numbers
+
+    @property
+    def planar(self) -> bool:
+        """Whether it bends in one plane only."""
+        return self.actuator.planar
 
     @property
     def status(self) -> str:
@@ -101,15 +118,16 @@ class ActuatorState:
         """What describes the configuration: key without unit, value, unit."""
         found = self.found
         sides = {1: found.delta_1, 2: found.delta_2}
-        if not self.planar:  # three springs, whose places are the sides
+        if not self.planar and self.numbers:  # springs, whose places are the sides
             sides = dict(zip(self.numbers, found.spring_elongations, strict=True))
         bend = found.bend_angle if self.planar else np.linalg.norm(found.bend)
+        shown = {"length": found.length, "bend_angle": bend, "curvature": bend / found.length} | self.seen
         rows = [(f"delta_{k}", float(from_si(value, "mm")), "mm") for k, value in sides.items()]
-        rows.append(("length", float(from_si(found.length, "mm")), "mm"))
-        rows.append(("bend_angle", float(from_si(bend, "deg")), "deg"))
+        rows.append(("length", float(from_si(shown["length"], "mm")), "mm"))
+        rows.append(("bend_angle", float(from_si(shown["bend_angle"], "deg")), "deg"))
         if not self.planar:
             rows.append(("bend_direction", float(from_si(found.bend_direction, "deg")) % 360.0, "deg"))
-        rows.append(("curvature", float(bend / found.length), "1/m"))
+        rows.append(("curvature", float(shown["curvature"]), "1/m"))
         return rows
 
     def contract(self) -> dict[str, Any]:
@@ -118,7 +136,7 @@ class ActuatorState:
         for name, value, unit in self.quantities():
             result[f"{name}_{unit.replace('1/m', '1pm')}"] = _or_none(value)
         forces = {n: float(r.force) for n, r in zip(self.numbers, self.found.springs, strict=True)}
-        for number in (1, 2) if self.planar else self.numbers:
+        for number in sorted({1, 2, *self.numbers}):
             result[f"force_{number}_N"] = _or_none(forces.get(number, math.nan))
         return result
 
@@ -144,29 +162,44 @@ def _or_none(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def actuator_state(specimen: Recording, pressure: float, given: Mapping[str, float]) -> ActuatorState:
-    """Solve one state.
+@dataclass
+class Drive:
+    """What drives the springs of one actuator in one state.
+
+    Attributes:
+        activations, states: one per spring.
+        given: what was said of each, for people.
+        notices: in words.
+    """
+
+    activations: tuple[Any, ...]
+    states: tuple[pj.SpringState, ...]
+    given: dict[int, str]
+    notices: list[str]
+
+
+def drive_of(
+    specimen: Recording, actuator: pj.Actuator, given: Mapping[str, float], model: AugmentedModel = BASE
+) -> Drive:
+    """Activations and memories of a specimen's springs.
 
     Args:
         specimen: the actuator, from `described_actuator`.
-        pressure: gauge [Pa].
+        actuator: built from it.
         given: `xi0_K` [1] or `resistance_K` [ohm] for spring K; a spring that nothing is said of is cold.
+        model: with numbers of its own.
 
     Raises:
-        InputError: for a resistance that the alloy cannot show, or dimensions that cannot be.
+        InputError: for a resistance that the alloy cannot show.
     """
-    actuator = actuator_of(specimen)
-    geometry = specimen.full_geometry()
     _check_resistances(specimen, given)
-    notices = []
+    notices, activations, known = [], [], {}
     for name in given:
         number = int(name.rpartition("_")[2])
         if number not in actuator.spring_numbers:
             there = ", ".join(map(str, actuator.spring_numbers)) or "none"
-            notices.append(
-                f"{geometry['design']} has no spring {number} (it has: {there}); {name} is left out"
-            )
-    activations, known = [], {}
+            design = _word(specimen, "design")
+            notices.append(f"{design} has no spring {number} (it has: {there}); {name} is left out")
     for number in actuator.spring_numbers:
         if f"resistance_{number}" in given:
             activations.append(pj.Resistance(given[f"resistance_{number}"]))
@@ -174,14 +207,65 @@ def actuator_state(specimen: Recording, pressure: float, given: Mapping[str, flo
             activations.append(pj.MartensiteFraction(given.get(f"xi0_{number}", 1.0)))
         words = {f"resistance_{number}": "from resistance", f"xi0_{number}": "given"}
         known[number] = next((words[key] for key in words if key in given), "cold")
-    states = tuple(pj.SpringState.fresh(geometry["prestrain"]) for _ in actuator.springs)
-    solved = pj.solve(actuator, pressure, tuple(activations), states, throw=False)
-    found = jax.tree.map(np.asarray, solved)  # JAX would compile every small conversion that follows
-    notices += actuator_cautions(actuator, found, geometry.get("tip_to_base_clearance_deg"))
-    words = lambda key: Path(str(geometry[key])).name.removesuffix(".toml")  # noqa: E731
+    prestrain = full_geometry(specimen, model)["prestrain"] if actuator.springs else 0.0
+    states = tuple(pj.SpringState.fresh(prestrain) for _ in actuator.springs)
+    return Drive(tuple(activations), states, known, notices)
+
+
+def actuator_state(
+    specimen: Recording, pressure: float, given: Mapping[str, float], model: AugmentedModel = BASE
+) -> ActuatorState:
+    """Solve one state.
+
+    Args:
+        specimen: the actuator, from `described_actuator`.
+        pressure: gauge [Pa].
+        given: as for `drive_of`.
+        model: used instead of the base model; its effects act as at the start of a recording.
+
+    Raises:
+        InputError: for a resistance that the alloy cannot show, or dimensions that cannot be.
+    """
+    actuator = actuator_of(specimen, model)
+    drive = drive_of(specimen, actuator, given, model)
+    if not model.added:
+        solved = pj.solve(actuator, pressure, drive.activations, drive.states, throw=False)
+        found = jax.tree.map(np.asarray, solved)  # JAX would compile every small conversion that follows
+        return described_state(specimen, actuator, found, drive)
+    history = pj.simulate_history(
+        actuator, np.array([pressure]), drive.activations, drive.states,
+        time=np.zeros(1), effects=model.effects,
+    )  # fmt: skip
+    found, seen = jax.tree.map(lambda x: np.asarray(x)[0], (history.rows, history.seen))
+    if not actuator.planar:  # the instruments show the plane of sides 1 and 2; free bending has a size
+        seen = {"length": seen["length"]}
+    return described_state(specimen, actuator, found, drive, seen)
+
+
+def described_state(
+    specimen: Recording,
+    actuator: pj.Actuator,
+    found: pj.Equilibrium,
+    drive: Drive,
+    seen: dict[str, Any] | None = None,
+) -> ActuatorState:
+    """A solved state with its words.
+
+    Args:
+        specimen, actuator, drive: what was solved.
+        found: NumPy arrays.
+        seen: see `ActuatorState`.
+    """
+    clearance = specimen.full_geometry().get("tip_to_base_clearance_deg")
+    notices = drive.notices + actuator_cautions(actuator, found, clearance)
     parts = ("design", "alloy", "material") if actuator.springs else ("design", "material")
-    title = ", ".join(words(key) for key in parts)
-    return ActuatorState(title, actuator.spring_numbers, actuator.planar, found, known, notices)
+    title = ", ".join(_word(specimen, key) for key in parts)
+    return ActuatorState(title, actuator, found, drive.given, notices, seen or {})
+
+
+def _word(specimen: Recording, key: str) -> str:
+    """Name of a table without its folder."""
+    return Path(str(specimen.full_geometry()[key])).name.removesuffix(".toml")
 
 
 def _check_resistances(specimen: Recording, given: Mapping[str, float]) -> None:

@@ -14,9 +14,7 @@ def test_help_answers_at_once_and_lists_every_command():
     best = 9.0
     for _ in range(3):  # the best of three: the machine may be busy
         start = time.perf_counter()
-        done = subprocess.run(
-            [sys.executable, "-m", "fitting.cli", "--help"], capture_output=True, text=True
-        )
+        done = subprocess.run([sys.executable, "-m", "fitting.cli", "--help"], capture_output=True, text=True)
         best = min(best, time.perf_counter() - start)
     assert done.returncode == 0 and done.stderr == ""
     assert all(name in done.stdout for name in COMMANDS)

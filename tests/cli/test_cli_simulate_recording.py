@@ -1,6 +1,7 @@
 """`pneusma simulate RECORDING.csv`: model.csv, the figure, and recordings that cannot be used."""
 
 import csv
+import dataclasses
 import shutil
 
 import numpy as np
@@ -10,6 +11,7 @@ from cli_samples import EXAMPLE, heated_recording
 import pneusma_jax as pj
 from fitting.recordings import Recording, write_recording
 from fitting.simulation import predict
+from pneusma_jax.effects import find_effect
 
 
 def _table(path):
@@ -131,6 +133,69 @@ def test_spoilt_recordings_are_refused_and_nothing_is_written(refused, tmp_path,
     assert not (tmp_path / "out").exists()
 
 
+def _wire(**geometry):
+    wire = pj.nitinol.load_wire("niti_wire")
+    celsius = np.concatenate([np.linspace(90.0, 20.0, 20), np.linspace(20.0, 90.0, 20)])
+    made = pj.nitinol.simulate_wire(wire, stress=np.full(40, 150e6), temperature=celsius)
+    columns = {
+        "time_s": np.arange(40.0), "strain": np.asarray(made.rows.strain), "stress_MPa": np.full(40, 150.0),
+        "temperature_degC": celsius,
+    }  # fmt: skip
+    return Recording("w", None, "wire", specimen="W", geometry=geometry, columns=columns)
+
+
+def test_a_wire_follows_its_own_model(run, tmp_path):
+    path = write_recording(_wire(), tmp_path)
+    result = run("simulate", path, "--raw-resistance", "--out", tmp_path / "w")
+    assert result.exit_code == 0 and "stress drives the wire" in result.stderr
+    table = _table(tmp_path / "w" / "model.csv")
+    assert table["model_strain"] == pytest.approx(table["strain"], abs=1e-9)
+
+
+def test_a_wire_without_temperature_or_alloy_is_refused(refused, tmp_path):
+    blind = _wire()
+    del blind.columns["temperature_degC"]
+    line = refused("simulate", write_recording(blind, tmp_path / "a"), "--out", tmp_path / "o")
+    assert "temperature_degC is missing" in line
+    line = refused("simulate", write_recording(_wire(alloy="fit"), tmp_path / "b"), "--out", tmp_path / "o")
+    assert "to be fitted" in line
+
+
+LEADS = """schema = "pneusma-model/1"
+[base]
+G_a = {value = 9.0, unit = "GPa", status = "fitted", source = "a test"}
+[[effect]]
+slug = "series_resistance"
+[effect.parameters]
+ohms = {value = 0.05, unit = "ohm", status = "fitted", source = "a test"}
+"""
+
+
+def test_a_model_on_disk_is_used_with_its_numbers_and_effects(run, tmp_path):
+    recording = heated_recording(noise=False)
+    body = pj.make_actuator("pneusma2", pj.load_alloy(_stiffer()))
+    leads = find_effect("series_resistance")(ohms=0.05)
+    ohms = pj.Resistance(recording.columns["resistance_2_ohm"])
+    wanted = pj.simulate_history(
+        body, recording.si("pressure"), (pj.MartensiteFraction(1.0), ohms), effects=(leads,)
+    )
+    path, model = write_recording(recording, tmp_path), tmp_path / "augmented.toml"
+    model.write_text(LEADS)
+    result = run("simulate", path, "--model", model, "--raw-resistance", "--out", tmp_path / "o")
+    assert result.exit_code == 0, result.output
+    table = _table(tmp_path / "o" / "model.csv")
+    ours, theirs = table["model_curvature_1pm"], np.asarray(wanted.seen["curvature"])
+    np.testing.assert_allclose(ours, theirs, rtol=1e-6, atol=1e-6, equal_nan=True)
+    assert np.isfinite(ours).sum() > 55
+    assert np.nanmax(np.abs(table["model_curvature_1pm"] - table["curvature_1pm"])) > 0.1
+
+
+def _stiffer():
+    table = pj.load_calibration("krl35")
+    number = dataclasses.replace(table.quantities["G_a"], value=9e9)
+    return dataclasses.replace(table, quantities={**table.quantities, "G_a": number})
+
+
 def test_other_refusals(refused, tmp_path, heated):
     assert "no such file" in refused("simulate", tmp_path / "none.csv", "--out", tmp_path / "out")
     assert "needs --out" in refused("simulate", EXAMPLE)
@@ -141,13 +206,6 @@ def test_other_refusals(refused, tmp_path, heated):
     in_the_way = tmp_path / "file"
     in_the_way.write_text("")
     assert "this is a file" in refused("simulate", EXAMPLE, "--out", in_the_way)
-    wire = Recording("w", None, "wire", specimen="W", columns={
-        "time_s": np.arange(3.0), "strain": np.array([0.0, 0.01, 0.02]), "stress_MPa": np.array([0.0, 100.0, 150.0]),
-        "temperature_degC": np.full(3, 25.0),
-    })  # fmt: skip
-    assert "kind wire cannot be simulated" in refused(
-        "simulate", write_recording(wire, tmp_path), "--out", tmp_path / "o"
-    )
     assert "to be fitted" in refused("simulate", _with_material_fit(tmp_path), "--out", tmp_path / "o")
     assert not (tmp_path / "o").exists()
 
@@ -155,7 +213,5 @@ def test_other_refusals(refused, tmp_path, heated):
 def _with_material_fit(folder):
     path = folder / "open.csv"
     shutil.copy(EXAMPLE, path)
-    path.with_suffix(".toml").write_text(
-        'kind = "elastomer"\nspecimen = "A"\n[geometry]\nmaterial = "fit"\n'
-    )
+    path.with_suffix(".toml").write_text('kind = "elastomer"\nspecimen = "A"\n[geometry]\nmaterial = "fit"\n')
     return path

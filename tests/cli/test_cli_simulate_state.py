@@ -110,7 +110,15 @@ def test_no_equilibrium_is_null_with_a_sentence_and_exit_code_1(run):
         (("--pressure-kPa", 20, "--material", "dragon_skin"), "dragon_skin_10_fast"),
         (("--pressure-kPa", 20, "--material", "krl35"), "kind"),
         (("--pressure-kPa", 20, "--geometry", "nowhere.toml"), "nowhere.toml"),
-        (("--pressure-kPa", 20, "--out", "x"), "go with a recording"),
+        (("--pressure-kPa", 20, "--raw-resistance"), "goes with a recording"),
+        (("--pressure-kPa", 20, "--protocol", "thermal_cycle", "--out", "x"), "brings its own inputs"),
+        (("--protocol", "thermal_cycle"), "needs --out"),
+        (("--pressure-kPa", 20, "--xi0", "2=1.4"), "from 0 (hot) to 1 (cold)"),
+        (("--pressure-kPa", 20, "--xi0", "2:0.4"), "SPRING=VALUE"),
+        (("--pressure-kPa", 20, "--xi0", "2=0.4", "--xi0-2", 0.5), "not both"),
+        (("--pressure-kPa", 20, "--xi0", "1.2=0.4"), "goes with the --design of a chain"),
+        (("--pressure-kPa", 20, "--design", "orthogonal_chain", "--xi0", "5.1=0.4"), "the chain has 4"),
+        (("--pressure-kPa", 20, "--design", "nowhere.toml"), "no such file"),
     ],
 )
 def test_refusals(refused, arguments, words):

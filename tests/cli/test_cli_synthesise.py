@@ -9,7 +9,18 @@ from fitting.recordings import read_campaign
 
 def test_a_campaign_is_written_with_its_truth(run, tmp_path):
     out = tmp_path / "made"
-    arguments = ("synthesise", "tube", "--out", out, "--seed", 3, "--truth", "silicone_stiffness=1.2", "--tests", 1)
+    arguments = (
+        "synthesise",
+        "tube",
+        "--out",
+        out,
+        "--seed",
+        3,
+        "--truth",
+        "silicone_stiffness=1.2",
+        "--tests",
+        1,
+    )
     result = run(*arguments)
     assert result.exit_code == 0, result.output
     truth = json.loads((out / "truth.json").read_text())

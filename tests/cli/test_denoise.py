@@ -9,9 +9,7 @@ from fitting.simulation.denoise import denoised, martensite_fraction, smooth_wal
 
 @pytest.fixture(scope="module")
 def spring():
-    return pj.Spring(
-        pj.SpringGeometry(0.25e-3, 0.9e-3, 0.269e-3, 52.0, 14e-3), pj.load_alloy("krl35"), 14e-3
-    )
+    return pj.Spring(pj.SpringGeometry(0.25e-3, 0.9e-3, 0.269e-3, 52.0, 14e-3), pj.load_alloy("krl35"), 14e-3)
 
 
 def _measured(spring, xi0, noise, seed=0):

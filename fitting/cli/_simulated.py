@@ -1,0 +1,289 @@
+"""What `pneusma simulate` computes and writes, once its options are known to make sense."""
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import click
+
+from fitting.augmented import AugmentedModel, load_model
+from fitting.simulation.specimen import BASE
+from pneusma_jax.chain_designs import describes_chain, load_chain
+from pneusma_jax.errors import InputError
+
+from ._common import csv_text, done, notice, table_argument, words_table
+from ._drives import Said, of_segment
+
+NOT_CONVERGED = 1  # exit code
+HORIZONTAL = {  # what a figure is drawn over
+    "actuator": ("time_s",),
+    "spring": ("time_s",),
+    "wire": ("time_s",),
+    "elastomer": ("strain",),
+    "tube": ("pressure_kPa",),
+}
+SPRING_KEYS = (
+    "alloy", "wire_diameter_mm", "mandrel_diameter_mm", "initial_pitch_mm", "active_coils", "free_length_mm",
+)  # fmt: skip
+
+
+def model_of(options: dict[str, Any]) -> AugmentedModel:
+    """The model that `--model` names, or the base model."""
+    return BASE if options["model"] is None else load_model(options["model"])
+
+
+def overrides(options: dict[str, Any], model: AugmentedModel, design: bool = True) -> dict[str, str]:
+    """What the command line, and below it the model, say about the specimen."""
+    known = {key: value for key, value in model.tables.items() if design or key != "design"}
+    for key in ("design", "alloy", "material"):
+        if options[key] is not None:
+            known[key] = options[key] if key == "design" else table_argument(options[key])
+    return known
+
+
+def state(said: list[Said], options: dict[str, Any]) -> None:
+    """One state, of an actuator or of a chain."""
+    from fitting.simulation.chain_state import chain_state
+    from fitting.simulation.state import actuator_state, described_actuator
+
+    model = model_of(options)
+    known = overrides(options, model)
+    if options["out"] is not None:
+        _check_out(options["out"])
+    pressure = 1e3 * options["pressure"]
+    if describes_chain(known.get("design", "")):
+        found: Any = chain_state(*_chain(known, options), pressure, _of_segments(said, known), model)
+    else:
+        if any(one.segment is not None for one in said):
+            raise click.UsageError("SEGMENT.SPRING goes with the --design of a chain")
+        specimen = described_actuator(options["geometry"], known)
+        found = actuator_state(specimen, pressure, of_segment(said, None), model)
+    for sentence in found.notices:
+        notice(sentence)
+    if options["as_json"]:
+        click.echo(json.dumps(found.contract()))
+    else:
+        click.echo(_page(found, options["pressure"]))
+    if options["out"] is not None:
+        written = _write_state(found, options)
+        if not options["as_json"]:  # which is one object on stdout, and nothing else
+            done(written)
+    if not found.converged:
+        click.echo(f"{found.status}: {found.sentence}", err=True)
+        click.get_current_context().exit(NOT_CONVERGED)
+
+
+def _chain(known: dict[str, str], options: dict[str, Any]) -> tuple[Any, dict[str, str]]:
+    """A chain's design, and what holds for all its segments."""
+    if options["geometry"] is not None:
+        raise click.UsageError(
+            "--geometry goes with one actuator; a chain's segments have tables of their own"
+        )
+    return load_chain(known["design"]), {key: value for key, value in known.items() if key != "design"}
+
+
+def _of_segments(said: list[Said], known: dict[str, str]) -> list[dict[str, float]]:
+    count = len(load_chain(known["design"]).designs)
+    for one in said:
+        if one.segment is not None and not 1 <= one.segment <= count:
+            raise click.UsageError(f"{one.option}: there is no segment {one.segment}, the chain has {count}")
+    return [of_segment(said, k) for k in range(1, count + 1)]
+
+
+def _check_out(folder: Path) -> None:
+    from fitting.report.files import check_folder
+
+    check_folder(folder)
+
+
+def _page(found: Any, pressure: float) -> str:
+    """A state as words."""
+    segments = getattr(found, "segments", None)
+    if segments is None:
+        return _words(found, f"{found.title} at {pressure:g} kPa")
+    x, y, z = found.tip
+    parts = [f"{found.design.name}, {len(segments)} segments at {pressure:g} kPa: {found.status}"]
+    parts += [found.sentence, ""]
+    if found.converged:
+        rows = [("tip x", f"{x:.6g}", "mm"), ("tip y", f"{y:.6g}", "mm"), ("tip z", f"{z:.6g}", "mm")]
+        rows = [(name, f"{round(float(value), 9) + 0.0:.6g}", unit) for name, value, unit in rows]
+        parts += [
+            words_table(("", "value", "unit"), [*rows, ("clearance", f"{found.clearance:.6g}", "mm")], 2)
+        ]
+    for number, segment in enumerate(segments, 1):
+        parts += ["", _words(segment, f"segment {number}: {segment.title}")]
+    return "\n".join(parts)
+
+
+def _words(found: Any, title: str) -> str:
+    """The state of one actuator as words."""
+    parts = [f"{title}: {found.status}", found.sentence, ""]
+    rows = [(n, f"{round(v, 9) + 0.0:.6g}", u) for n, v, u in found.quantities()]
+    parts.append(words_table(("", "value", "unit"), rows, 2))
+    springs = found.spring_rows()
+    if springs:
+        header = ("", *(f"spring {number}" for number in found.numbers))
+        parts += ["", words_table(header, springs, 2)]
+    return "\n".join(parts)
+
+
+def _write_state(found: Any, options: dict[str, Any]) -> list[Path]:
+    """state.json and, where there is a shape, shape.png."""
+    import jax
+
+    import pneusma_jax as pj
+    from fitting.report.figures import save_figure
+    from fitting.report.files import result_folder, write_whole
+    from fitting.report.shape_figure import chain_figure
+    from pneusma_jax.segments import chain_shape
+
+    folder = result_folder(options["out"])
+    written = [write_whole(folder / "state.json", json.dumps(found.contract(), indent=1) + "\n")]
+    if not found.converged:
+        return written
+    if hasattr(found, "chain"):
+        chain, solved, title = found.chain, found.found, found.design.name
+    else:
+        chain, title = pj.chain_of(found.actuator.with_loads()), found.title
+        one = jax.tree.map(lambda x: x, found.found)
+        shape = chain_shape(chain, one.bend[None], one.length[None])
+        solved = pj.ChainEquilibrium((one,), shape)
+    title = f"{title} at {options['pressure']:g} kPa"
+    return [*written, save_figure(chain_figure(chain, solved, title), folder / "shape.png")]
+
+
+def protocol(options: dict[str, Any]) -> None:
+    """A protocol done to an actuator, a chain, a spring or a tube."""
+    from fitting.protocols import load_protocol
+    from fitting.report.figures import save_figure
+    from fitting.report.files import result_folder, write_whole
+    from fitting.report.protocol_figure import protocol_figure
+
+    _check_out(options["out"])
+    model = model_of(options)
+    told = load_protocol(table_argument(options["protocol"]))
+    course = _course(told, options, model)
+    folder = result_folder(options["out"])
+    for sentence in course.notices:
+        notice(sentence)
+    comments = [course.title, told.description] if told.description else [course.title]
+    written = [write_whole(folder / "model.csv", csv_text(course.columns, comments))]
+    written.append(save_figure(protocol_figure(course), folder / "model.png"))
+    if course.chain is not None:
+        written += _write_chain(course, folder, options["animate"])
+    click.echo(_ends(course))
+    done(written)
+
+
+def _course(told: Any, options: dict[str, Any], model: AugmentedModel) -> Any:
+    from fitting.protocols import run_chain_protocol, run_protocol
+    from fitting.simulation.chain_state import build_chain, chain_specimens
+    from fitting.simulation.state import described_specimen
+
+    known = overrides(options, model)
+    if describes_chain(known.get("design", "")):
+        design, rest = _chain(known, options)
+        specimens = chain_specimens(design, rest)
+        chain = build_chain(design, specimens, model)
+        prestrains = [specimens[name].full_geometry().get("prestrain", 0.0) for name in design.designs]
+        return run_chain_protocol(told, design.name, chain, prestrains)
+    if options["animate"]:
+        raise click.UsageError("--animate goes with the --protocol of a chain")
+    if told.kind == "spring" and "design" in known:
+        design = described_specimen("actuator", None, {"design": known.pop("design")}).full_geometry()
+        known = {key: design[key] for key in SPRING_KEYS if key in design} | known
+    elif told.kind != "actuator":
+        known.pop("design", None)
+    return run_protocol(told, described_specimen(told.kind, options["geometry"], known), model)
+
+
+def _write_chain(course: Any, folder: Path, animate: bool) -> list[Path]:
+    """The chain's last shape, and its motion."""
+    import jax
+    import numpy as np
+
+    from fitting.report.figures import save_figure
+    from fitting.report.shape_figure import chain_figure, write_animation
+    from pneusma_jax.segments import ChainEquilibrium
+
+    chain, history = course.chain
+    good = np.flatnonzero(np.asarray(history.converged))
+    if not good.size:
+        return []
+    at = lambda tree: jax.tree.map(lambda leaf: np.asarray(leaf)[good[-1]], tree)  # noqa: E731
+    last = ChainEquilibrium(
+        tuple(at(part.rows) for part in history.segments), history.shape.row(int(good[-1]))
+    )
+    title = f"{course.title}, after {course.inputs['time_s'][good[-1]]:g} s"
+    written = [save_figure(chain_figure(chain, last, title), folder / "shape.png")]
+    if animate:
+        time = course.inputs["time_s"]
+        written.append(write_animation(folder / "motion.gif", chain, history, course.pressure, time))
+    return written
+
+
+def _ends(course: Any) -> str:
+    """Where each output starts, how far it goes and where it ends."""
+    import numpy as np
+
+    rows = []
+    for name, values in course.outputs.items():
+        held = values[np.isfinite(values)]
+        ends = [held[0], held.min(), held.max(), held[-1]] if held.size else [math.nan] * 4
+        rows.append([name, str(held.size), *(f"{float(v):.5g}" for v in ends)])
+    return f"{course.title}\n" + words_table(("output", "rows", "start", "least", "most", "end"), rows, 2)
+
+
+def recording(path: Path, options: dict[str, Any]) -> None:
+    """The model beside a recording."""
+    from fitting.recordings import read_campaign
+    from fitting.report.figures import recording_figure, save_figure
+    from fitting.report.files import result_folder, write_whole
+    from fitting.simulation import predict
+    from fitting.simulation.state import read_geometry
+
+    if path.is_dir():
+        raise click.UsageError(f"{path} is a folder; name one recording's CSV in it")
+    _check_out(options["out"])
+    model = model_of(options)
+    geometry = {} if options["geometry"] is None else read_geometry(options["geometry"])
+    geometry |= overrides(options, model, design=False)
+    if describes_chain(geometry.get("design", "")):
+        raise InputError(f"{geometry['design']}: a recording is of one actuator, not of a chain")
+    told = read_campaign(path, {"geometry": geometry} if geometry else None).recordings[0]
+    prediction = predict(told, denoise=not options["raw_resistance"], model=model)
+    if not prediction.outputs:
+        raise click.UsageError(f"{path}: this recording holds nothing that the model predicts")
+    folder = result_folder(options["out"])
+    for sentence in told.notices + prediction.notices:
+        notice(sentence)
+    columns = {f"model_{name}": values for name, values in prediction.outputs.items()}
+    written = [write_whole(folder / "model.csv", csv_text(told.columns | columns, told.comments))]
+    if prediction.states:
+        clock = {name: told.columns[name] for name in ("time_s",) if name in told.columns}
+        written.append(write_whole(folder / "states.csv", csv_text(clock | prediction.states)))
+    horizontal = next(name for name in HORIZONTAL[told.kind] if name in told.columns)
+    compared = {name: (told.columns[name], values) for name, values in prediction.outputs.items()}
+    figure = recording_figure(
+        f"{told.name} ({told.kind})", (horizontal, told.columns[horizontal]), compared, told.noise
+    )
+    written.append(save_figure(figure, folder / "model.png"))
+    click.echo(_misfits(compared, told.noise))
+    done(written)
+
+
+def _misfits(compared: dict[str, tuple], noise: dict[str, float]) -> str:
+    """How far the model is from the recording, for each output."""
+    import numpy as np
+
+    rows = []
+    for name, (measured, predicted) in compared.items():
+        off = measured - predicted
+        off = off[np.isfinite(off)]
+        rmse = float(np.sqrt(np.mean(off**2))) if off.size else math.nan
+        stated = f"{noise[name]:.3g}" if name in noise else "not stated"
+        rows.append(
+            [name, str(off.size), f"{rmse:.4g}", f"{np.mean(off) if off.size else math.nan:.4g}", stated]
+        )
+    return words_table(("output", "samples", "rmse", "mean of recording - model", "noise"), rows)
