@@ -96,6 +96,10 @@ class Actuator(eqx.Module):
         free = jnp.zeros((3, 1)).at[0, 0].set(1.0)
         return jnp.concatenate([free, jnp.concatenate([jnp.zeros((1, bends.shape[1])), bends])], axis=1)
 
+    def fibres(self) -> tuple[Array, Array]:
+        """Fixed fibres of the wall that effects follow: places [m], shape (fibres, 2), and areas [m2]."""
+        return self.section.fibres(self.side_direction if self.planar else None)
+
     def with_loads(self, *loads: Load) -> "Actuator":
         """The same actuator under other loads; under none if no load is given."""
         return dataclasses.replace(self, loads=loads)

@@ -23,8 +23,8 @@ class Known(eqx.Module):
 
     Row: `time`, `interval`, `pressure`, `temperature`, `cycle`, and the element: `actuator`, `spring`, `wire` or
     `silicone`.
-    Spring: `number` (as recordings count, an int), `elongation`, `gamma`, `xi0`, `gamma_R`, `stress`, `force`.
-    Wall: `strain`, `fibre_y`. Configuration: `delta_centre`, `bend`.
+    Spring: `number` (as recordings count, an int), `elongation`, `gamma`, `xi0`, `gamma_R`, `base_stress`, `stress`, `force`.
+    Wall: `strain`, and the law's stress there, `base`. Configuration: `delta_centre`, `bend`.
     """
 
     values: dict[str, Any] = eqx.field(default_factory=dict)

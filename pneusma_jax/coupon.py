@@ -70,7 +70,8 @@ def simulate_coupon(
 
         def stress_at(strain: Array) -> Array:
             fibre = jnp.atleast_1d(strain)
-            return chain.through("wall", law(fibre), strain=fibre)[0]
+            base = law(fibre)
+            return chain.through("wall", base, strain=fibre, base=base)[0]
 
         if chain.acts_at("compliance"):
             yielding = chain.through("compliance", jnp.zeros(())) * area / gauge_length

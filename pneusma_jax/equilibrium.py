@@ -13,7 +13,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import optimistix as optx
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Float, Int, PyTree
 
 from ._linear import SmallDense, solve_small
 from ._numerics import is_concrete, safe_norm
@@ -153,6 +153,17 @@ def spring_responses(problem: Problem, delta_centre: Array, bend: Array) -> tupl
     )
 
 
+def spring_pulls(problem: Problem, delta_centre: Array, bend: Array) -> tuple[Array, ...]:
+    """Pull of every spring in a configuration [N]: `spring_responses` without what a balance does not need."""
+    body = problem.actuator
+    elongations = delta_centre + body.spring_places @ bend
+    rows = zip(body.spring_numbers, body.springs, elongations, problem.activations, problem.states, strict=True)
+    return tuple(
+        spring.pull(x, activation, state, problem.chain.knowing(number=number))
+        for number, spring, x, activation, state in rows
+    )
+
+
 def imbalance(problem: Problem, delta_centre: Array, bend: Array) -> tuple[Array, Array]:
     """Unbalanced pull and moment about the section's centre, Eqs. 3.35 and 3.36.
 
@@ -173,10 +184,8 @@ def imbalance(problem: Problem, delta_centre: Array, bend: Array) -> tuple[Array
         force, moment = body.section.integrate(body.silicone, strain, gradient)
     push = problem.pressure * body.section.enclosed_area
     force, moment = force - push, moment - push * body.section.enclosed_centroid
-    for place, response in zip(
-        body.spring_places, spring_responses(problem, delta_centre, bend), strict=True
-    ):
-        force, moment = force + response.force, moment + response.force * place
+    for place, pull in zip(body.spring_places, spring_pulls(problem, delta_centre, bend), strict=True):
+        force, moment = force + pull, moment + pull * place
     if body.fibre_stiffness is not None:
         pull = body.fibre_stiffness * (delta_centre + body.fibre_place @ bend)
         force, moment = force + pull, moment + pull * body.fibre_place
@@ -192,10 +201,10 @@ def imbalance(problem: Problem, delta_centre: Array, bend: Array) -> tuple[Array
 
 def wall_excess(body: Actuator, chain: Chain, delta_centre: Array, bend: Array) -> tuple[Array, Array]:
     """Force [N] and first moments [N m] of what effects add to the wall's stress, over fixed fibres."""
-    places, area = body.section.fibres()
+    places, area = chain.known["fibres"] if "fibres" in chain.known else body.fibres()
     strain = (delta_centre + places @ bend) / body.length
     base = body.silicone(strain)
-    excess = area * (chain.through("wall", base, strain=strain) - base)
+    excess = area * (chain.through("wall", base, strain=strain, base=base) - base)
     return jnp.sum(excess), excess @ places
 
 
@@ -283,7 +292,7 @@ def _raise_unless_converged(result: Equilibrium) -> Equilibrium:
 
 def _find_root(problem: Problem, guess: Array) -> tuple[Array, Array]:
     """Root of `residual` with implicit derivatives, and the number of Newton steps."""
-    frozen = jax.tree.map(lambda x: jax.lax.stop_gradient(x) if eqx.is_array(x) else x, problem)
+    frozen = _frozen(problem)
 
     def search(_: object, guess: Array) -> tuple[Array, Array]:
         unknowns, steps = _search(frozen, guess)
@@ -296,6 +305,11 @@ def _find_root(problem: Problem, guess: Array) -> tuple[Array, Array]:
         lambda z: residual(z, problem), guess, search, tangent, has_aux=True
     )
     return unknowns, jax.lax.stop_gradient(steps).astype(int)
+
+
+def _frozen(tree: PyTree) -> PyTree:
+    """The same numbers without derivatives."""
+    return jax.tree.map(lambda x: jax.lax.stop_gradient(x) if eqx.is_array(x) else x, tree)
 
 
 def _newton(problem: Problem, guess: Array) -> tuple[Array, Array, Array]:
@@ -402,7 +416,8 @@ def _equilibrium(problem: Problem, unknowns: Array, steps: Array) -> Equilibrium
     """Result of a root, with its status; NaN where it is none."""
     actuator = problem.actuator
     delta_centre, bend = configuration(actuator, unknowns)
-    size = jnp.max(jnp.abs(residual(unknowns, problem)))
+    # what is left unbalanced is a check: without tangents it costs a third less to differentiate a row
+    size = jnp.max(jnp.abs(residual(*_frozen((unknowns, problem)))))
     slimmest = (delta_centre - _reach(actuator, bend)) / actuator.length
     side_1, side_2 = actuator.section.sides(jnp.asarray(actuator.side_direction))
     status = jnp.select(

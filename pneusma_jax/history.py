@@ -136,10 +136,12 @@ def _simulate(
 ) -> History:
     """`simulate_history` after its arguments are checked: one program per design and length."""
 
+    fixed = dict(actuator=actuator, fibres=actuator.fibres()) if effects else {}
+
     def step(carry: _Carry, row: tuple) -> tuple[_Carry, tuple]:
         pressure, activations, time, interval, recorded = row
         phases, temperatures = _phases(actuator, carry, activations, interval)
-        known = Known(dict(time=time, interval=interval, actuator=actuator, recorded_pressure=pressure) | recorded)
+        known = Known(dict(time=time, interval=interval, recorded_pressure=pressure) | fixed | recorded)
         chain = Chain(effects, carry.memories, known)
         pressure = chain.through("pressure", pressure)
         problem = Problem(actuator, pressure, phases, carry.states, chain.knowing(pressure=pressure))
@@ -171,7 +173,7 @@ def _simulate(
 
     interval = jnp.diff(time, prepend=time[:1])
     begun = jax.tree.map(lambda x: x[0], recorded)
-    at_rest = Chain.begin(effects, actuator=actuator, pressure=pressure[0], states=states, **begun)
+    at_rest = Chain.begin(effects, pressure=pressure[0], states=states, **fixed, **begun)
     first = _first_carry(actuator, activations, states, at_rest.memories)
     history = (pressure, activations, time, interval, recorded)
     _, (rows, memories, temperatures, seen) = jax.lax.scan(step, first, history)

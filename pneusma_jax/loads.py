@@ -99,6 +99,27 @@ class Gravity(Load):
         return tube[0] + tip[0], tube[1] + tip[1]
 
 
+def centred_weight(
+    acceleration: Float[Array, "3"], mass: Array, tip_mass: Array, length: Array, bend: Float[Array, "2"]
+) -> tuple[Array, Array]:
+    """`Gravity.generalised_force` of masses on the centre line, in one evaluation [N, N m].
+
+    Args:
+        acceleration: of gravity in the base frame [m/s2].
+        mass: spread along the tube [kg]; tip_mass: at its tip [kg].
+        length: of the centre line [m].
+        bend: bend angle vector [rad].
+    """
+    c_1, c_2, c_3, c_4, c_5 = stumpff(bend @ bend)
+    middle = c_4 - 0.5 * c_3
+    aside, ahead = mass * c_3 + tip_mass * c_2, mass * c_2 + tip_mass * c_1
+    slopes = (
+        mass * 0.5 * (3.0 * c_5 - c_4) + tip_mass * middle,
+        mass * middle + tip_mass * 0.5 * (c_3 - c_2),
+    )
+    return _yield_along_fibre(acceleration, length, bend, jnp.zeros(2), (aside, ahead), slopes)
+
+
 class TipForce(Load):
     """A force on the tip that keeps its direction.
 

@@ -104,22 +104,29 @@ class Section(eqx.Module):
         solid = min(d for d, sign in zip(signed, self.signs, strict=True) if sign > 0)
         return max([solid, *(d for d, sign in zip(signed, self.signs, strict=True) if sign < 0)])
 
-    def fibres(self) -> tuple[Array, Array]:
+    def fibres(self, direction: Array | None = None) -> tuple[Array, Array]:
         """Fixed places in the wall, for what is remembered fibre by fibre.
 
-        Two per chord across the direction of sides 1 and 2, which keep the chord's area, first and second moment.
+        Two per chord across the direction of sides 1 and 2, which keep the chord's area, first and second moment;
+        one per chord, at its middle, for bending that is held along a direction.
         Unlike `rule` they do not follow the strain: meant for the difference that an effect makes, not for the
         wall's stress itself.
+
+        Args:
+            direction: unit vector in the bending plane, if bending is held there.
 
         Returns:
             Places [m], shape (fibres, 2), and their areas [m2], negative in holes, shape (fibres,).
         """
-        rule = self.rule(jnp.asarray([0.0, 1.0]), jnp.zeros(0))
-        middle = rule.first / rule.area
+        held = direction is not None
+        direction = jnp.asarray(direction if held else [0.0, 1.0])
+        rule = self.rule(direction, jnp.zeros(0))
+        middle, aside = rule.first / rule.area, across(direction)
+        if held:
+            return rule.s[:, None] * direction + middle[:, None] * aside, rule.area
         half = jnp.sqrt(jnp.maximum(rule.second / rule.area - middle**2, 1e-30))
-        x = jnp.concatenate([middle - half, middle + half])
-        area = 0.5 * jnp.tile(rule.area, 2)
-        return jnp.stack([x, jnp.tile(rule.s, 2)], axis=-1), area
+        u = jnp.concatenate([middle - half, middle + half])
+        return jnp.tile(rule.s, 2)[:, None] * direction + u[:, None] * aside, 0.5 * jnp.tile(rule.area, 2)
 
     def integrate(self, law: Callable[[Array], Array], strain: Array, gradient: Array) -> tuple[Array, Array]:
         """Force and moment of the wall's axial stress, Eqs. 3.29 and 3.33.

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array
 
 from ..chain import Effect, Known
-from ..loads import STANDARD_GRAVITY, Gravity
+from ..loads import STANDARD_GRAVITY, centred_weight
 from ._spec import Spec
 
 UP = (0.0, 1.0)  # the plane of sides 1 and 2
@@ -166,6 +166,6 @@ class Weight(Effect):
     def load(self, value: tuple[Array, Array], at: Known, memory: Any) -> tuple[Array, Array]:
         """See `Effect.load`."""
         down = at["gravity"] if "gravity" in at else jnp.asarray([0.0, 0.0, -STANDARD_GRAVITY])
-        hanging = Gravity(down, self.mass, tip_mass=self.tip_mass)
-        pull, turn = hanging.generalised_force(at["actuator"].length + at["delta_centre"], at["bend"])
+        length = at["actuator"].length + at["delta_centre"]
+        pull, turn = centred_weight(down, self.mass, self.tip_mass, length, at["bend"])
         return value[0] + pull, value[1] + turn

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array
 
 from ..chain import Effect, Known
+from ..nitinol import Alloy
 from ..nitinol.thermal import next_temperature
 from ._spec import Spec
 from ._springs import AMBIENT, arrived, each, solved_springs, temperature_of, zeros
@@ -76,8 +77,8 @@ class OpposingSpringHeating(Effect):
 class UnevenHeating(Effect):
     """A share of the wire stays cold, in series with the rest: one force, strains and resistances add; share [1].
 
-    The cold zone's strain follows the common stress by one Newton step a row from where it was, so nothing is solved
-    inside the equilibrium.
+    The cold zone's strain follows the common stress by one Newton step a row from where it was, with the slopes
+    of the row before: nothing is solved inside the equilibrium, and the error is of second order in a row's change.
     """
 
     share: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -89,58 +90,85 @@ class UnevenHeating(Effect):
     literature: ClassVar[str] = "Iadicola and Shaw, Int. J. Plast. 20 (2004) 577: fronts and cold grips"
     specs: ClassVar[dict[str, Spec]] = {"share": Spec(0.0, 0.0, 0.4, 0.1, "1", "share of the wire that stays cold")}
 
-    def begin(self, at: Known) -> dict[int, tuple[Array, Array]]:
-        """Per spring: strain of the cold zone, and its largest, which sets its residual strain."""
+    def begin(self, at: Known) -> dict[int, "ColdZone"]:
+        """Every spring unstretched from how it is attached, and cold."""
         springs = at["actuator"].springs if "actuator" in at else (at["spring"],)
         numbers = at["actuator"].spring_numbers if "actuator" in at else (1,)
-        rest = jnp.zeros(())
-        return {
-            number: (spring.shear_strain(rest), state.prestrain)
-            for number, spring, state in zip(numbers, springs, at["states"], strict=True)
-        }
+        zones = {}
+        for number, spring, state in zip(numbers, springs, at["states"], strict=True):
+            gamma = spring.shear_strain(jnp.zeros(()))
+            most = jnp.asarray(state.prestrain, dtype=float)
+            residual = spring.alloy.residual_strain(state, jnp.ones(()))
+            zones[number] = self._zone(spring.alloy, gamma, most, gamma, jnp.ones(()), residual)
+        return zones
 
-    def _cold(self, alloy: object, last: tuple[Array, Array]) -> tuple[Array, Array]:
-        """Stress of the cold zone where it was, and its slope [Pa]."""
-        strain, most = last
-        cold = jnp.ones_like(strain)
-        law = lambda g: alloy.shear_stress(g, cold, alloy.residual_strain_limit(most))  # noqa: E731
-        stress, slope = jax.jvp(law, (strain,), (cold,))
-        return stress, jnp.maximum(slope, LEAST_SLOPE * alloy.G_m)
+    def _zone(
+        self, alloy: Alloy, strain: Array, most: Array, warm_strain: Array, xi0: Array, gamma_R: Array
+    ) -> "ColdZone":
+        """Both zones' laws where they are now, for the row to come."""
+        limit = alloy.residual_strain_limit(most)
+        both = lambda g: alloy.shear_stress(  # noqa: E731
+            g, jnp.stack([jnp.ones_like(xi0), xi0]), jnp.stack([limit, gamma_R])
+        )
+        at = jnp.stack([strain, warm_strain])
+        stress, slopes = jax.jvp(both, (at,), (jnp.ones_like(at),))
+        slope = jnp.maximum(slopes[0], LEAST_SLOPE * alloy.G_m)
+        return ColdZone(strain, most, stress[0], slope, jnp.maximum(slopes[1], 0.0) / slope)
+
+    def _warm_strain(self, gamma: Array, cold: Array) -> Array:
+        """Strain of the rest of the wire: strains add."""
+        return (gamma - self.share * cold) / (1.0 - self.share)
 
     def stress(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.stress`."""
-        alloy, last = at["spring"].alloy, memory[at["number"]]
-        law = lambda g: alloy.shear_stress(g, at["xi0"], at["gamma_R"])  # noqa: E731
-        rest = (at["gamma"] - self.share * last[0]) / (1.0 - self.share)
-        warm, stiffness = jax.jvp(law, (rest,), (jnp.ones_like(rest),))
-        cold, slope = self._cold(alloy, last)
-        weight = jnp.maximum(stiffness, 0.0) / slope * self.share / (1.0 - self.share)
-        return value + (warm + weight * cold) / (1.0 + weight) - law(at["gamma"])
-
-    def _strain(self, alloy: object, stress: Array, last: tuple[Array, Array]) -> Array:
-        """Strain of the cold zone under a stress."""
-        cold, slope = self._cold(alloy, last)
-        return last[0] + (stress - cold) / slope
+        zone = memory[at["number"]]
+        warm = at["spring"].alloy.shear_stress(
+            self._warm_strain(at["gamma"], zone.strain), at["xi0"], at["gamma_R"]
+        )
+        weight = zone.ratio * self.share / (1.0 - self.share)
+        return value + (warm + weight * zone.stress) / (1.0 + weight) - at["base_stress"]
 
     def resistance(self, value: Array, at: Known, memory: dict) -> Array:
         """Both zones in series."""
         spring = at["spring"]
-        strain = self._strain(spring.alloy, at["stress"], memory[at["number"]])
-        rest = (at["gamma"] - self.share * strain) / (1.0 - self.share)
+        strain = memory[at["number"]].under(at["stress"])
         law, length = spring.alloy.resistivity, spring.geometry.wire_length
-        more = (1.0 - self.share) * law(at["xi0"], rest) + self.share * spring.alloy.rho_m(strain)
+        warm = law(at["xi0"], self._warm_strain(at["gamma"], strain))
+        more = (1.0 - self.share) * warm + self.share * spring.alloy.rho_m(strain)
         return value + (more - law(at["xi0"], at["gamma"])) * length
 
     def wire_resistance(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.wire_resistance`; with the cold zone as it was."""
-        spring, strain = at["spring"], memory[at["number"]][0]
-        cold = spring.alloy.rho_m(strain) * spring.geometry.wire_length
+        spring, zone = at["spring"], memory[at["number"]]
+        cold = spring.alloy.rho_m(zone.strain) * spring.geometry.wire_length
         return (value - self.share * cold) / (1.0 - self.share)
 
     def remember(self, memory: dict, at: Known) -> dict:
-        """Strain of the cold zone and its largest."""
+        """Both zones of every spring."""
         later = {}
-        for number, spring, last, response in solved_springs(at, memory):
-            strain = self._strain(spring.alloy, response.stress, last)
-            later[number] = (strain, jnp.where(strain > last[1], strain, last[1]))
+        for number, spring, zone, response in solved_springs(at, memory):
+            strain = zone.under(response.stress)
+            most = jnp.where(strain > zone.most, strain, zone.most)
+            warm = self._warm_strain(response.gamma, strain)
+            later[number] = self._zone(spring.alloy, strain, most, warm, response.xi0, response.gamma_R)
         return later
+
+
+class ColdZone(eqx.Module):
+    """The cold part of a spring's wire after a row.
+
+    Attributes:
+        strain: its shear strain; most: its largest, which sets its residual strain [1].
+        stress, slope: its law's stress there and the slope over strain [Pa].
+        ratio: slope of the warm zone over that of the cold one [1].
+    """
+
+    strain: Array
+    most: Array
+    stress: Array
+    slope: Array
+    ratio: Array
+
+    def under(self, stress: Array) -> Array:
+        """Strain under a stress near its own [1]."""
+        return self.strain + (stress - self.stress) / self.slope

@@ -154,8 +154,7 @@ class StressShiftedTransformation(Effect):
         alloy, xi0 = at["spring"].alloy, at["xi0"]
         odds = jnp.exp(jnp.clip(self.shift * value / alloy.T_width, -30.0, 30.0))
         shifted = xi0 * odds / (1.0 - xi0 + odds * xi0)
-        law = lambda x: alloy.shear_stress(at["gamma"], x, at["gamma_R"])  # noqa: E731
-        return value + law(shifted) - law(xi0)
+        return value + alloy.shear_stress(at["gamma"], shifted, at["gamma_R"]) - at["base_stress"]
 
     def remember(self, memory: Array, at: Known) -> Array:
         """The stress."""
@@ -258,10 +257,10 @@ class CyclicShakedown(Effect):
 
     def stress(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.stress`."""
-        law, progress = law_of(at), self._progress(at, memory)
-        modulus, residual = law.modulus(at["xi0"]), at["gamma_R"]
+        modulus, progress = law_of(at).modulus(at["xi0"]), self._progress(at, memory)
         # where detwinning takes off more than the residual strain does, only what exceeds it counts
-        spare = jnp.maximum(law.detwinning_stress(at["gamma"], at["xi0"]) - modulus * residual, 0.0)
+        spare = modulus * (at["gamma"] - at["gamma_R"]) - at["base_stress"]
+        spare = jnp.where(spare > 1e-9 * modulus, spare, 0.0)  # zero but for rounding on the elastic branch
         extra = modulus * self.strain * progress - spare
         extra = jnp.where(extra >= 0.0, extra, 0.0)  # at a tie, where absent, in full
         return value - extra - modulus * self.shift * progress

@@ -118,7 +118,7 @@ class CoilContact(Effect):
     literature: ClassVar[str] = "A. M. Wahl, Mechanical Springs (1963), chapter 8: initial tension"
     specs: ClassVar[dict[str, Spec]] = {
         "tension": Spec(0.0, 0.0, 0.4, 0.08, "N", "initial tension"),
-        "stop": Spec(0.0, 0.0, 2e4, 5e2, "N/m", "stiffness of the closed coils"),
+        "stop": Spec(0.0, 0.0, 2e4, 5e2, "N/m", "stiffness of the closed coils", kinds="S"),
         "opening": Spec(1e-3, 2e-4, 4e-3, 1e-3, "m", "opening over which the tension builds up", True),
     }
 

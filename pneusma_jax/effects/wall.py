@@ -13,7 +13,7 @@ from ._spec import Spec
 
 def _fibres(at: Known) -> int:
     """Number of fibres that the wall is followed by: a section's, or one for uniform strain."""
-    return at["actuator"].section.fibres()[1].shape[0] if "actuator" in at else 1
+    return at["fibres"][1].shape[0] if "actuator" in at else 1
 
 
 def fibre_strain(at: Known) -> Array:
@@ -21,7 +21,7 @@ def fibre_strain(at: Known) -> Array:
     if "actuator" not in at:
         return jnp.atleast_1d(at["strain"])
     body, solved = at["actuator"], at["solved"]
-    return (solved.delta_centre + body.section.fibres()[0] @ solved.bend) / body.length
+    return (solved.delta_centre + at["fibres"][0] @ solved.bend) / body.length
 
 
 def base_law(at: Known) -> Any:
@@ -71,8 +71,7 @@ class ViscoelasticRelaxation(Effect):
 
     def wall(self, value: Array, at: Known, memory: tuple) -> Array:
         """See `Effect.wall`."""
-        slow = base_law(at)(at["strain"])
-        return value + jnp.stack([self.g_1, self.g_2, self.g_3]) @ self._over(slow, at["interval"], memory)
+        return value + jnp.stack([self.g_1, self.g_2, self.g_3]) @ self._over(at["base"], at["interval"], memory)
 
     def remember(self, memory: tuple, at: Known) -> tuple[Array, Array, Array]:
         """Slow stress and overstress of every fibre."""
@@ -153,7 +152,7 @@ class PermanentSet(Effect):
         law, strain, (_, _, most, path) = base_law(at), at["strain"], memory
         count = 0.5 * path / jnp.maximum(most, 1e-6)
         rest = self.share * -jnp.expm1(-count / self.cycles) * most
-        return value + law(strain - rest) - law(strain)
+        return value + law(strain - rest) - at["base"]
 
     def remember(self, memory: tuple, at: Known) -> tuple[Array, Array, Array, Array]:
         """Strain, largest strain and path of every fibre."""

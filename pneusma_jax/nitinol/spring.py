@@ -117,26 +117,40 @@ class Spring(eqx.Module):
             state: what it remembers.
             chain: effects beyond the base model.
         """
+        loaded, chain = self._loaded(elongation, activation, state, chain)
+        wire = self.alloy.resistivity(loaded["xi0"], loaded["gamma"]) * self.geometry.wire_length
+        known = dict(stress=loaded["stress"], force=loaded["force"])
+        return SpringResponse(**loaded, resistance=chain.through("resistance", wire, **known))
+
+    def pull(
+        self, elongation: Array, activation: Activation, state: SpringState, chain: Chain = PLAIN
+    ) -> Array:
+        """The force of `respond` alone [N]."""
+        return self._loaded(elongation, activation, state, chain)[0]["force"]
+
+    def _loaded(
+        self, elongation: Array, activation: Activation, state: SpringState, chain: Chain
+    ) -> tuple[dict[str, Array], Chain]:
+        """All of `respond` but the resistance, and the chain that knows it."""
         chain = chain.knowing(spring=self)
         gamma = self.shear_strain(chain.through("elongation", elongation))
         chain = chain.knowing(elongation=elongation, gamma=gamma)
         reading = activation.read(self.alloy, gamma, self.geometry.wire_length, chain)
         xi0 = chain.through("phase", reading.xi0)
         gamma_R = self.alloy.residual_strain(state, xi0)
-        chain = chain.knowing(xi0=xi0, gamma_R=gamma_R)
-        stress = chain.through("stress", self.alloy.shear_stress(gamma, xi0, gamma_R))
-        force = chain.through("pull", self.geometry.force(stress), stress=stress)
-        wire = self.alloy.resistivity(xi0, gamma) * self.geometry.wire_length
-        return SpringResponse(
-            force=force,
+        base = self.alloy.shear_stress(gamma, xi0, gamma_R)
+        chain = chain.knowing(xi0=xi0, gamma_R=gamma_R, base_stress=base)
+        stress = chain.through("stress", base)
+        loaded = dict(
+            force=chain.through("pull", self.geometry.force(stress), stress=stress),
             stress=stress,
             gamma=gamma,
             xi0=xi0,
             gamma_R=gamma_R,
-            resistance=chain.through("resistance", wire, stress=stress, force=force),
             clipped=reading.clipped,
             degenerate=reading.degenerate,
         )
+        return loaded, chain
 
     def remember(self, state: SpringState, response: SpringResponse) -> SpringState:
         """State after a row that ended with this response."""

@@ -174,7 +174,7 @@ class WireAlloy(eqx.Module):
     def loaded_stress(self, strain: Array, xi0: Array, eps_R: Array, chain: Chain = PLAIN) -> Array:
         """`axial_stress` with the effects that act at the slot `stress` [Pa]."""
         value = self.axial_stress(strain, xi0, eps_R)
-        return chain.through("stress", value, wire=self, gamma=strain, xi0=xi0, gamma_R=eps_R)
+        return chain.through("stress", value, wire=self, gamma=strain, xi0=xi0, gamma_R=eps_R, base_stress=value)
 
     def respond(
         self, strain: Array, xi0: Array, state: SpringState, chain: Chain = PLAIN
