@@ -1,21 +1,19 @@
-"""`pneusma workspace`: where the designs can bend."""
+"""`pneusma workspace`: where actuators and chains can bend."""
 
 from pathlib import Path
+from typing import Any
 
 import click
 
-from ._common import csv_text, done, notice, one_of, prepare, words_table
-
-PLANAR = ("pneuflex_s", "pneuflex_t", "pneuflex_w", "pneusma1", "pneusma2")
+from ._common import csv_text, design_argument, done, notice, prepare, table_argument, words_table
 
 
 @click.command("workspace", short_help="Curvature and bend angle over pressure and activation.")
+@click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder for the results.")
 @click.option(
-    "--out", required=True, type=click.Path(path_type=Path), help="Folder for workspace.csv and the figures."
-)
-@click.option(
-    "--design", "designs", multiple=True, metavar="NAME",
-    help="A design; repeat for several. Default: pneuflex_s, pneusma1, pneusma2.",
+    "--design", "designs", multiple=True, metavar="NAME|FILE.toml",
+    help="A design, or the table of an actuator or chain; repeat for several. "
+    "Default: pneuflex_s, pneusma1, pneusma2.",
 )  # fmt: skip
 @click.option(
     "--pressure-kPa-max",
@@ -43,60 +41,118 @@ PLANAR = ("pneuflex_s", "pneuflex_t", "pneuflex_w", "pneusma1", "pneusma2")
 @click.option(
     "--activations", type=click.IntRange(2, 2000), default=19, show_default=True, help="Steps of activation."
 )
-@click.option("--alloy", default="krl35", show_default=True, help="Name or path of an alloy table.")
 @click.option(
-    "--material", default="dragon_skin_10_fast", show_default=True, help="Name or path of a silicone table."
-)
-def workspace_command(
-    out: Path,
-    designs: tuple[str, ...],
-    pressure_min: float,
-    pressure_max: float,
-    pressures: int,
-    xi0_min: float,
-    activations: int,
-    alloy: str,
-    material: str,
-) -> None:
+    "--samples", type=click.IntRange(1, 100_000), default=500, show_default=True,
+    help="Of a chain: combinations of its segments' states at each pressure.",
+)  # fmt: skip
+@click.option("--seed", type=int, default=0, show_default=True, help="Of those combinations.")
+@click.option("--alloy", help="Name or path of an alloy table; the design's own by default.")
+@click.option("--material", help="Name or path of a silicone table; the design's own by default.")
+@click.option("--model", type=click.Path(path_type=Path), help="A model on disk, instead of the base model.")
+def workspace_command(out: Path, designs: tuple[str, ...], **options: Any) -> None:
     """Reachable curvature and bend angle over pressure and activation (the source's Fig. 3.25).
 
-    In a design with two springs one is heated at a time. Writes workspace.csv with every state, workspace.png
-    and activation.png. A state without result is empty in the CSV, says why in its column `status`, and is
-    counted here.
+    Held in a plane, one spring is heated at a time; an actuator that bends freely also has every two heated
+    together. Writes workspace.csv with every state, workspace.png, activation.png, and direction.png where
+    there is free bending. Of a chain: tips_NAME.csv and tips_NAME.png. A state without result is empty in the
+    CSV, says why in its column `status`, and is counted here.
     """
-    for design in designs:
-        one_of("--design", design, PLANAR)
-    if not -100.0 < pressure_min < pressure_max < 1000.0:
+    designs = tuple(design_argument(design) for design in designs)
+    low, high = options["pressure_min"], options["pressure_max"]
+    if not -100.0 < low < high < 1000.0:
         raise click.UsageError(
             "pressures must ascend from --pressure-kPa-min to --pressure-kPa-max, between -100 and 1000"
         )
     prepare()
-    import numpy as np
-
-    from fitting.report.figures import save_figure
-    from fitting.report.files import check_folder, result_folder, write_whole
-    from fitting.report.workspace_figure import activation_figure, workspace_figure
-    from fitting.workspace import DESIGNS, compute_workspace, join_columns
+    from fitting.augmented import load_model
+    from fitting.report.files import check_folder, result_folder
+    from fitting.simulation.specimen import BASE
+    from fitting.workspace import DESIGNS
+    from pneusma_jax.chain_designs import describes_chain, load_chain
 
     check_folder(out)
-    pressure = 1e3 * np.linspace(pressure_min, pressure_max, pressures)
-    xi0 = np.linspace(1.0, xi0_min, activations)
-    chosen = list(dict.fromkeys(designs)) or DESIGNS
-    spaces = [compute_workspace(design, pressure, xi0, alloy, material) for design in chosen]
+    model = BASE if options["model"] is None else load_model(options["model"])
+    chosen = list(dict.fromkeys(designs)) or (
+        [model.tables["design"]] if "design" in model.tables else DESIGNS
+    )
+    chains = [load_chain(design) for design in chosen if describes_chain(design)]
+    spaces, reaches = _computed([d for d in chosen if not describes_chain(d)], chains, options, model)
     folder = result_folder(out)
+    for space in (*spaces, *reaches):
+        for caution in space.cautions:
+            notice(f"{getattr(space, 'design', None) or space.name}: {caution}")
+    done(_written(folder, spaces) + _written_reaches(folder, reaches))
+
+
+def _computed(designs: list[str], chains: list, options: dict[str, Any], model: Any) -> tuple[list, list]:
+    """Every state, with a bar on a terminal."""
+    import numpy as np
+    from tqdm import tqdm
+
+    from fitting.workspace import compute_chain_reach, compute_workspace
+
+    pressure = 1e3 * np.linspace(options["pressure_min"], options["pressure_max"], options["pressures"])
+    xi0 = np.linspace(1.0, options["xi0_min"], options["activations"])
+    names = [options["alloy"], options["material"]]
+    tables = [table_argument(name) if name is not None else None for name in names]
+    for key, place in (("alloy", 0), ("material", 1)):
+        tables[place] = tables[place] or model.tables.get(key)
+    with tqdm(desc="solving", unit=" states", leave=False, disable=None) as bar:
+        spaces = [compute_workspace(name, pressure, xi0, *tables, model, bar.update) for name in designs]
+        reaches = [
+            compute_chain_reach(
+                chain, pressure, xi0, options["samples"], options["seed"], *tables, model, bar.update
+            )
+            for chain in chains
+        ]
+    return spaces, reaches
+
+
+def _written(folder: Path, spaces: list) -> list[Path]:
+    """Files of actuators, and their ranges as a table on stdout."""
+    from fitting.report.figures import save_figure
+    from fitting.report.files import write_whole
+    from fitting.report.workspace_figure import activation_figure, direction_figure, workspace_figure
+    from fitting.workspace import join_columns
+
+    if not spaces:
+        return []
     _report(spaces)
     written = [write_whole(folder / "workspace.csv", csv_text(join_columns(spaces)))]
     solved = [space for space in spaces if space.solved]
-    if solved:
-        written.append(save_figure(workspace_figure(solved), folder / "workspace.png"))
-    heated = [space for space in solved if space.heated != (0,)]
-    if heated:
-        written.append(save_figure(activation_figure(heated), folder / "activation.png"))
-    done(written)
+    for name, draw, shown in (
+        ("workspace", workspace_figure, solved),
+        ("activation", activation_figure, [space for space in solved if space.springs]),
+        ("direction", direction_figure, [space for space in solved if not space.planar]),
+    ):
+        if shown:
+            written.append(save_figure(draw(shown), folder / f"{name}.png"))
+    return written
+
+
+def _written_reaches(folder: Path, reaches: list) -> list[Path]:
+    """Files of chains, and how far their tips reach."""
+    import numpy as np
+
+    from fitting.report.figures import save_figure
+    from fitting.report.files import write_whole
+    from fitting.report.workspace_figure import reach_figure
+
+    written, rows = [], []
+    for reach in reaches:
+        found = 1e3 * reach.tip[np.isfinite(reach.tip).all(axis=1)]
+        spans = [f"{low:.0f} to {high:.0f}" for low, high in zip(found.min(0), found.max(0), strict=True)]
+        rows.append([reach.name, f"{reach.solved} of {len(reach.tip)}", *spans])
+        written.append(write_whole(folder / f"tips_{reach.name}.csv", csv_text(reach.columns())))
+        written.append(save_figure(reach_figure(reach), folder / f"tips_{reach.name}.png"))
+    if rows:
+        header = ("chain", "states found", "tip x [mm]", "tip y [mm]", "tip z [mm]")
+        click.echo(words_table(header, rows))
+    return written
 
 
 def _report(spaces: list) -> None:
-    """Ranges as a table on stdout, what to read with care on stderr."""
+    """Ranges as a table on stdout."""
     import numpy as np
 
     rows = []
@@ -106,6 +162,4 @@ def _report(spaces: list) -> None:
             ends = (np.nanmin(values), np.nanmax(values)) if space.solved else (np.nan, np.nan)
             reached.append(f"{round(ends[0], 1) + 0.0} to {round(ends[1], 1) + 0.0}")
         rows.append([space.design, *reached])
-        for caution in space.cautions:
-            notice(f"{space.design}: {caution}")
     click.echo(words_table(("design", "states found", "curvature [1/m]", "bend angle [deg]"), rows))

@@ -1,4 +1,4 @@
-"""The figure of the workspaces: what the source's Fig. 3.25 shows, drawn from computed states."""
+"""Figures of workspaces: what the source's Fig. 3.25 shows, from computed states, and where chains reach."""
 
 from collections.abc import Sequence
 
@@ -6,18 +6,21 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from fitting.simulation.cautions import CLEARANCE_DEG
-from fitting.workspace import Workspace
+from fitting.workspace import ChainReach, Workspace
 from pneusma_jax.units import from_si
 
-from .figures import BLUE, GREEN, GREY, ORANGE, VERMILION, style
+from .figures import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, style
 
 LOOKS = {
     "pneuflex_s": ("PneuFLEX s", GREEN),
     "pneusma1": ("PneuSMA1", ORANGE),
     "pneusma2": ("PneuSMA2", BLUE),
 }
+OTHERS = (PURPLE, VERMILION, SKY)  # in turn, for designs that are not the source's
+MOST_TICKS = 5
 
 
 def workspace_figure(workspaces: Sequence[Workspace]) -> Figure:
@@ -75,12 +78,13 @@ def activation_figure(workspaces: Sequence[Workspace], levels: int = 4) -> Figur
                 colormaps["viridis"](np.linspace(0.0, 0.85, len(shown))), shown, strict=True
             ):
                 label = f"{from_si(workspace.pressure[k], 'kPa'):g} kPa"
-                for branch in range(len(workspace.heated)):
+                for branch in np.flatnonzero(workspace.heated):
                     mark = {"color": colour, "label": label if branch == 0 else None}
                     above.plot(workspace.xi0, workspace.curvature[branch, :, k], **mark)
                     below.plot(workspace.xi0, from_si(workspace.bend[branch, :, k], "deg"), **mark)
             several = len(workspace.heated) > 1
             side = "; heating spring 1 bends the other way" if several else ""
+            side = side if workspace.planar else "; one spring heated at a time"
             above.set_title(f"{_look(workspace.design)[0]}{side}", fontsize=10)
             below.set_xlabel("martensite fraction xi0 of the heated spring [1]")
         panels[0, 0].invert_xaxis()  # the axes are shared: from cold to hot
@@ -102,14 +106,58 @@ def _same_scale(views: Sequence[Axes]) -> None:
         view.set_ylim(low, high)
 
 
+def direction_figure(workspaces: Sequence[Workspace]) -> Figure:
+    """Bend angle over its direction, for designs that bend freely; every state that was found is a point.
+
+    Args:
+        workspaces: of such designs, with at least one state each.
+    """
+    with style():
+        figure = Figure(figsize=(1.2 + 5.0 * len(workspaces), 5.2), layout="constrained")
+        panels = figure.subplots(1, len(workspaces), subplot_kw={"projection": "polar"}, squeeze=False)[0]
+        most = max(float(np.nanmax(from_si(w.bend, "deg"))) for w in workspaces)
+        for axes, workspace in zip(panels, workspaces, strict=True):
+            pressure = np.broadcast_to(from_si(workspace.pressure, "kPa"), workspace.bend.shape)
+            where, far = workspace.direction.ravel(), from_si(workspace.bend, "deg").ravel()
+            seen = axes.scatter(where, far, c=pressure.ravel(), s=5, cmap="viridis", linewidths=0)
+            axes.set_title(f"{_look(workspace.design)[0]}: bend angle [deg] over bend direction", fontsize=10)
+            axes.set_rmax(1.05 * most)
+            axes.set_rlabel_position(15.0)
+            axes.yaxis.set_major_locator(MaxNLocator(MOST_TICKS))
+        figure.colorbar(seen, ax=list(panels), shrink=0.75, label="gauge pressure [kPa]")
+    return figure
+
+
+def reach_figure(reach: ChainReach) -> Figure:
+    """Places of a chain's tip in two views.
+
+    Args:
+        reach: with at least one state found.
+    """
+    tips, pressure = from_si(reach.tip, "mm"), from_si(reach.pressure, "kPa")
+    with style():
+        figure = Figure(figsize=(11.0, 5.6), layout="constrained")
+        panels = figure.subplots(1, 2, sharey=True)
+        for axes, across in zip(panels, (0, 1), strict=True):
+            seen = axes.scatter(tips[:, across], tips[:, 2], c=pressure, s=3, cmap="viridis", linewidths=0)
+            axes.plot(0.0, 0.0, "ks", markersize=7)
+            axes.set_xlabel(f"{'xy'[across]} [mm]")
+            axes.set_aspect("equal", adjustable="datalim")
+        panels[0].set_ylabel("z [mm]")
+        figure.suptitle(f"{reach.name}: places of the tip; the square is the base", fontsize=12)
+        figure.colorbar(seen, ax=list(panels), shrink=0.8, label="gauge pressure [kPa]")
+    return figure
+
+
 def _look(design: str) -> tuple[str, str]:
-    return LOOKS.get(design, (design, GREY))
+    """Name and colour of a design; the same name gets the same colour in every figure."""
+    return LOOKS.get(design) or (design, OTHERS[sum(map(ord, design)) % len(OTHERS)])
 
 
 def _reach(axes: Axes, workspace: Workspace, values: np.ndarray) -> None:
     name, colour = _look(workspace.design)
     pressure = from_si(workspace.pressure, "kPa")
-    if workspace.heated == (0,):
+    if not workspace.springs:
         axes.plot(pressure, values[0, 0], color=colour, linewidth=2.6, label=name, zorder=3)
         return
     known = np.isfinite(values).any(axis=(0, 1))
@@ -137,8 +185,8 @@ def _shapes(axes: Axes, workspace: Workspace) -> None:
         outline = np.concatenate([np.stack(sides[0]), np.stack(sides[1])[:, ::-1]], axis=1)
         axes.fill(outline[0] + shift, outline[1], color=colour, alpha=0.35, linewidth=0)
         for number, (x, y) in zip((1, 2), sides, strict=True):
-            hot = activation.get(number, 1.0) < 1.0
-            spring = number in activation
+            hot = workspace.planar and activation.get(number, 1.0) < 1.0
+            spring = workspace.planar and number in activation
             axes.plot(
                 x + shift, y, color=VERMILION if hot else GREY, linewidth=2.6 if spring else 0.8,
                 linestyle="-" if hot or not spring else (0, (2, 1)),

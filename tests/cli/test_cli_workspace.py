@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pneusma_jax as pj
-from fitting.workspace import compute_workspace
+from fitting.workspace import compute_workspace, grid
 
 COARSE = ("--pressures", 4, "--activations", 3)
 
@@ -67,6 +67,61 @@ def test_options(run, tmp_path):
     assert result.exit_code == 0 and not (tmp_path / "activation.png").exists()
     lines = (tmp_path / "workspace.csv").read_text().splitlines()
     assert [line.split(",")[1] for line in lines[1:]] == ["0", "10", "20", "30"]
+
+
+def test_free_bending_heats_springs_alone_and_in_pairs():
+    heat = grid.branches_of(pj.make_actuator("triad"))
+    assert heat.shape == (12, 3) and np.all(heat.max(axis=1) == 1.0)
+    assert {tuple(row) for row in heat} >= {(0, 0, 1), (1, 1, 0), (0.5, 1, 0), (0, 1, 0.5)}
+    assert grid.branches_of(pj.make_actuator("pneusma2")).tolist() == [[0, 1], [1, 0]]
+    assert grid.branches_of(pj.make_actuator("pneuflex_s")).shape == (1, 0)
+    assert grid.fractions_of(heat, np.array([1.0, 0.1]))[:3, 1].tolist() == [
+        [1, 1, 0.1],
+        [1, 0.1, 1],
+        [0.1, 1, 1],
+    ]
+
+
+@pytest.mark.slow
+def test_free_bending_and_other_sections(run, tmp_path):
+    result = run("workspace", "--design", "triad", "--design", "rectangular", "--out", tmp_path, *COARSE)
+    assert result.exit_code == 0, result.output
+    with open(tmp_path / "workspace.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    triad = [row for row in rows if row["design"] == "triad"]
+    assert len(triad) == 12 * 4 * 3  # three springs alone, nine mixtures of two
+    alone = [r for r in triad if [r[f"xi0_{k}"] for k in (1, 2, 3)] == ["1", "1", "0.1"]]
+    assert [float(r["bend_direction_deg"]) for r in alone] == pytest.approx([150.0] * 4)
+    flat = [row for row in rows if row["design"] == "rectangular"]
+    assert len(flat) == 24 and all(row["xi0_3"] == "" == row["bend_direction_deg"] for row in flat)
+    for name in ("workspace.png", "activation.png", "direction.png"):
+        assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
+
+
+def test_lots_of_rows_are_the_rows(monkeypatch):
+    pressure, xi0 = np.linspace(0.0, 30e3, 15), np.ones(1)
+    whole, told = compute_workspace("pneuflex_s", pressure, xi0), []
+    monkeypatch.setattr(grid, "CHUNK", 4)
+    again = compute_workspace("pneuflex_s", pressure, xi0, progress=told.append)
+    assert told == [4, 4, 4, 3]
+    np.testing.assert_allclose(again.curvature, whole.curvature, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.slow
+def test_a_chain_of_one_kind_reaches_what_its_segments_do(run, tmp_path):
+    path = tmp_path / "two.toml"
+    path.write_text(
+        'schema = "pneusma-chain/1"\nname = "two"\n[[segment]]\ndesign = "pneuflex_s"\ncount = 2\n'
+    )
+    result = run("workspace", "--design", path, "--samples", 3, "--out", tmp_path / "o", "--pressures", 3)
+    assert result.exit_code == 0, result.output
+    with open(tmp_path / "o" / "tips_two.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    body = pj.make_actuator("pneuflex_s")
+    wanted = pj.solve_chain(pj.chain_of(body, 2), 30e3).end_pose[:3, 3]
+    half = [[float(row[f"tip_{axis}_mm"]) for axis in "xyz"] for row in rows if row["pressure_kPa"] == "30"]
+    assert len(rows) == 9 and len(half) == 3
+    np.testing.assert_allclose(half, np.broadcast_to(1e3 * np.asarray(wanted), (3, 3)), atol=1e-6)
 
 
 @pytest.mark.parametrize(
