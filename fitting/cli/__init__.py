@@ -54,6 +54,11 @@ COMMANDS = {
         "characterise_command",
         "Fit a material to a campaign of recordings and report on it.",
     ),
+    "effects": (
+        "fitting.cli.effects",
+        "effects_command",
+        "List and explain the physics that the published model leaves out.",
+    ),
     "posterior": (
         "fitting.cli.posterior",
         "posterior_command",

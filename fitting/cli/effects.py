@@ -1,0 +1,67 @@
+"""`pneusma effects`: the physics that the published model leaves out, listed, explained and drawn."""
+
+from pathlib import Path
+
+import click
+
+from .synthesise import numbers_of
+
+LETTERS = {"actuator": "A", "spring": "S", "wire": "W", "elastomer": "E", "tube": "T"}
+
+
+@click.command("effects")
+@click.argument("effect", required=False)
+@click.option("--plot", is_flag=True, help="Draw what the effect does to a typical recording.")
+@click.option("--kind", type=click.Choice(list(LETTERS)), help="Of that recording; the effect's first by default.")
+@click.option(
+    "--set", "values", multiple=True, metavar="angle=2.5", callback=numbers_of, help="A parameter, SI."
+)
+@click.option("--out", type=click.Path(path_type=Path), help="Folder for the figure and its numbers.")
+def effects_command(effect, plot, kind, values, out) -> None:
+    """List the catalogue of missing physics, or explain one EFFECT by its name.
+
+    With --plot, simulates a typical protocol without the effect and with it, and writes EFFECT_KIND.png and
+    EFFECT_KIND.csv into the folder of --out.
+    """
+    from fitting.effects import catalogue_table, described
+
+    from ._common import done, prepare
+
+    if effect is None:
+        if plot or kind or values or out:
+            raise click.UsageError("name the effect that is to be drawn: pneusma effects EFFECT --plot --out DIR")
+        click.echo(catalogue_table())
+        return
+    if plot != (out is not None):
+        raise click.UsageError("--plot and --out belong together")
+    if not plot and (kind or values):
+        raise click.UsageError("--kind and --set choose what --plot draws")
+    prepare()
+    click.echo(described(effect))
+    if plot:
+        from fitting.effects import signature
+
+        found = signature(effect, LETTERS[kind] if kind else None, values)
+        click.echo()
+        for column, change in found.largest().items():
+            click.echo(f"  largest change of {column}: {change:.3g}")
+        done(_write(found, out))
+
+
+def _write(found, out: Path) -> list[Path]:
+    """The figure and its numbers."""
+    from fitting.effects.figure import signature_figure
+    from fitting.report.figures import save_figure
+    from fitting.report.files import result_folder, write_whole
+
+    from ._common import csv_text
+
+    out = result_folder(out)
+    columns = dict(sorted(found.drive.items(), key=lambda item: item[0] != "time_s"))
+    for name, values in found.without.items():
+        columns |= {name: values, f"{name.rpartition('_')[0] or name}_with_effect": found.present[name]}
+    stem = f"{found.slug}_{found.kind}"
+    numbers = ", ".join(f"{name} = {value:g}" for name, value in found.parameters.items())
+    text = csv_text(columns, [f"simulated: {found.slug} ({numbers}); *_with_effect in the unit of its neighbour"])
+    figure = save_figure(signature_figure(found), out / f"{stem}.png")
+    return [figure, write_whole(out / f"{stem}.csv", text)]

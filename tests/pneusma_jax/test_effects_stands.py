@@ -1,0 +1,258 @@
+"""What each effect does to a spring, a wire and a coupon, against a calculation by hand."""
+
+import dataclasses
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from effect_programs import AREA, GAUGE, PROTOCOLS, ROWS, TIME, UP_AND_DOWN, seen, specimen, without
+from scipy.optimize import brentq
+
+import pneusma_jax as pj
+
+UP = slice(0, 16)  # the first rise of UP_AND_DOWN
+DOWN = slice(17, 30)
+COLD = np.ones(ROWS)
+
+
+@pytest.fixture(scope="module")
+def alloy():
+    return specimen("S").alloy
+
+
+def ratio(one, other):
+    return np.asarray(one) / np.asarray(other)
+
+
+# ---------------------------------------------------------------- coupon
+
+
+def test_a_soft_load_train_adds_its_own_length():
+    give = 2e-3
+    found, strain = seen("E", {"load_train_compliance.give": give}), PROTOCOLS["E"]["strain"]
+    law = specimen("E")
+    np.testing.assert_allclose(found["stress"], law(found["true_strain"]), rtol=1e-12)
+    recorded = found["true_strain"] + give * found["stress"] * AREA / GAUGE
+    np.testing.assert_allclose(recorded, strain, rtol=1e-10, atol=1e-14)
+    assert np.max(strain - found["true_strain"]) > 0.05
+
+
+def test_a_load_cell_on_a_coupon_errs_by_force_over_area():
+    moved = seen("E", {"force_calibration.offset": 0.02, "force_calibration.drift": 1e-4})["stress"]
+    np.testing.assert_allclose(moved - without("E")["stress"], (0.02 + 1e-4 * TIME) / AREA, rtol=1e-9)
+
+
+@pytest.mark.parametrize("delay", [0.7, 2.0, 5.3])
+def test_a_late_channel_shows_what_was(delay):
+    bare = without("E")["stress"]
+    late = seen("E", {"channel_lag.delay": delay})["stress"]
+    np.testing.assert_allclose(late, np.interp(TIME - delay, TIME, bare), rtol=1e-12, atol=1e-9)
+
+
+def test_softening_spares_the_virgin_curve_and_halves_below_it():
+    bare, strain = without("E")["stress"], PROTOCOLS["E"]["strain"]
+    soft = seen("E", {"mullins_softening.depth": 0.5, "mullins_softening.scale": 0.1})["stress"]
+    np.testing.assert_allclose(soft[UP], bare[UP], rtol=1e-12)
+    most = np.max(strain[:17])
+    wanted = 1.0 - 0.5 * (1.0 - np.exp(-(most - strain[DOWN]) / 0.1))
+    np.testing.assert_allclose(ratio(soft[DOWN], bare[DOWN]), wanted, rtol=1e-9)
+
+
+def test_relaxation_after_a_step_decays_with_its_time():
+    strain = np.where(TIME < 3.0, 0.0, 0.4)
+    bare = without("E", strain=strain)["stress"]
+    drawn = seen("E", {"viscoelastic_relaxation.g_2": 0.3, "viscoelastic_relaxation.tau_2": 12.0}, strain=strain)
+    over = drawn["stress"][2:] - bare[2:]
+    # the step takes one row of 2 s, in which the stress rises linearly
+    first = 0.3 * bare[2] * (1.0 - np.exp(-2.0 / 12.0)) / (2.0 / 12.0)
+    np.testing.assert_allclose(over, first * np.exp(-(TIME[2:] - TIME[2]) / 12.0), rtol=1e-9, atol=1e-6)
+
+
+def test_set_moves_the_rest_length_by_cycles():
+    law, strain = specimen("E"), PROTOCOLS["E"]["strain"]
+    found = seen("E", {"permanent_set.share": 0.05, "permanent_set.cycles": 0.5})["stress"]
+    path = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(strain)))])
+    most = np.maximum.accumulate(strain)
+    rest = 0.05 * most[:-1] * (1.0 - np.exp(-path[:-1] / (2.0 * np.maximum(most[:-1], 1e-6)) / 0.5))
+    np.testing.assert_allclose(found[1:], law(strain[1:] - rest), rtol=1e-9, atol=1e-6)
+
+
+def test_stiffening_is_yeohs():
+    stretch = 1.0 + PROTOCOLS["E"]["strain"]
+    excess = stretch**2 + 2.0 / stretch - 3.0
+    more = 2.0 * (stretch - stretch**-2) * (2.0 * 3e3 * excess + 3.0 * 100.0 * excess**2)
+    found = seen("E", {"strain_stiffening.c_2": 3e3, "strain_stiffening.c_3": 100.0})["stress"]
+    np.testing.assert_allclose(found - without("E")["stress"], more, rtol=1e-9, atol=1e-6)
+
+
+# ---------------------------------------------------------------- spring
+
+
+def test_leads_add_their_resistance_and_nothing_else():
+    bare, found = without("S"), seen("S", {"series_resistance.ohms": 0.12})
+    np.testing.assert_allclose(found["resistance"] - bare["resistance"], 0.12, rtol=1e-9)
+    np.testing.assert_allclose(found["force"], bare["force"], rtol=1e-12)
+
+
+def test_a_temperature_coefficient_follows_the_reversible_curve(alloy):
+    xi0 = np.linspace(0.9, 0.1, ROWS)
+    found = seen("S", {"resistance_temperature_coefficient.alpha_a": 1e-3}, xi0=xi0)["resistance"]
+    warm = float(alloy.T_mid) + float(alloy.T_width) * np.log((1.0 - xi0) / xi0)
+    wanted = 1.0 + (1.0 - xi0) * 1e-3 * (warm - 22.0)
+    np.testing.assert_allclose(ratio(found, without("S", xi0=xi0)["resistance"]), wanted, rtol=1e-9)
+
+
+def test_held_variants_keep_the_resistance_of_their_strain(alloy):
+    drive = dict(elongation=60e-3 * UP_AND_DOWN, xi0=COLD)
+    bare = without("S", **drive)
+    found = seen("S", {"detwinned_resistivity_memory.share": 1.0}, **drive)
+    unloaded = 30
+    held = float(bare["true_gamma_R"][unloaded] / alloy.gamma_L)
+    wanted = float(alloy.rho_m_of(held)) * float(specimen("S").geometry.wire_length)
+    assert held > 1.5 * float(alloy.xi_sm(bare["true_gamma"][unloaded]))
+    np.testing.assert_allclose(found["resistance"][unloaded], wanted, rtol=1e-9)
+    np.testing.assert_allclose(found["resistance"][UP], bare["resistance"][UP], rtol=1e-12)
+
+
+def test_fewer_turns_stretch_further_and_a_longer_spring_less():
+    x = 30e-3 * UP_AND_DOWN
+    turned = seen("S", {"inactive_coils.coils": 4.0}, elongation=x)["force"]
+    np.testing.assert_allclose(turned, without("S", elongation=x / (1.0 - 4.0 / 52.0))["force"], rtol=1e-10)
+    longer = seen("S", {"prestrain_error.shift": 1e-3}, elongation=x)["force"]
+    np.testing.assert_allclose(longer, without("S", elongation=x - 1e-3)["force"], rtol=1e-10)
+
+
+def test_opening_coils_shorten_the_lever():
+    bare, found = without("S")["force"], seen("S", {"large_helix_angle.degree": 1.0})["force"]
+    geometry = specimen("S").geometry
+    angle = lambda pitch: np.arctan(pitch / (np.pi * float(geometry.coil_diameter)))  # noqa: E731
+    pitch = float(geometry.initial_pitch)
+    open_ = angle(pitch * (1.0 + PROTOCOLS["S"]["elongation"] / 14e-3))
+    np.testing.assert_allclose(ratio(found, bare), np.cos(angle(pitch)) / np.cos(open_), rtol=1e-9)
+
+
+def test_closed_coils_pull_together_and_push_apart():
+    x = PROTOCOLS["S"]["elongation"]
+    found = seen("S", {"coil_contact.tension": 0.1, "coil_contact.opening": 2e-3, "coil_contact.stop": 800.0})
+    wanted = 0.1 * (1.0 - np.exp(-np.maximum(x, 0.0) / 2e-3)) + 800.0 * np.minimum(x, 0.0)
+    np.testing.assert_allclose(found["force"] - without("S")["force"], wanted, rtol=1e-8, atol=1e-12)
+
+
+def test_a_stand_that_gives_takes_its_share():
+    give = 1e-3
+    found = seen("S", {"load_train_compliance.give": give})["force"]
+    again = without("S", elongation=PROTOCOLS["S"]["elongation"] - give * found)["force"]
+    np.testing.assert_allclose(again, found, rtol=1e-8, atol=1e-12)
+
+
+def test_the_lower_branch_is_a_gap_below_once_the_strain_has_turned():
+    drive = dict(xi0=np.full(ROWS, 0.6))
+    bare = without("S", **drive)
+    found = seen(
+        "S",
+        {"transformation_hysteresis.gap_m": 10e6, "transformation_hysteresis.gap_a": 30e6,
+         "transformation_hysteresis.width": 0.01},
+        **drive,
+    )  # fmt: skip
+    drop = bare["true_stress"] - found["true_stress"]
+    np.testing.assert_allclose(drop[UP], 0.0, atol=1e-3)
+    back = np.max(bare["true_gamma"][:17]) - bare["true_gamma"][DOWN]
+    np.testing.assert_allclose(drop[DOWN], 18e6 * np.minimum(back / 0.01, 1.0), rtol=1e-8)
+
+
+def test_the_r_phase_is_soft_on_cooling_only(alloy):
+    drive = dict(elongation=np.full(ROWS, 10e-3), xi0=0.5 + 0.45 * np.cos(np.pi * TIME / 47.0))
+    bare, found = without("S", **drive), seen("S", {"r_phase.strain": 5e-3, "r_phase.onset": 10.0}, **drive)
+    drop = bare["true_stress"] - found["true_stress"]
+    heating, cooling = slice(6, 24), slice(28, ROWS)
+    np.testing.assert_allclose(drop[heating], 0.0, atol=1e-3)
+    xi0, gain = drive["xi0"][cooling], np.exp(10.0 / float(alloy.T_width))
+    share = (1.0 - xi0) * xi0 * gain / (1.0 - xi0 + gain * xi0)
+    strain = 5e-3 * share * np.tanh(bare["true_gamma"][cooling] / 5e-3)
+    np.testing.assert_allclose(drop[cooling], np.asarray(alloy.modulus(xi0)) * strain, rtol=1e-8)
+
+
+def test_stress_turns_more_of_the_wire_into_martensite(alloy):
+    drive = dict(xi0=np.full(ROWS, 0.3))
+    bare, found = without("S", **drive), seen("S", {"stress_shifted_transformation.shift": 1e-8}, **drive)
+    logit = np.log(0.3 / 0.7) + 1e-8 * bare["true_stress"] / float(alloy.T_width)
+    wanted = alloy.shear_stress(bare["true_gamma"], 1.0 / (1.0 + np.exp(-logit)), bare["true_gamma_R"])
+    np.testing.assert_allclose(found["true_stress"], wanted, rtol=1e-9)
+
+
+def test_pushed_stress_alone_is_scaled():
+    x = np.linspace(-3e-3, 5e-3, ROWS)
+    bare, found = without("S", elongation=x), seen("S", {"tension_compression_asymmetry.excess": 0.4}, elongation=x)
+    np.testing.assert_allclose(ratio(found["force"], bare["force"]), np.where(x < 0.0, 1.4, 1.0), rtol=1e-9)
+
+
+def test_a_fast_pull_rises_by_the_strain_that_it_gained():
+    drive = dict(elongation=20e-3 * np.minimum(TIME / 40.0, 1.0), xi0=COLD)
+    bare = without("S", **drive)
+    found = seen("S", {"self_heating_rate.rise": 0.2, "self_heating_rate.tau": 8.0}, **drive)
+    gamma, gained = bare["true_gamma"], [0.0]
+    for step in np.diff(gamma):
+        gained.append(np.exp(-0.25) * gained[-1] + step * (1.0 - np.exp(-0.25)) / 0.25)
+    np.testing.assert_allclose(
+        found["true_stress"], bare["true_stress"] * (1.0 + 0.2 * np.array(gained) / 0.05), rtol=1e-9, atol=1e-3
+    )
+
+
+def test_shakedown_grows_with_the_path(alloy):
+    drive = dict(elongation=30e-3 * UP_AND_DOWN, xi0=COLD)
+    bare = without("S", **drive)
+    found = seen("S", {"cyclic_shakedown.shift": 0.01, "cyclic_shakedown.cycles": 2.0}, **drive)
+    path = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(drive["elongation"])))])
+    count = np.concatenate([[0.0], path[:-1]]) / (2.0 * np.max(drive["elongation"]))
+    wanted = float(alloy.G_m) * 0.01 * (1.0 - np.exp(-count / 2.0))
+    np.testing.assert_allclose(bare["true_stress"] - found["true_stress"], wanted, rtol=1e-8, atol=1e-3)
+
+
+def test_zones_in_series_carry_one_stress(alloy):
+    share, xi0 = 0.2, np.full(ROWS, 0.4)
+    drive = dict(elongation=40e-3 * np.linspace(0.0, 1.0, ROWS), xi0=xi0)
+    found = seen("S", {"uneven_heating.share": share}, **drive)
+    cold = lambda g: float(alloy.shear_stress(g, 1.0, 0.0))  # noqa: E731
+    limit = float(alloy.residual_strain_limit(0.0))
+    assert limit < 1e-3
+    for row in (20, 47):
+        gamma, rest = found["true_gamma"][row], found["true_gamma_R"][row]
+        warm = lambda g, r=rest: float(alloy.shear_stress(g, 0.4, r))  # noqa: E731
+        both = lambda g, y=gamma, w=warm: w((y - share * g) / (1.0 - share)) - cold(g)  # noqa: E731
+        zone = brentq(both, 0.0, 0.4)
+        assert found["true_stress"][row] == pytest.approx(cold(zone), rel=2e-3)
+        base = float(without("S", **drive)["true_stress"][row])
+        assert abs(base - cold(zone)) > 0.02 * base
+
+
+# ---------------------------------------------------------------- wire
+
+
+def test_a_wire_heats_along_another_branch_than_it_cools():
+    wire = specimen("W")
+    temperature = np.interp(TIME, [0.0, 47.0, 94.0], [80.0, 0.0, 80.0])
+    drive = dict(temperature=temperature, stress=np.full(ROWS, 80e6))
+    found = seen("W", {"transformation_hysteresis.gap_T": 12.0, "transformation_hysteresis.width_T": 2.0}, **drive)
+    phase = lambda t: np.asarray(wire.martensite_fraction_at(t))  # noqa: E731
+    np.testing.assert_allclose(found["true_xi0"][12:23], phase(temperature[12:23]), rtol=1e-9)
+    np.testing.assert_allclose(found["true_xi0"][35:], phase(temperature[35:] - 12.0), rtol=1e-9)
+
+
+def test_stress_raises_the_temperature_of_a_wire():
+    wire, drive = specimen("W"), PROTOCOLS["W"]
+    found = seen("W", {"stress_shifted_transformation.shift": 1e-7})
+    wanted = wire.martensite_fraction_at(drive["temperature"] - 1e-7 * drive["stress"])
+    np.testing.assert_allclose(found["true_xi0"], wanted, rtol=1e-9)
+
+
+def test_the_leads_of_a_wire_shift_the_phase_that_its_resistance_tells():
+    wire = specimen("W")
+    leads = pj.effects.find_effect("series_resistance")(ohms=0.1)
+    ohms = pj.WireResistance(np.linspace(2.2, 2.9, 6), 3.0, 2.0)
+    simulate = lambda given, effects: pj.simulate_wire(  # noqa: E731
+        wire, stress=jnp.full(6, 50e6), resistance=given, effects=effects
+    )
+    found = simulate(ohms, (leads,)).rows
+    np.testing.assert_allclose(found.xi0, (np.linspace(2.2, 2.9, 6) - 0.1 - 2.0) / 1.0, rtol=1e-12)
+    less = dataclasses.replace(ohms, value=ohms.value - 0.1)
+    np.testing.assert_allclose(found.strain, simulate(less, ()).rows.strain, rtol=1e-12)
