@@ -1,0 +1,27 @@
+"""Elastomer coupons in a diagnosis: strain in, engineering stress out."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import jax.numpy as jnp
+from jaxtyping import Array
+
+from fitting.models import elastomer, silicones
+from fitting.models.rows import Rows, numbers
+from pneusma_jax.chain import Effect
+from pneusma_jax.coupon import simulate_coupon
+
+OUTPUTS = ("stress",)
+rows_for = elastomer.rows_for
+parameters_for = elastomer.parameters_for
+
+
+def predict(
+    values: Mapping[str, Array], effects: tuple[Effect, ...], rows: Rows
+) -> tuple[dict[str, Array], dict[str, Any]]:
+    """See `kinds.Kind`."""
+    law = silicones.law_with(rows.extra["law"], numbers(values, rows))
+    strain = rows.inputs["strain"]
+    found = simulate_coupon(law, strain, time=rows.time, effects=effects)
+    rate = jnp.gradient(strain) / jnp.maximum(jnp.gradient(rows.time), 1e-9)
+    return found.seen, {"strain": strain, "strain_rate": rate, "max_strain": jnp.maximum.accumulate(strain)}

@@ -1,0 +1,92 @@
+"""What the instruments add to a recording: size and serial correlation of every channel, and how to whiten it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.characterise.noise import robust_noise
+from fitting.models.channels import LEAST_NOISE, serial_correlation
+from fitting.models.rows import Rows
+from fitting.recordings import Recording
+
+FAILED = 10.0
+"""Standard deviations that a row counts for in which the model has no answer."""
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One measured output of one recording.
+
+    Attributes:
+        quantity: `curvature`, `force`, ...
+        measured: SI, shape (rows,), zero where missing.
+        sigma: marginal standard deviation of each sample, infinite where it does not count.
+        correlation: of neighbouring errors.
+    """
+
+    quantity: str
+    measured: np.ndarray
+    sigma: np.ndarray
+    correlation: float
+
+    def whitened(self, difference: np.ndarray) -> np.ndarray:
+        """Differences of shape (..., rows) as independent errors of unit size; zero where nothing counts.
+
+        First-order noise: each error is freed of what the one before tells about it.
+        """
+        scaled = difference / self.sigma
+        there = np.isfinite(self.sigma)
+        after = np.zeros_like(there)
+        after[1:] = there[1:] & there[:-1]
+        before = np.zeros_like(scaled)
+        before[..., 1:] = scaled[..., :-1]
+        free = (scaled - self.correlation * before) / np.sqrt(1.0 - self.correlation**2)
+        return np.where(after, free, scaled)
+
+    @property
+    def count(self) -> int:
+        """Samples that count."""
+        return int(np.isfinite(self.sigma).sum())
+
+
+def channels_of(recording: Recording, rows: Rows, outputs: tuple[str, ...], size: int) -> list[Channel]:
+    """Measured outputs of a recording, padded to `size` rows.
+
+    Where nobody states the noise it is estimated from high frequencies. What an uncertain phase adds to the
+    variance of an output (`rows.weight` against `rows.extra["clean"]`) is added to it.
+
+    Args:
+        recording: as it was read.
+        rows: the same as arrays.
+        outputs: quantities that the model predicts.
+        size: rows of the stack.
+    """
+    found = []
+    clean = rows.extra.get("clean", rows.weight)
+    for quantity in outputs:
+        if not recording.has(quantity) or quantity not in rows.weight:
+            continue
+        weight, bare = np.asarray(rows.weight[quantity]), np.asarray(clean[quantity])
+        values, there = np.asarray(rows.measured[quantity]), weight > 0.0
+        if not there.any():
+            continue
+        raw = recording.si(quantity)
+        raw = raw[np.isfinite(raw)]
+        block = max(1, round(len(raw) / max(there.sum(), 1)))
+        stated = recording.noise_si(quantity)
+        if stated is not None and stated > 0.0:
+            correlation, sigma = serial_correlation(raw, stated), stated
+        else:
+            sigma = robust_noise(np.asarray(rows.time)[there], values[there]) * np.sqrt(block)
+            sigma = max(sigma, LEAST_NOISE * float(np.ptp(values[there])), 1e-12)
+            correlation = 0.0
+        more = np.where(there, 1.0 / np.where(there, weight, 1.0) ** 2 - 1.0 / np.where(there, bare, 1.0) ** 2, 0.0)
+        if block > 1:  # the mean of a block of correlated samples
+            sigma *= np.sqrt((1.0 + correlation) / (1.0 - correlation) / block)
+            correlation = correlation**block
+        total = np.full(size, np.inf)
+        total[: len(there)] = np.where(there, np.sqrt(sigma**2 + np.maximum(more, 0.0)), np.inf)
+        full = np.zeros(size)
+        full[: len(values)] = values
+        found.append(Channel(quantity, full, total, float(correlation)))
+    return found

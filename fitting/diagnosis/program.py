@@ -1,0 +1,178 @@
+"""A campaign as one compiled program: every base constant and every candidate effect, neutral where it is absent.
+
+One evaluation gives the outputs of all recordings and their derivatives along a few directions. Everything else
+in a diagnosis is linear algebra on its whitened results.
+"""
+
+from dataclasses import dataclass, field
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.models.rows import Rows, stack
+from fitting.recordings import Campaign, Recording
+from pneusma_jax.errors import InputError
+
+from .kinds import Kind, candidates, kind_module
+from .noise import FAILED, Channel, channels_of
+from .unknowns import Unknowns
+
+WIDTH = 8
+"""Directions of one evaluation."""
+
+
+@dataclass
+class Program:
+    """A campaign that can be evaluated anywhere.
+
+    Attributes:
+        kind: of the recordings.
+        recordings: those of the campaign, in its order.
+        stacked: the same as arrays.
+        channels: measured outputs by recording.
+        unknowns: numbers that may be free.
+        fitted: recordings whose role is `fit`, shape (recordings,).
+        rows: recordings as arrays, one by one.
+        evaluations: how often the program ran.
+    """
+
+    kind: str
+    recordings: list[Recording]
+    stacked: Rows
+    channels: list[list[Channel]]
+    unknowns: Unknowns
+    fitted: np.ndarray
+    rows: list[Rows]
+    evaluations: int = field(default=0)
+
+    @classmethod
+    def of(cls, campaign: Campaign, kind: str, slugs: list[str] | None = None) -> "Program":
+        """Build a program; nothing is compiled yet.
+
+        Raises:
+            InputError: if the recordings cannot be used together.
+        """
+        module = kind_module(kind)
+        rows = module.rows_for(campaign)
+        stacked = stack(rows)
+        unknowns = Unknowns(module.parameters_for(campaign), candidates(kind) if slugs is None else slugs)
+        if hasattr(module, "prepared"):
+            stacked = module.prepared(unknowns.values(np.zeros(len(unknowns))), stacked)
+        size = stacked.mask.shape[1]
+        channels = [
+            channels_of(recording, r, module.OUTPUTS, size)
+            for recording, r in zip(campaign.recordings, rows, strict=True)
+        ]
+        for recording, found in zip(campaign.recordings, channels, strict=True):
+            if not any(channel.count for channel in found):
+                wanted = " or ".join(module.OUTPUTS)
+                raise InputError(
+                    f"{recording.path or recording.name}: there is no {wanted} to compare the model with"
+                )
+        fitted = np.array([recording.role == "fit" for recording in campaign.recordings])
+        if not fitted.any():
+            raise InputError(f"{campaign.path}: every recording has role validation; nothing is left to fit")
+        program = cls(kind, list(campaign.recordings), stacked, channels, unknowns, fitted, rows)
+        program._compile(module)
+        program.settle(unknowns.neutral)
+        return program
+
+    def settle(self, u: np.ndarray) -> None:
+        """Read hidden phases anew at the strains of the model at `u`, where the kind has them."""
+        module = kind_module(self.kind)
+        if not hasattr(module, "settled"):
+            return
+
+        def drivers(rows: list[Rows]) -> dict[str, np.ndarray]:
+            return self.evaluate(u, self.unknowns.base[:0], stack(rows, self.stacked)).drivers
+
+        self.rows = module.settled(self.rows, drivers)
+        self.stacked = stack(self.rows, self.stacked)
+
+    def _compile(self, module: Kind) -> None:
+        unknowns = self.unknowns
+
+        def outputs(u: jax.Array, stacked: Rows) -> dict:
+            one = lambda rows: module.predict(unknowns.values(u), unknowns.effects(u), rows)  # noqa: E731
+            return jax.vmap(one)(stacked)
+
+        @jax.jit
+        def evaluate(u: jax.Array, directions: jax.Array, stacked: Rows) -> tuple:
+            along = lambda v: jax.jvp(lambda x: outputs(x, stacked)[0], (u,), (v,))[1]  # noqa: E731
+            slopes = jax.vmap(along)(directions)
+            found, drivers = outputs(u, stacked)
+            return found, slopes, drivers
+
+        self._evaluate = evaluate
+
+    def evaluate(self, u: np.ndarray, columns: np.ndarray, stacked: Rows | None = None) -> "Evaluation":
+        """Whitened misfit of every recording, and its derivative by some of the unknowns.
+
+        Args:
+            u: scaled numbers, shape (unknowns,).
+            columns: indices of unknowns, any number.
+            stacked: recordings of the same shape instead of the campaign's.
+        """
+        stacked = self.stacked if stacked is None else stacked
+        columns = np.asarray(columns, int)
+        found, parts, drivers = None, [], None
+        for first in range(0, max(len(columns), 1), WIDTH):
+            chunk = columns[first : first + WIDTH]
+            directions = np.zeros((WIDTH, len(self.unknowns)))
+            directions[np.arange(len(chunk)), chunk] = 1.0
+            found, slopes, drivers = jax.device_get(
+                self._evaluate(jnp.asarray(u, float), jnp.asarray(directions), stacked)
+            )
+            self.evaluations += 1
+            parts.append({name: value[: len(chunk)] for name, value in slopes.items()})
+        slopes = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        return self._whitened(found, slopes, drivers)
+
+    def _whitened(self, found: dict, slopes: dict, drivers: dict) -> "Evaluation":
+        misfit, jacobian, raw = [], [], []
+        for k, channels in enumerate(self.channels):
+            pieces, derivatives, plain = [], [], []
+            for channel in channels:
+                predicted, slope = found[channel.quantity][k], slopes[channel.quantity][:, k]
+                good = np.isfinite(predicted) & np.all(np.isfinite(slope), axis=0)
+                miss = np.where(good, predicted - channel.measured, FAILED * channel.sigma)
+                miss = np.where(np.isfinite(channel.sigma), miss, 0.0)
+                plain.append(np.where(good, predicted, np.nan))
+                pieces.append(channel.whitened(miss))
+                derivatives.append(channel.whitened(np.where(good, slope, 0.0)))
+            misfit.append(np.concatenate(pieces))
+            jacobian.append(np.concatenate(derivatives, axis=1))
+            raw.append(plain)
+        return Evaluation(misfit, jacobian, raw, drivers)
+
+    def observations(self, chosen: np.ndarray) -> int:
+        """Measured values of some recordings, given by a mask."""
+        return sum(channel.count for k in np.flatnonzero(chosen) for channel in self.channels[k])
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Results of one evaluation.
+
+    Attributes:
+        misfit: whitened model minus data of each recording, all its channels in a row, (values,).
+        jacobian: its derivative by each scaled unknown that was asked for, (columns, values).
+        predicted: of each recording and channel, SI, (rows,), NaN where the model has no answer.
+        drivers: what drives the outputs, by name, (recordings, rows).
+    """
+
+    misfit: list[np.ndarray]
+    jacobian: list[np.ndarray]
+    predicted: list[list[np.ndarray]]
+    drivers: dict[str, np.ndarray]
+
+    def joined(self, weight: np.ndarray | list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """Misfit and Jacobian (values, columns) of recordings, weighed by a number or a mask of values each."""
+        r = np.concatenate([w * m for w, m in zip(weight, self.misfit, strict=True)])
+        J = np.concatenate([w * j for w, j in zip(weight, self.jacobian, strict=True)], axis=1)
+        return r, J.T
+
+    def chi2(self, weight: np.ndarray) -> float:
+        """Sum of squares of the weighed misfit."""
+        return float(sum(np.sum((w * m) ** 2) for w, m in zip(weight, self.misfit, strict=True)))

@@ -1,0 +1,174 @@
+"""Least squares of base constants and effects together, on whitened recordings, within physical bounds.
+
+Levenberg's method in scaled unknowns. Derivatives by the base constants change little over a diagnosis, so they
+are computed once and kept; those of the effects are those of the current point. A last step with fresh ones ends
+every fit.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .program import Evaluation, Program
+
+MOST_ROUNDS = 14
+ENOUGH = 0.02
+"""Decrease of the objective at which a fit ends."""
+SHAPE_SD = 1.5
+"""Standard deviation of a shape parameter's prior about its typical value, in units of that value's departure."""
+AT_BOUND = 1e-3
+"""Part of its range from a bound at which a parameter is said to be at it."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A refitted model.
+
+    Attributes:
+        u: scaled numbers, shape (unknowns,).
+        free: indices of those that were fitted.
+        slugs: effects that are present.
+        objective: half the sum of squares of misfit and priors.
+        log_det: log-determinant of the objective's second derivative by the free numbers.
+        covariance: of the free numbers, scaled, (free, free).
+        evaluation: of the program at `u`.
+        at_bound: names of effects' parameters that ended at a bound.
+    """
+
+    u: np.ndarray
+    free: np.ndarray
+    slugs: tuple[str, ...]
+    objective: float
+    log_det: float
+    covariance: np.ndarray
+    evaluation: Evaluation
+    at_bound: tuple[str, ...]
+
+    def sd(self, index: int) -> float:
+        """Standard deviation of an unknown, scaled; 0 if it was not free."""
+        where = np.flatnonzero(self.free == index)
+        return float(np.sqrt(self.covariance[where[0], where[0]])) if where.size else 0.0
+
+
+class Refitter:
+    """Fits models of one program.
+
+    Args:
+        program: campaign.
+        weight: of each recording, 1 to fit it and 0 to leave it out, or a mask of its values.
+    """
+
+    def __init__(self, program: Program, weight: np.ndarray | list[np.ndarray] | None = None):
+        self.program = program
+        self.unknowns = program.unknowns
+        self.weight = program.fitted.astype(float) if weight is None else weight
+        self._base: np.ndarray | None = None
+
+    def base(self, start: np.ndarray | None = None) -> Fit:
+        """The base model refitted within its tolerances."""
+        return self.fit((), start)
+
+    def fit(self, slugs: tuple[str, ...], start: np.ndarray | None = None, rounds: int = MOST_ROUNDS) -> Fit:
+        """Refit base constants and effects.
+
+        Args:
+            slugs: effects that may be present.
+            start: scaled numbers to start from; nominal, effects at typical values, if None.
+            rounds: most trial steps.
+        """
+        unknowns, base = self.unknowns, self.unknowns.base
+        extra = unknowns.of(slugs)
+        free = np.concatenate([base, extra]).astype(int)
+        u = unknowns.neutral.copy() if start is None else np.array(start, float)
+        others = np.setdiff1d(np.arange(len(unknowns)), free)
+        u[others] = unknowns.neutral[others]
+        u = np.clip(u, unknowns.low, unknowns.high)
+        fresh = self._base is None or not slugs
+        now = self._at(u, free if fresh else extra, extra)
+        damping, failures = 1e-3, 0
+        for _ in range(rounds):
+            step, predicted = self._step(u, now, free, damping)
+            trial = np.clip(u + step, unknowns.low, unknowns.high)
+            if np.max(np.abs(trial - u), initial=0.0) < 1e-6:
+                break
+            then = self._at(trial, free if fresh else extra, extra)
+            gain = now[0] - then[0]
+            if gain > 0.0:
+                u, now, failures = trial, then, 0
+                damping = max(damping * 0.2, 1e-6)
+                if gain < ENOUGH:
+                    break
+            else:
+                damping, failures = max(damping, 1e-3) * 8.0, failures + 1
+                if not fresh and failures == 2:  # the base's derivatives may be out of date
+                    now, fresh = self._at(u, free, extra), True
+                if failures > 5:
+                    break
+        if not fresh:
+            now = self._at(u, free, extra)
+            step, _ = self._step(u, now, free, 1e-6)
+            trial = np.clip(u + step, unknowns.low, unknowns.high)
+            then = self._at(trial, free, extra)
+            if then[0] < now[0]:
+                u, now = trial, then
+        if not slugs or self._base is None:
+            self._base = now[2][:, : len(base)]
+        return self._finished(u, free, slugs, now)
+
+    def _at(self, u: np.ndarray, columns: np.ndarray, extra: np.ndarray) -> tuple:
+        """Objective, misfit, Jacobian over the free unknowns, evaluation."""
+        evaluation = self.program.evaluate(u, columns)
+        r, J = evaluation.joined(self.weight)
+        if len(columns) == len(extra) and self._base is not None:
+            J = np.concatenate([self._base, J[:, : len(extra)]], axis=1)
+        free = np.concatenate([self.unknowns.base, extra]).astype(int)
+        departure, sd = self._prior(u, free)
+        return 0.5 * (r @ r + np.sum((departure / sd) ** 2)), r, J, evaluation
+
+    def _prior(self, u: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Departures from the priors' means, and their standard deviations (infinite where flat)."""
+        items = [self.unknowns.items[k] for k in free]
+        mean = np.array([item.start if item.shape else 0.0 for item in items])
+        sd = np.array([1.0 if not i.effect else SHAPE_SD if i.shape else np.inf for i in items])
+        return u[free] - mean, sd
+
+    def _step(self, u: np.ndarray, now: tuple, free: np.ndarray, damping: float) -> tuple[np.ndarray, float]:
+        _, r, J, _ = now
+        departure, sd = self._prior(u, free)
+        H = J.T @ J + np.diag(sd**-2)
+        g = J.T @ r + departure / sd**2
+        low, high = self.unknowns.low[free], self.unknowns.high[free]
+        at = u[free]
+        active = np.ones(len(free), bool)
+        step = np.zeros(len(free))
+        for _ in range(3):  # bounds that a step would cross hold it there
+            inner = np.ix_(active, active)
+            D = np.diag(np.maximum(np.diag(H[inner]), 1e-8)) * damping
+            rest = H[np.ix_(active, ~active)] @ step[~active]
+            step[active] = -np.linalg.solve(H[inner] + D + 1e-12 * np.eye(active.sum()), g[active] + rest)
+            beyond = active & ((at + step < low) | (at + step > high))
+            if not beyond.any():
+                break
+            step[beyond] = np.clip(at + step, low, high)[beyond] - at[beyond]
+            active &= ~beyond
+            if not active.any():
+                break
+        full = np.zeros(len(u))
+        full[free] = np.clip(step, -3.0, 3.0)
+        return full, 0.0
+
+    def _finished(self, u: np.ndarray, free: np.ndarray, slugs: tuple[str, ...], now: tuple) -> Fit:
+        objective, _, J, evaluation = now
+        _, sd = self._prior(u, free)
+        H = J.T @ J + np.diag(sd**-2)
+        values, vectors = np.linalg.eigh(H)
+        values = np.maximum(values, 1e-6)
+        unknowns, bound = self.unknowns, []
+        for k in free:
+            item = unknowns.items[k]
+            span = item.high - item.low
+            near = min(u[k] - item.low, item.high - u[k]) < AT_BOUND * span
+            if item.effect and near and abs(u[k]) > 1e-9 and not item.shape:
+                bound.append(f"{item.effect}.{item.name}")
+        covariance = (vectors / values) @ vectors.T
+        return Fit(u, free, tuple(slugs), objective, float(np.sum(np.log(values))), covariance, evaluation, tuple(bound))

@@ -1,0 +1,137 @@
+"""The numbers of a diagnosis: free constants of the base model and the parameters of every candidate effect, scaled.
+
+In scaled units a base constant is 0 at its nominal value and 1 a standard deviation of its tolerance away; a
+parameter of an effect is 0 where the effect is absent.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Array
+
+from fitting.parameters import Parameters
+from pneusma_jax.effects import CATALOGUE, Effect
+
+CUT = 4.0
+"""Standard deviations at which the prior of a base constant ends."""
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One number that may be fitted.
+
+    Attributes:
+        name: of the parameter, within its effect.
+        effect: slug, or "" for a constant of the base model.
+        reference: value in SI at scaled 0.
+        scale: SI per scaled unit; for a logarithmic one, the relative change of one unit.
+        low, high: bounds, scaled.
+        start: scaled value from which a fit of a present effect starts.
+        unit: for people; SI.
+        text: what it is.
+        shape: it means nothing while its effect is absent.
+        logarithmic: the value is `reference * exp(scale * u)`.
+    """
+
+    name: str
+    effect: str
+    reference: float
+    scale: float
+    low: float
+    high: float
+    start: float
+    unit: str
+    text: str
+    shape: bool = False
+    logarithmic: bool = False
+
+    def value(self, u: Array) -> Array:
+        """SI value of a scaled one; may be traced."""
+        if self.logarithmic:
+            return self.reference * np.e ** (self.scale * u)
+        return self.reference + self.scale * u
+
+    def spread(self, u: float, sd: float) -> float:
+        """Standard deviation in SI of a scaled one."""
+        return abs(self.scale * sd * (float(self.value(u)) if self.logarithmic else 1.0))
+
+
+class Unknowns:
+    """All numbers of a diagnosis, in one order: the base constants, then the effects.
+
+    Args:
+        base: free constants with priors.
+        slugs: candidate effects.
+    """
+
+    def __init__(self, base: Parameters, slugs: Sequence[str]):
+        self.slugs = tuple(slugs)
+        self.items = tuple([*_base_unknowns(base), *(u for slug in slugs for u in _effect_unknowns(slug))])
+        self.base = np.array([k for k, item in enumerate(self.items) if not item.effect], int)
+        self.low = np.array([item.low for item in self.items])
+        self.high = np.array([item.high for item in self.items])
+        self.neutral = np.array([item.start if item.shape else 0.0 for item in self.items])
+
+    def __len__(self) -> int:
+        """Number of unknowns."""
+        return len(self.items)
+
+    def of(self, slugs: Iterable[str]) -> np.ndarray:
+        """Indices of the parameters of effects, in the order given."""
+        found = [k for slug in slugs for k, item in enumerate(self.items) if item.effect == slug]
+        return np.array(found, int)
+
+    def amplitudes(self, slug: str) -> np.ndarray:
+        """Indices of the parameters of an effect that are not shapes."""
+        return np.array([k for k in self.of([slug]) if not self.items[k].shape], int)
+
+    def shapes(self, slug: str) -> np.ndarray:
+        """Indices of an effect's shape parameters."""
+        return np.array([k for k in self.of([slug]) if self.items[k].shape], int)
+
+    def values(self, u: Array) -> dict[str, Array]:
+        """Base constants in SI by name; may be traced."""
+        return {self.items[k].name: self.items[k].value(u[k]) for k in self.base}
+
+    def effects(self, u: Array, slugs: Iterable[str] | None = None) -> tuple[Effect, ...]:
+        """Effects with their parameters; may be traced.
+
+        Args:
+            u: scaled numbers, shape (unknowns,).
+            slugs: which; all if None.
+        """
+        chosen = self.slugs if slugs is None else slugs
+        made = []
+        for slug in chosen:
+            members = {self.items[k].name: self.items[k].value(u[k]) for k in self.of([slug])}
+            made.append(CATALOGUE[slug](**members))
+        return tuple(made)
+
+
+def _base_unknowns(base: Parameters) -> list[Unknown]:
+    found = []
+    for name, parameter in base.items():
+        prior = parameter.prior
+        logarithmic = parameter.scale == "log"
+        scale = prior.sd / prior.mean if logarithmic else prior.sd
+        at = (lambda x, p=prior, s=scale: np.log(x / p.mean) / s) if logarithmic else (
+            lambda x, p=prior, s=scale: (x - p.mean) / s
+        )  # fmt: skip
+        low, high = max(at(prior.min), -CUT), min(at(prior.max), CUT)
+        found.append(
+            Unknown(name, "", prior.mean, scale, low, high, 0.0, parameter.unit, name, False, logarithmic)
+        )
+    return found
+
+
+def _effect_unknowns(slug: str) -> list[Unknown]:
+    found = []
+    for name, spec in CATALOGUE[slug].specs.items():
+        scale = abs(spec.typical - spec.neutral) or 0.25 * (spec.high - spec.low)
+        low, high = (spec.low - spec.neutral) / scale, (spec.high - spec.neutral) / scale
+        start = (spec.typical - spec.neutral) / scale
+        found.append(
+            Unknown(name, slug, spec.neutral, scale, low, high, start, spec.unit, spec.text, spec.shape)
+        )
+    return found
