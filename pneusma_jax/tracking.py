@@ -75,11 +75,12 @@ def track_history(
             may be that of two configurations, and from the wrong one no row finds back.
     """
     recorded = recorded or {}
+    fixed = dict(actuator=actuator, fibres=actuator.fibres()) if effects else {}
 
     def step(carry: tuple, row: tuple) -> tuple[tuple, tuple]:
         unknowns, states, memories = carry
         pressure, activations, time, interval, recorded = row
-        known = Known(dict(time=time, interval=interval, actuator=actuator, recorded_pressure=pressure) | recorded)
+        known = Known(dict(time=time, interval=interval, recorded_pressure=pressure) | fixed | recorded)
         chain = Chain(effects, memories, known)
         pressure = chain.through("pressure", pressure)
         problem = Problem(actuator, pressure, activations, states, chain.knowing(pressure=pressure))
@@ -106,7 +107,7 @@ def track_history(
 
     begun = jax.tree.map(lambda x: x[0], recorded)
     states = jax.tree.map(lambda x: jnp.asarray(x, dtype=float), states)
-    at_rest = Chain.begin(effects, actuator=actuator, pressure=pressure[0], states=states, **begun)
+    at_rest = Chain.begin(effects, pressure=pressure[0], states=states, **fixed, **begun)
     interval = jnp.diff(time, prepend=time[:1])
     rows = (pressure, activations, time, interval, recorded)
     at_start = Problem(actuator, pressure[0], guess or jax.tree.map(lambda x: x[0], activations), states)

@@ -59,6 +59,11 @@ COMMANDS = {
         "effects_command",
         "List and explain the physics that the published model leaves out.",
     ),
+    "diagnose": (
+        "fitting.cli.diagnose",
+        "diagnose_command",
+        "Say what physics the model leaves out, and show the fit improve.",
+    ),
     "posterior": (
         "fitting.cli.posterior",
         "posterior_command",

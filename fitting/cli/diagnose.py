@@ -1,0 +1,73 @@
+"""`pneusma diagnose`: say what physics the model leaves out where recordings contradict it."""
+
+import json
+import shlex
+from pathlib import Path
+
+import click
+
+
+@click.command("diagnose")
+@click.argument("campaign", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Of everything random.")
+@click.option("--json", "as_json", is_flag=True, help="Print report.json to stdout.")
+@click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
+def diagnose_command(campaign: Path, out: Path, seed: int, as_json: bool, force: bool) -> None:
+    """Compare CAMPAIGN (a folder of recordings, or one CSV) with the model and explain the mismatch.
+
+    Refits the base model within its tolerances, tells whether what remains is more than noise, tries every effect
+    of the catalogue that such recordings can show, and proves what it finds on recordings that were not fitted.
+    Writes report.html, report.json, augmented.toml (a model that every other command takes with --model) and
+    figures.
+    """
+    from fitting.augmented.files import render_model
+    from fitting.cli._common import done, notice, prepare
+    from fitting.recordings import read_campaign
+    from fitting.report.publish import check_free, publish
+
+    recordings = read_campaign(campaign)
+    check_free(out, force)
+    prepare()
+
+    from fitting.diagnosis import diagnose
+    from fitting.diagnosis.document import model_of, report_of
+    from fitting.diagnosis.figures import probability_figure, recordings_figure
+    from fitting.diagnosis.page import page_of
+    from fitting.diagnosis.words import verdict_sentences
+    from fitting.report.figures import png
+
+    command = f"pneusma diagnose {shlex.quote(str(campaign))} --out {shlex.quote(str(out))} --seed {seed}"
+    with _progress() as told:
+        conclusion = diagnose(recordings, seed, told)
+    figures = {"recordings": recordings_figure(conclusion), "probabilities": probability_figure(conclusion)}
+    report = json.dumps(report_of(conclusion), indent=1)
+    documents = {
+        "report.json": report,
+        "report.html": page_of(conclusion, recordings.title, command, figures),
+        "augmented.toml": render_model(model_of(conclusion, f"pneusma diagnose of {recordings.title}, seed {seed}")),
+        **{f"{name}.png": png(figure) for name, figure in figures.items()},
+    }
+    files = publish(out, documents, force)
+    for text in recordings.notices:
+        notice(text)
+    if as_json:
+        click.echo(report)
+        return
+    for sentence in verdict_sentences(conclusion):
+        click.echo(sentence)
+    click.echo()
+    done(files)
+
+
+class _progress:
+    """A line on a terminal that says what is being done, with the time; nothing elsewhere."""
+
+    def __enter__(self):
+        from tqdm import tqdm
+
+        self.bar = tqdm(total=None, bar_format="{elapsed}  {desc}", leave=False, disable=None)
+        return lambda text: (self.bar.set_description_str(text), self.bar.refresh())
+
+    def __exit__(self, *_: object) -> None:
+        self.bar.close()

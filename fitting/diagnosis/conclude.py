@@ -1,0 +1,213 @@
+"""From a search to a verdict: probabilities of every candidate, of nothing and of something unknown."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneusma_jax.effects import CATALOGUE
+
+from .explain import CLOSE, ENOUGH, LEVEL, Explanation, Stage, Trial, reduced
+from .locate import Place, locate
+from .prove import HeldOut, held_out
+
+UNMODELLED = "unmodelled"
+SET = 0.95
+"""Probability that an explanation set holds."""
+NOTHING_LEFT = 0.05
+"""Share of the misfit that a right explanation may leave."""
+MUCH_LEFT = 0.35
+"""Share from which what is left is called something else."""
+FAINT = 1.15
+"""Reduced chi-square up to which a misfit that no effect explains is not held against the model."""
+
+
+@dataclass
+class Found:
+    """An effect of the final model.
+
+    Attributes:
+        slug: or `unmodelled`.
+        probability: that it is present.
+        bayes: log Bayes factor over the model without it.
+        parameters: value, sd and unit by name, SI.
+        confusable: slugs that the recordings do not tell it from.
+        text: for a laboratory.
+    """
+
+    slug: str
+    probability: float
+    bayes: float
+    parameters: dict[str, dict]
+    confusable: list[str]
+    text: str
+
+
+@dataclass
+class Conclusion:
+    """Everything that a report says."""
+
+    explanation: Explanation
+    mismatch: bool
+    place: Place
+    component: str
+    found: list[Found]
+    candidates: dict[str, tuple[float, float]]
+    nothing: float
+    unknown: float
+    explanation_set: list[str]
+    before: HeldOut
+    after: HeldOut
+    next_experiment: dict | None
+
+
+def conclude(explanation: Explanation) -> Conclusion:
+    """Weigh a search."""
+    program = explanation.program
+    held = ~program.fitted
+    judge = held if held.any() else program.fitted
+    base = [reduced(explanation.base_program, explanation.base, mask) for mask in (program.fitted, judge)]
+    last = [reduced(program, explanation.final, mask) for mask in (program.fitted, judge)]
+    named = bool(explanation.final.slugs)
+    significant = explanation.p_value <= LEVEL
+    mismatch = named or (significant and min(base) > FAINT)
+    unknown = _unknown(base, last) if mismatch else 0.0
+    if mismatch and not named:
+        unknown = max(unknown, 0.9)
+    candidates, nothing = _probabilities(explanation, mismatch, unknown)
+    unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
+    found = _found(explanation, unknown) if named else []
+    if mismatch and (unknown > 0.5 or not named):
+        found = [_unmodelled(unknown, found, explanation), *[f for f in found if f.probability > 0.5]]
+    place = locate(explanation)
+    before, after = held_out(explanation)
+    return Conclusion(
+        explanation, mismatch, place, _component(explanation, found, place), found, candidates, nothing, unknown,
+        _set(candidates, unknown) if mismatch else [], before, after, _next(explanation, candidates, found),
+    )  # fmt: skip
+
+
+def _unknown(base: list[float], last: list[float]) -> float:
+    """Probability that what is left is none of the candidates, from how much is left."""
+    worst = 0.0
+    for before, after in zip(base, last, strict=True):
+        if after > ENOUGH and before > 1.0:
+            share = (after - 1.0) / max(before - 1.0, 1e-6)
+            worst = max(worst, (share - NOTHING_LEFT) / (MUCH_LEFT - NOTHING_LEFT))
+    return float(np.clip(worst, 0.01, 0.97))
+
+
+def _probabilities(
+    explanation: Explanation, mismatch: bool, unknown: float
+) -> tuple[dict[str, tuple[float, float]], float]:
+    """Of each candidate as the strongest explanation, with its log Bayes factor; and of nothing."""
+    slugs = explanation.program.unknowns.slugs
+    stage = explanation.stages[0] if explanation.stages else None
+    trials = {t.slug: t for t in stage.trials} if stage else {}
+    bayes = {slug: float(trials[slug].bayes) if slug in trials else -5.0 for slug in slugs}
+    if not mismatch:
+        nothing = 0.9 + 0.09 * explanation.p_value
+        share = (1.0 - nothing) / (len(slugs) + 1)
+        return {slug: (share, min(bayes[slug], 0.0)) for slug in slugs}, nothing
+    logs = np.array([bayes[slug] for slug in slugs] + [0.0])
+    weights = np.exp(logs - logs.max())
+    weights = (1.0 - unknown) * weights / weights.sum()
+    return {slug: (float(w), bayes[slug]) for slug, w in zip(slugs, weights, strict=False)}, float(weights[-1])
+
+
+def _found(explanation: Explanation, unknown: float) -> list[Found]:
+    program, fit = explanation.program, explanation.final
+    found = []
+    for slug in fit.slugs:
+        stage, trial = _stage_of(explanation, slug)
+        rivals = [t for t in stage.trials if t.slug != slug]
+        logs = np.array([trial.bayes, 0.0, *(t.bayes for t in rivals)])
+        weights = np.exp(logs - logs.max())
+        probability = float(weights[0] / weights.sum()) * (1.0 - unknown)
+        if fit.at_bound and any(name.startswith(f"{slug}.") for name in fit.at_bound):
+            probability *= 0.7
+        parameters = {}
+        for k in program.unknowns.of([slug]):
+            item = program.unknowns.items[k]
+            sd = item.spread(fit.u[k], fit.sd(k))
+            parameters[item.name] = {"value": float(item.value(fit.u[k])), "sd": float(sd), "unit": item.unit}
+        close = [t.slug for t in rivals if trial.bayes - t.bayes < CLOSE or _alike(t, trial)]
+        found.append(Found(slug, min(probability, 0.999), float(trial.bayes), parameters, close, CATALOGUE[slug].sentence))
+    return found
+
+
+def _alike(rival: Trial, trial: Trial) -> bool:
+    """Whether a rival explains the recordings nearly as well: its misfit is as good as noise, too."""
+    return rival.held_out < 1.1 * max(trial.held_out, 1.0) and trial.bayes - rival.bayes < 10.0
+
+
+def _stage_of(explanation: Explanation, slug: str) -> tuple[Stage, Trial]:
+    for stage in explanation.stages:
+        if stage.chosen == slug:
+            return stage, next(t for t in stage.trials if t.slug == slug)
+    raise AssertionError(slug)
+
+
+def _unmodelled(unknown: float, found: list[Found], explanation: Explanation) -> Found:
+    base = reduced(explanation.base_program, explanation.base, explanation.program.fitted)
+    text = "What the recordings show is none of the effects that are known here; nothing named explains enough of it."
+    if found:
+        text += f" Nearest is {found[0].slug}, which leaves too much."
+    return Found(UNMODELLED, float(unknown), float(0.5 * (base - 1.0) * explanation.program.observations(explanation.program.fitted)), {}, [f.slug for f in found], text)
+
+
+def _set(candidates: dict[str, tuple[float, float]], unknown: float) -> list[str]:
+    """The fewest candidates whose probabilities reach `SET`."""
+    pool = {slug: p for slug, (p, _) in candidates.items()} | {UNMODELLED: unknown}
+    chosen, total = [], 0.0
+    for slug in sorted(pool, key=lambda s: -pool[s]):
+        chosen.append(slug)
+        total += pool[slug]
+        if total >= SET:
+            break
+    return chosen
+
+
+def _component(explanation: Explanation, found: list[Found], place: Place) -> str:
+    """Where a report locates the misfit; springs of an actuator by their number."""
+    if not found:
+        return "none"
+    named = [f.slug for f in found if f.slug != UNMODELLED]
+    if not named or found[0].slug == UNMODELLED:
+        return _guess(explanation, place)
+    component = CATALOGUE[named[0]].component
+    if component == "spring" and explanation.program.kind == "wire":
+        return "wire"
+    if component == "spring" and explanation.program.kind == "actuator":
+        recordings = explanation.program.recordings
+        measured = [n for n in (1, 2, 3) if any(r.has(f"resistance_{n}") for r in recordings)]
+        others = [n for n in (1, 2, 3) if n not in measured]
+        driven = measured[0] if measured else 2
+        if named[0] == "opposing_spring_heating" and driven in (1, 2):
+            return f"spring_{3 - driven if 3 - driven in others else driven}"
+        return f"spring_{driven}"
+    return component
+
+
+def _guess(explanation: Explanation, place: Place) -> str:
+    """Component of a misfit that no effect explains: that of the best candidate."""
+    stage = explanation.stages[0] if explanation.stages else None
+    if stage and stage.trials:
+        component = CATALOGUE[stage.trials[0].slug].component
+        if component == "spring" and explanation.program.kind in ("actuator", "wire"):
+            return "spring_2" if explanation.program.kind == "actuator" else "wire"
+        return component
+    return "unknown"
+
+
+def _next(explanation: Explanation, candidates: dict, found: list[Found]) -> dict | None:
+    """The experiment that separates the best explanation from its nearest rival."""
+    from .words import separating
+
+    stage = explanation.stages[0] if explanation.stages else None
+    if not stage or not stage.trials or not found:
+        return None
+    first = stage.trials[0]
+    rivals = stage.trials[1:2]
+    names = [first.slug, *(t.slug for t in rivals)]
+    expected = float(first.bayes - rivals[0].bayes) if rivals else float(first.bayes)
+    return {"text": separating(names), "separates": names, "expected_log_bayes_factor": max(expected, 0.0)}

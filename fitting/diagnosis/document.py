@@ -1,0 +1,131 @@
+"""A conclusion as `report.json`, and the model that it leads to as `augmented.toml`."""
+
+import numpy as np
+
+from fitting.augmented import AddedEffect, AugmentedModel, add_effect, fitted
+from fitting.recordings import schema
+from pneusma_jax.calibration_keys import QUANTITIES
+from pneusma_jax.calibration_model import Quantity
+from pneusma_jax.units import from_si
+
+from .conclude import UNMODELLED, Conclusion
+from .prove import HeldOut
+from .words import place_text
+
+SCHEMA = "pneusma-diagnosis/1"
+
+
+def report_of(conclusion: Conclusion) -> dict:
+    """The report that outside programs read."""
+    explanation = conclusion.explanation
+    candidates = [
+        {"name": slug, "probability": p, "log_bayes_factor": _finite(bayes)}
+        for slug, (p, bayes) in sorted(conclusion.candidates.items(), key=lambda c: -c[1][0])
+    ]
+    return {
+        "schema": SCHEMA,
+        "verdict": "mismatch" if conclusion.mismatch else "consistent",
+        "p_value": float(explanation.p_value),
+        "p_value_is_bound": bool(explanation.p_is_bound),
+        "where": {
+            "component": conclusion.component,
+            "drivers": conclusion.place.drivers if conclusion.mismatch else [],
+            "regions": conclusion.place.regions if conclusion.mismatch else [],
+            "text": place_text(conclusion),
+        },
+        "effects": [
+            {
+                "name": f.slug,
+                "probability": float(f.probability),
+                "parameters": f.parameters,
+                "log_bayes_factor": _finite(f.bayes),
+                "confusable_with": f.confusable,
+                "text": f.text,
+            }
+            for f in conclusion.found
+        ],
+        "candidates": candidates,
+        "explanation_set": conclusion.explanation_set,
+        "no_effect_probability": float(conclusion.nothing),
+        "unknown_probability": float(conclusion.unknown),
+        "fit": {
+            "validated_on": conclusion.before.on,
+            "how": conclusion.before.how,
+            "before": _score(conclusion, conclusion.before),
+            "after": _score(conclusion, conclusion.after),
+        },
+        "base_parameters": _base(conclusion),
+        "not_testable_here": explanation.stages[0].screen.untestable if explanation.stages else [],
+        "tries": explanation.tries,
+        "next_experiment": conclusion.next_experiment,
+    }
+
+
+def _finite(value: float) -> float:
+    return float(np.clip(np.nan_to_num(value), -1e9, 1e9))
+
+
+def _score(conclusion: Conclusion, score: HeldOut) -> dict:
+    """Errors by canonical column, in that column's unit."""
+    known = schema.COLUMNS[conclusion.explanation.program.kind].outputs
+    columns = {schema.quantity_and_unit(name)[0]: name for name in known}
+    rmse = {}
+    for quantity, value in score.rmse.items():
+        column = columns.get(quantity)
+        if column is not None:
+            rmse[column] = float(from_si(value, schema.quantity_and_unit(column)[1]))
+    return {"rmse": rmse, "reduced_chi2": _finite(score.reduced_chi2)}
+
+
+def _base(conclusion: Conclusion) -> dict:
+    """Constants of the base model: nominal, refitted alone, refitted with the effects."""
+    explanation, found = conclusion.explanation, {}
+    for k in explanation.program.unknowns.base:
+        item = explanation.program.unknowns.items[k]
+        found[item.name] = {
+            "nominal": float(item.reference),
+            "alone": float(item.value(explanation.base.u[k])),
+            "with_effects": float(item.value(explanation.final.u[k])),
+            "sd": item.spread(explanation.final.u[k], explanation.final.sd(k)),
+            "departure_sd": {"alone": float(explanation.base.u[k]), "with_effects": float(explanation.final.u[k])},
+        }
+    return found
+
+
+def model_of(conclusion: Conclusion, source: str) -> AugmentedModel:
+    """The base model with its refitted constants and the effects that were found.
+
+    Args:
+        conclusion: of a diagnosis.
+        source: what it was fitted to, for the file.
+    """
+    explanation = conclusion.explanation
+    program, fit = explanation.program, explanation.final
+    common: dict[str, dict[str, Quantity]] = {}
+    own: dict[str, dict[str, dict[str, Quantity]]] = {}
+    specimens = list(dict.fromkeys(r.specimen for r in program.recordings))
+    for k in program.unknowns.base:
+        item = program.unknowns.items[k]
+        name, _, number = item.name.partition("__")
+        kind = next((kind for kind in ("alloy", "silicone", "actuator") if name in QUANTITIES[kind]), None)
+        if kind is None:
+            continue
+        sd = item.spread(fit.u[k], fit.sd(k))
+        quantity = fitted(kind, name, float(item.value(fit.u[k])), source, sd)
+        place = own.setdefault(specimens[int(number) - 1], {}) if number else common
+        place.setdefault(kind, {})[name] = quantity
+    first = program.recordings[0]
+    names = {"design": "design", "alloy": "alloy", "material": "material"}
+    tables = {key: str(first.full_geometry()[key]) for key in names if first.full_geometry().get(key) not in (None, "fit")}
+    return AugmentedModel(common, tuple(_added(conclusion, source)), tables, own, "augmented", source)
+
+
+def _added(conclusion: Conclusion, source: str) -> list[AddedEffect]:
+    """Effects within their physical bounds, to rounding."""
+    program, fit, found = conclusion.explanation.program, conclusion.explanation.final, []
+    for f in conclusion.found:
+        if f.slug == UNMODELLED:
+            continue
+        (effect,) = program.unknowns.effects(fit.u, [f.slug])
+        found.append(add_effect(effect, source, {name: entry["sd"] for name, entry in f.parameters.items()}))
+    return found

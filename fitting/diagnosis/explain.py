@@ -1,0 +1,278 @@
+"""Which effects explain a campaign: co-refits, evidence, one effect after the other, and what none explains."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from .program import Program
+from .refit import Fit, Refitter
+from .screen import Score, Screen, screen
+
+MOST_EFFECTS = 3
+TRIED = 9
+"""Candidates that are fitted together with the base, of those that the screen ranks first."""
+SETTLED = 3
+"""Of those, the ones whose hidden phases are read anew before they are compared."""
+LEVEL = 0.01
+"""P-value below which something is missing."""
+CERTAIN = 8.0
+"""Log Bayes factor from which an effect enters the model; the number of candidates is already counted."""
+SHARE = 0.45
+"""Of the misfit that is left, what a further effect must take away."""
+HELD_OUT_SHARE = 0.1
+"""Of the misfit of recordings that were not fitted, what every effect must take away."""
+CLOSE = 4.0
+"""Log Bayes factor within which two explanations are not told apart."""
+ENOUGH = 1.25
+"""Reduced chi-square at which nothing is left to explain."""
+
+
+@dataclass
+class Trial:
+    """A candidate fitted together with the base.
+
+    Attributes:
+        slug: candidate effect.
+        fit: the model with it.
+        bayes: log Bayes factor over the model without it, deflated by what the best model leaves.
+        held_out: chi-square per value on recordings that were not fitted (or on the fitted ones, if there are none).
+        returned: largest departure of a base constant from nominal, in standard deviations.
+        program: in which it was fitted; phases may be read anew.
+    """
+
+    slug: str
+    fit: Fit
+    bayes: float
+    held_out: float
+    returned: float
+    program: Program
+
+
+@dataclass
+class Stage:
+    """One round of the search: the model so far, the screen, and the trials of a further effect."""
+
+    base: Fit
+    screen: Screen
+    trials: list[Trial]
+    chosen: str | None
+
+
+@dataclass
+class Explanation:
+    """What a campaign says.
+
+    Attributes:
+        program: with phases as the final model reads them.
+        base: the base model refitted; `base_program` has its phases.
+        final: the model with the effects that were found.
+        stages: of the search.
+        p_value, p_is_bound: of the base's misfit by chance.
+        tries: fits that were made.
+    """
+
+    program: Program
+    base_program: Program
+    base: Fit
+    final: Fit
+    stages: list[Stage]
+    p_value: float
+    p_is_bound: bool
+    tries: int = 0
+    notes: list[str] = field(default_factory=list)
+
+
+def settle(program: Program, u: np.ndarray) -> Program:
+    """The program with hidden phases as a model reads them; the original is left alone."""
+    copy = replace(program)
+    copy._evaluate = program._evaluate
+    copy.settle(u)
+    return copy
+
+
+def reduced(program: Program, fit: Fit, chosen: np.ndarray) -> float:
+    """Chi-square per measured value of some recordings, given by a mask."""
+    return fit.evaluation.chi2(chosen.astype(float)) / max(program.observations(chosen), 1)
+
+
+def explain(
+    program: Program, rng: np.random.Generator, progress: Callable[[str], None] = lambda _: None
+) -> Explanation:
+    """Search for up to three effects.
+
+    Args:
+        program: of the campaign.
+        rng: of simulated nulls.
+        progress: told what happens, in words.
+    """
+    progress("refitting the base model within its tolerances")
+    program, base = _settled_fit(program, (), None, rounds=2)
+    base_program, first = program, base
+    stages: list[Stage] = []
+    current, p_value, bound, tries = base, 1.0, False, 1
+    held = ~program.fitted
+    judge = held if held.any() else program.fitted
+    while len(current.slugs) < MOST_EFFECTS:
+        progress(f"screening {len(program.unknowns.slugs) - len(current.slugs)} effects")
+        refitter = Refitter(program)
+        refitter._base = _columns(refitter, current)
+        found = screen(refitter, current, program.unknowns.slugs, rng)
+        if not stages:
+            p_value, bound = found.p_value, found.p_is_bound
+        stage = Stage(current, found, [], None)
+        stages.append(stage)
+        if found.p_value > LEVEL:
+            break
+        if stages[1:] and reduced(program, current, judge) < ENOUGH and reduced(program, current, program.fitted) < ENOUGH:
+            break
+        stage.trials, fits = _trials(program, current, found, judge, progress)
+        tries += fits
+        best = _choice(program, current, stage, judge, first=len(stages) == 1)
+        if best is None:
+            break
+        stage.chosen = best.slug
+        program, current = best.program, best.fit
+        if len(current.slugs) > 1:
+            program, current = _pruned(program, current)
+    return Explanation(program, base_program, first, current, stages, p_value, bound, tries)
+
+
+def _columns(refitter: Refitter, fit: Fit) -> np.ndarray:
+    """Derivatives by the base constants at a fit."""
+    return refitter.program.evaluate(fit.u, refitter.unknowns.base).joined(refitter.weight)[1]
+
+
+def _settled_fit(
+    program: Program, slugs: tuple[str, ...], start: np.ndarray | None, rounds: int = 1
+) -> tuple[Program, Fit]:
+    """A fit whose hidden phases are those of the fitted model."""
+    fit = Refitter(program).fit(slugs, start)
+    for _ in range(rounds):
+        program = settle(program, fit.u)
+        if program.stacked is None:
+            break
+        fit = Refitter(program).fit(slugs, fit.u)
+    return program, fit
+
+
+def _trials(
+    program: Program, current: Fit, found: Screen, judge: np.ndarray, progress: Callable[[str], None]
+) -> tuple[list[Trial], int]:
+    """The candidates that the screen ranks first, fitted together with everything that is present."""
+    refitter = Refitter(program)
+    refitter._base = _columns(refitter, current)
+    nominal = refitter._base
+    likely = [s for s in found.scores if s.p_value < 0.01][:TRIED]
+    fits, trials = 0, []
+    for number, score in enumerate(likely, 1):
+        progress(f"fitting candidate {number} of {len(likely)}: {score.slug}")
+        slugs = (*current.slugs, score.slug)
+        options = []
+        for start in _starts(refitter, current, score):
+            refitter._base = nominal
+            options.append(refitter.fit(slugs, start))
+            fits += 1
+        best = min(options, key=lambda f: f.objective)
+        trials.append(Trial(score.slug, best, 0.0, np.nan, np.nan, program))
+    trials.sort(key=lambda t: t.fit.objective)
+    for trial in trials[:SETTLED]:
+        if not hasattr(_module(program), "settled"):
+            break
+        progress(f"reading hidden phases under {trial.slug}")
+        trial.program, trial.fit = _settled_fit(program, trial.fit.slugs, trial.fit.u)
+        fits += 2
+    for trial in trials:
+        trial.held_out = reduced(trial.program, trial.fit, judge)
+        base = program.unknowns.base
+        trial.returned = float(np.max(np.abs(trial.fit.u[base]), initial=0.0))
+    _weigh(program, current, trials, found)
+    trials.sort(key=lambda t: -t.bayes)
+    return trials, fits
+
+
+def _module(program: Program):
+    from .kinds import kind_module
+
+    return kind_module(program.kind)
+
+
+def _starts(refitter: Refitter, current: Fit, score: Score) -> list[np.ndarray]:
+    """Where the fit of a candidate begins: from the screen's estimate, and from nominal constants."""
+    unknowns = refitter.unknowns
+    nominal = score.start.copy()
+    nominal[unknowns.base] = 0.0
+    own = unknowns.amplitudes(score.slug)
+    typical = np.array([unknowns.items[k].start for k in own])
+    signs = np.where(score.start[own] < 0.0, -1.0, 1.0)
+    nominal[own] = np.clip(np.where(np.abs(score.start[own]) > 0.0, signs * np.abs(typical), 0.0), unknowns.low[own], unknowns.high[own])
+    first = score.start.copy()
+    idle = (first[own] == 0.0) & (typical != 0.0)  # an amplitude at zero never tells its shapes
+    first[own[idle]] = 0.02 * typical[idle]
+    return [first, nominal]
+
+
+def _weigh(program: Program, current: Fit, trials: list[Trial], found: Screen) -> None:
+    """Log Bayes factors over the current model, deflated by what the best model leaves unexplained."""
+    if not trials:
+        return
+    count = program.observations(program.fitted)
+    best = min(t.fit.objective for t in trials)
+    left = 2.0 * best / max(count, 1)
+    inflation = max(1.0, left) * _correlation(program, min(trials, key=lambda t: t.fit.objective).fit)
+    penalty = np.log(max(len(program.unknowns.slugs), 1))
+    for trial in trials:
+        trial.bayes = (current.objective - trial.fit.objective) / inflation + _occam(program, current, trial) - penalty
+
+
+def _occam(program: Program, current: Fit, trial: Trial) -> float:
+    """What the freedom of an effect costs, by Laplace's approximation."""
+    total = 0.5 * (current.log_det - trial.fit.log_det)
+    for k in program.unknowns.of([trial.slug]):
+        item = program.unknowns.items[k]
+        width = 1.5 * np.sqrt(2.0 * np.pi) if item.shape else item.high - item.low
+        total += 0.5 * np.log(2.0 * np.pi) - np.log(width)
+    return min(total, 0.0)
+
+
+def _correlation(program: Program, fit: Fit) -> float:
+    """How much serial correlation the best model's whitened residuals still have, as a factor on variances."""
+    above, below = 0.0, 1e-12
+    for k in np.flatnonzero(program.fitted):
+        r = fit.evaluation.misfit[k]
+        r = r[r != 0.0]
+        above += float(np.sum(r[1:] * r[:-1]))
+        below += float(np.sum(r * r))
+    rho = np.clip(above / below, 0.0, 0.9)
+    return float((1.0 + rho) / (1.0 - rho))
+
+
+def _choice(program: Program, current: Fit, stage: Stage, judge: np.ndarray, first: bool) -> Trial | None:
+    """The trial that enters the model, if any may."""
+    before, fitted = reduced(program, current, judge), reduced(program, current, program.fitted)
+    for trial in stage.trials:
+        after = reduced(trial.program, trial.fit, program.fitted)
+        share = HELD_OUT_SHARE if first else SHARE
+        gained = (before - trial.held_out) / max(before - 1.0, 1e-3)
+        here = (fitted - after) / max(fitted - 1.0, 1e-3)
+        if trial.bayes < CERTAIN or (not first and trial.fit.at_bound):
+            continue
+        if gained < share or here < share:
+            continue
+        return trial
+    return None
+
+
+def _pruned(program: Program, fit: Fit) -> tuple[Program, Fit]:
+    """Drop effects whose absence costs nothing once the others are there."""
+    for slug in fit.slugs[:-1]:
+        rest = tuple(s for s in fit.slugs if s != slug)
+        start = fit.u.copy()
+        own = program.unknowns.of([slug])
+        start[own] = program.unknowns.neutral[own]
+        without = Refitter(program).fit(rest, start)
+        count = program.observations(program.fitted)
+        inflation = max(1.0, 2.0 * fit.objective / count) * _correlation(program, fit)
+        if (without.objective - fit.objective) / inflation < CERTAIN:
+            return program, without
+    return program, fit

@@ -1,0 +1,242 @@
+"""Which effects could explain what a fitted model leaves: a score test of each, against chance over all of them.
+
+The signature of an effect is the derivative of the outputs at its absence, freed of what the base constants could
+absorb. Where it depends on a shape (a threshold, a time constant), several shapes are tried; where the derivative
+vanishes, the difference that a typical effect makes stands in for it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2
+
+from .program import Evaluation
+from .refit import Fit, Refitter
+
+SHAPES = 6
+"""Shapes tried of every effect."""
+DRAWS = 999
+"""Simulated null results that the smallest p-value is compared with."""
+SLOW = 6
+"""Slow courses over each recording that stand for anything that no effect describes."""
+FAINT = 1e-6
+"""Length of a signature below which the recordings do not show the effect."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """How well an effect's signature fits what is left.
+
+    Attributes:
+        slug: effect.
+        gain: decrease of chi-square that its signature could bring, at the best shape.
+        freedom: numbers that it takes.
+        p_value: of such a gain by chance, at that shape alone.
+        start: scaled numbers from which to fit it.
+        strength: length of its signature for a typical effect, in standard deviations.
+    """
+
+    slug: str
+    gain: float
+    freedom: int
+    p_value: float
+    start: np.ndarray
+    strength: float
+
+
+@dataclass(frozen=True)
+class Screen:
+    """All scores, strongest first, and how likely chance is.
+
+    Attributes:
+        scores: of every effect that these recordings can show.
+        p_value: of the strongest by chance, all effects, shapes and slow courses counted.
+        p_is_bound: no simulated null was as strong.
+        untestable: slugs of effects that these recordings do not show.
+        scale: standard deviation of fast residuals; above 1 where the noise is larger than stated.
+    """
+
+    scores: list[Score]
+    p_value: float
+    p_is_bound: bool
+    untestable: list[str]
+    scale: float
+
+
+class _Projector:
+    """Frees signatures of what the numbers of a fit could absorb."""
+
+    def __init__(self, A: np.ndarray, prior: np.ndarray):
+        self.A = A
+        self.H = np.linalg.inv(A.T @ A + np.diag(prior) + 1e-12 * np.eye(A.shape[1]))
+
+    def __call__(self, J: np.ndarray) -> np.ndarray:
+        return J - self.A @ (self.H @ (self.A.T @ J))
+
+
+def screen(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Generator) -> Screen:
+    """Score every effect against a fit.
+
+    Args:
+        refitter: of the campaign.
+        fit: model to improve.
+        slugs: effects to try; those of the fit are left out.
+        rng: of the simulated nulls.
+    """
+    program, unknowns, weight = refitter.program, refitter.unknowns, refitter.weight
+    slugs = [slug for slug in slugs if slug not in fit.slugs]
+    here = program.evaluate(fit.u, fit.free)
+    r, A = here.joined(weight)
+    departure, sd = refitter._prior(fit.u, fit.free)
+    project = _Projector(A, sd**-2.0)
+    counted = int(np.sum(np.concatenate([w * np.ones_like(m) for w, m in zip(weight, here.misfit, strict=True)]) > 0))
+    scale = _fast(here, weight)
+    left = project(r[:, None])[:, 0] / scale
+    tried: list[tuple[str, np.ndarray, np.ndarray, np.ndarray]] = []  # slug, Q, start u, indices
+    strength = dict.fromkeys(slugs, 0.0)
+    for u in _shapes(refitter, fit, slugs):
+        columns = np.concatenate([unknowns.amplitudes(slug) for slug in slugs]).astype(int)
+        _, J = program.evaluate(u, columns).joined(weight)
+        for slug in slugs:
+            own = unknowns.amplitudes(slug)
+            tried += _tried(refitter, slug, own, J[:, np.isin(columns, own)], project, u, left, strength)
+    for slug in [s for s in slugs if strength[s] < FAINT]:
+        u = fit.u.copy()
+        own = unknowns.of([slug])
+        u[own] = [unknowns.items[k].start for k in own]
+        change = program.evaluate(u, own[:0]).joined(weight)[0] - r
+        signature = project(change[:, None])
+        strength[slug] = float(np.linalg.norm(signature))
+        if strength[slug] >= FAINT:
+            tried.append((slug, signature / strength[slug], u, own))
+    scores, pool = _scores(tried, left, strength)
+    slow = _slow(here, weight, project)
+    pool.append((None, slow))
+    p_value, bound = _chance(pool, left, counted, rng)
+    seen = {score.slug for score in scores}
+    return Screen(scores, p_value, bound, [s for s in slugs if s not in seen], scale)
+
+
+def _shapes(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> list[np.ndarray]:
+    """Points that differ from the fit in the shapes of absent effects only."""
+    unknowns, points = refitter.unknowns, []
+    rng = np.random.default_rng(0)
+    for trial in range(SHAPES):
+        u = fit.u.copy()
+        for slug in slugs:
+            shapes = unknowns.shapes(slug)
+            u[unknowns.amplitudes(slug)] = 0.0
+            for place, k in enumerate(shapes):
+                item = unknowns.items[k]
+                low, high = float(item.value(item.low)), float(item.value(item.high))
+                typical = float(item.value(item.start))
+                share = ((trial if place == 0 else rng.permutation(SHAPES)[trial]) + 0.5) / SHAPES
+                if trial == 0:
+                    value = typical
+                elif low > 0.0 and high / low > 8.0:
+                    value = low * (high / low) ** share
+                elif low >= 0.0 and typical > 0.0 and high / typical > 8.0:
+                    value = typical * 10.0 ** (2.0 * share - 1.0)
+                else:
+                    value = low + (high - low) * share
+                u[k] = (value - item.reference) / item.scale
+        points.append(u)
+    return points
+
+
+def _tried(
+    refitter: Refitter,
+    slug: str,
+    own: np.ndarray,
+    J: np.ndarray,
+    project: _Projector,
+    u: np.ndarray,
+    left: np.ndarray,
+    strength: dict[str, float],
+) -> list[tuple]:
+    """An effect at one shape: directions of its signature that its bounds allow."""
+    unknowns = refitter.unknowns
+    P = project(J)
+    lengths = np.linalg.norm(P, axis=0)
+    kept = lengths > FAINT
+    if not kept.any():
+        return []
+    strength[slug] = max(strength[slug], float(lengths.max()))
+    own, P = own[kept], P[:, kept]
+    for _ in range(len(own)):
+        H = P.T @ P
+        step = -np.linalg.solve(H + 1e-9 * np.trace(H) * np.eye(len(own)), P.T @ left)
+        wrong = ((step < 0.0) & (unknowns.low[own] >= 0.0)) | ((step > 0.0) & (unknowns.high[own] <= 0.0))
+        if not wrong.any():
+            break
+        if wrong.all():
+            return []
+        own, P = own[~wrong], P[:, ~wrong]
+    start = u.copy()
+    start[own] = np.clip(step, unknowns.low[own], unknowns.high[own])
+    values, vectors = np.linalg.eigh(P.T @ P)
+    solid = values > 1e-8 * values.max()
+    Q = (P @ vectors[:, solid]) / np.sqrt(values[solid])
+    return [(slug, Q, start, own)]
+
+
+def _scores(tried: list[tuple], left: np.ndarray, strength: dict[str, float]) -> tuple[list[Score], list[tuple]]:
+    best: dict[str, Score] = {}
+    pool = []
+    for slug, Q, start, _ in tried:
+        gain = float(np.sum((Q.T @ left) ** 2))
+        p = float(chi2.sf(gain, Q.shape[1]))
+        pool.append((slug, Q))
+        held = best.get(slug)
+        if held is None or (p, -gain) < (held.p_value, -held.gain):
+            best[slug] = Score(slug, gain, Q.shape[1], p, start, strength[slug])
+    order = sorted(best.values(), key=lambda s: -(s.gain - 3.0 * s.freedom))
+    return order, pool
+
+
+def _slow(here: Evaluation, weight: np.ndarray, project: _Projector) -> np.ndarray:
+    """Orthonormal slow courses over every fitted recording, freed of the base's directions."""
+    parts = [len(m) for m in here.misfit]
+    total, first, columns = sum(parts), 0, []
+    for k, size in enumerate(parts):
+        if np.any(weight[k]):
+            t = (np.arange(size) + 0.5) / size
+            for order in range(SLOW):
+                column = np.zeros(total)
+                column[first : first + size] = weight[k] * np.cos(np.pi * order * t)
+                columns.append(column)
+        first += size
+    Q, R = np.linalg.qr(project(np.stack(columns, axis=1)))
+    return Q[:, np.abs(np.diag(R)) > 1e-8]
+
+
+def _chance(
+    pool: list[tuple], left: np.ndarray, counted: int, rng: np.random.Generator
+) -> tuple[float, bool]:
+    """P-value of the strongest result among all, by simulation of independent unit errors."""
+
+    def smallest(R: np.ndarray) -> np.ndarray:
+        found = np.ones(R.shape[1])
+        for _, Q in pool:
+            found = np.minimum(found, chi2.logsf(np.sum((Q.T @ R) ** 2, axis=0), Q.shape[1]))
+        return found
+
+    errors = rng.standard_normal((len(left), DRAWS)) * (left != 0.0)[:, None]
+    null, here = smallest(errors), smallest(left[:, None])[0]
+    as_small = int(np.sum(null <= here))
+    return (as_small + 1) / (DRAWS + 1), as_small == 0
+
+
+def _fast(here: Evaluation, weight: np.ndarray) -> float:
+    """Standard deviation of whitened residuals from their fastest changes; 1 where the stated noise holds."""
+    steps = []
+    for k, misfit in enumerate(here.misfit):
+        r = weight[k] * misfit
+        r = r[r != 0.0]
+        if len(r) > 8:
+            steps.append(np.diff(r, 2) / np.sqrt(6.0))
+    if not steps:
+        return 1.0
+    joined = np.abs(np.concatenate(steps))
+    return float(max(1.0, np.median(joined) / 0.6744897501960817))
