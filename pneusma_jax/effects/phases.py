@@ -14,7 +14,8 @@ from ._springs import branch, each, law_of, solved_springs, zeros
 class TransformationHysteresis(Effect):
     """A second branch: stress drops by gap_m, gap_a [Pa] after a reversal of strain, over a width [1].
 
-    The base curve is the loading one; the gap may differ between the phases. Where temperature drives, the base
+    The base curve is the loading one; the gap may differ between the phases, and closes again below a strain `closed`
+    [1], as the loop of an unstrained wire has no height. Where temperature drives, the base
     curve is the cooling one, and the heating one lies `gap_T` [K] above it, reached over `gap_T` and `width_T` more.
     """
 
@@ -22,6 +23,7 @@ class TransformationHysteresis(Effect):
     gap_a: Array = eqx.field(converter=jnp.asarray, default=0.0)
     gap_T: Array = eqx.field(converter=jnp.asarray, default=0.0)
     width: Array = eqx.field(converter=jnp.asarray, default=0.02)
+    closed: Array = eqx.field(converter=jnp.asarray, default=0.02)
     width_T: Array = eqx.field(converter=jnp.asarray, default=3.0)
 
     slug: ClassVar[str] = "transformation_hysteresis"
@@ -34,6 +36,7 @@ class TransformationHysteresis(Effect):
         "gap_a": Spec(0.0, 0.0, 80e6, 30e6, "Pa", "stress gap of the austenite"),
         "gap_T": Spec(0.0, 0.0, 50.0, 15.0, "K", "gap between heating and cooling", kinds="W"),
         "width": Spec(0.02, 0.003, 0.06, 0.02, "1", "strain over which the stress gap opens", True),
+        "closed": Spec(0.02, 1e-4, 0.08, 0.02, "1", "strain below which the gap closes again", True),
         "width_T": Spec(3.0, 0.5, 30.0, 3.0, "K", "temperature over which the branches join, past the gap", True, "W"),
     }
 
@@ -57,7 +60,8 @@ class TransformationHysteresis(Effect):
     def stress(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.stress`."""
         gap = at["xi0"] * self.gap_m + (1.0 - at["xi0"]) * self.gap_a
-        return value - gap * branch(at["gamma"], memory[at["number"]][:3], self.width)
+        height = jnp.clip(jnp.abs(at["gamma"]) / self.closed, 0.0, 1.0)
+        return value - gap * height * branch(at["gamma"], memory[at["number"]][:3], self.width)
 
     def remember(self, memory: dict, at: Known) -> dict:
         """Strain, temperature and branches of every spring."""
