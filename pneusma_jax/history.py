@@ -15,12 +15,14 @@ from jaxtyping import Array, Float
 
 from ._numerics import is_concrete
 from .actuator import Actuator
+from .balance import Problem, start
 from .chain import Chain, Effect, Known, as_recorded
-from .equilibrium import Equilibrium, Problem, Status, _equilibrium, _find_root, start
 from .nitinol import MartensiteFraction, Spring, SpringResponse, SpringState
 from .nitinol.spring import Activation
 from .nitinol.thermal import Heating, next_temperature
 from .precision import require_float64
+from .result import Equilibrium, Status, equilibrium_of
+from .root_find import find_root
 from .train import strain_in_train
 
 
@@ -145,7 +147,7 @@ def _simulate(
         chain = Chain(effects, carry.memories, known)
         pressure = chain.through("pressure", pressure)
         problem = Problem(actuator, pressure, phases, carry.states, chain.knowing(pressure=pressure))
-        found = _equilibrium(problem, *_find_root(problem, carry.unknowns))
+        found = equilibrium_of(problem, *find_root(problem, carry.unknowns))
         good = found.status == int(Status.converged)
         # a failed row is NaN: what it would commit is replaced before the memory's laws see it
         calm = jax.tree.map(lambda x: jnp.where(good, x, 0.0) if eqx.is_inexact_array(x) else x, found)

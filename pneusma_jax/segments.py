@@ -17,11 +17,12 @@ from jaxtyping import Array, Float
 from ._numerics import is_concrete
 from .actuator import Actuator
 from .chain_shape import ChainShape, place_segments
-from .equilibrium import Equilibrium, Status, _raise_unless_converged, solve
+from .equilibrium import solve
 from .history import History, simulate_history
 from .nitinol import MartensiteFraction, SpringState
 from .nitinol.spring import Activation
 from .nitinol.thermal import Heating
+from .result import Equilibrium, Status, raise_unless_converged
 from .section import Section
 
 Drive = tuple[Activation | Heating, ...]  # one per spring of a segment
@@ -259,4 +260,4 @@ def _raise_for_segment(number: int, result: Equilibrium) -> Equilibrium:
     """Raise the sentence of a segment that is not in equilibrium; under `jit` by a check in the program."""
     if is_concrete(result.status) and int(result.status) != Status.converged:
         raise RuntimeError(f"Segment {number}: {Status(int(result.status)).sentence}")
-    return _raise_unless_converged(result)
+    return raise_unless_converged(result)

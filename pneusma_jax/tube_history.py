@@ -5,8 +5,8 @@ from jaxtyping import Array, Float
 
 from .actuator import Actuator, Geometry, Layout, round_actuator
 from .chain import Effect
-from .equilibrium import Equilibrium, Status
 from .history import simulate_history
+from .result import Equilibrium, Status
 from .silicone import SiliconeLaw
 
 
