@@ -12,7 +12,10 @@ from pneusma_jax.errors import InputError
 from .result import Characterisation
 
 # kind -> (module, function)
-PIPELINES = {"elastomer": ("fitting.characterise.elastomer", "characterise_elastomer")}
+PIPELINES = {
+    "elastomer": ("fitting.characterise.elastomer", "characterise_elastomer"),
+    "spring": ("fitting.characterise.spring", "characterise_spring"),
+}
 
 
 class Pipeline(Protocol):

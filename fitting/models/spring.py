@@ -266,6 +266,11 @@ def trajectory(values: Mapping[str, Array], rows: Rows) -> Trajectory:
     return law.follow(jnp.where(rows.extra["level_sd"] > 0.0, course, rows.extra["level"]))
 
 
+def at_phase(values: Mapping[str, Array], rows: Rows, xi0: Array) -> Trajectory:
+    """A recording as the model has it at a course of the martensite fraction that is given, shape (rows,)."""
+    return _law(values, rows).follow(xi0)
+
+
 @jax.jit
 def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
     """A stack that knows what the rule of the residual strain decides in each row at these parameters.
@@ -309,8 +314,12 @@ def residual(values: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
     return jnp.concatenate([*misfit, _walk(rows).residual(found.xi0)])
 
 
-def log_likelihood(values: Mapping[str, Array], rows: Rows) -> Float[Array, ""]:
-    """Log-likelihood with the latent course integrated out (Laplace), up to a constant of the parameters."""
+def evidence(values: Mapping[str, Array], rows: Rows) -> Float[Array, ""]:
+    """Log-likelihood with the latent course integrated out (Laplace), up to a constant of the parameters.
+
+    For choosing between walks at given parameters. As a function of the parameters it would take the walk for
+    knowledge about how a fraction is scaled; fits and samplers use the profile, `residual`.
+    """
     found = trajectory(values, rows)
     weight = jnp.stack([rows.weight[name] for name in OUTPUTS])
     walk = _walk(rows)
@@ -345,7 +354,7 @@ def wander_evidence(values: Mapping[str, Array], rows: Rows, wander: Array) -> F
     rows = eqx.tree_at(lambda r: r.extra, rows, extra)
     rows = eqx.tree_at(lambda r: r.weight["force"], rows, jnp.zeros_like(rows.weight["force"]))
     count = jnp.sum(_walk(rows).weight > 0.0)
-    return log_likelihood(values, rows) - 0.5 * count * jnp.log(wander)
+    return evidence(values, rows) - 0.5 * count * jnp.log(wander)
 
 
 FIXED = ("gamma_max", "poisson_ratio", "T_mid", "T_width", "density", "heat_capacity", "convection")

@@ -13,6 +13,10 @@ from .spring import wander_evidence
 
 CANDIDATES = tuple(float(x) for x in np.logspace(-12, -3, 10))
 """Variances per second; the fraction then moves by 1e-6 to 0.03 in a second."""
+LOOSE = 1e4
+"""Factor on the variance that resistance shows. A walk as tight as it looks is itself a measurement of the
+fraction's scale, which is a function of `a` and `b`: it pulled them off by two to three standard errors. As
+loose as this it only bridges rows in which the resistance says nothing."""
 DECISIVE = 3.0
 """Spread of the log-evidence below which a test says nothing about its wander."""
 
@@ -38,5 +42,5 @@ def with_wander(values: Mapping[str, Array], stacked: Rows) -> Rows:
     told = (np.ptp(table, axis=0) > DECISIVE) & ~held
     best = np.asarray(CANDIDATES)[np.argmax(table, axis=0)]
     usual = 10.0 ** np.median(np.log10(best[told])) if told.any() else CANDIDATES[len(CANDIDATES) // 2]
-    wander = np.where(told, best, usual)
+    wander = LOOSE * np.where(told, best, usual)
     return eqx.tree_at(lambda rows: rows.extra["wander"], stacked, jnp.asarray(wander))

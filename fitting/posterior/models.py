@@ -1,12 +1,11 @@
 """The posterior of recordings that `fitting.models` can predict: springs, wires, tubes, actuators."""
 
-import functools
 from collections.abc import Callable, Mapping, Sequence
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array
 
 from fitting.models import Rows, model_of, residual_of, silenced, stack
 from fitting.models.registry import kind_of
@@ -47,9 +46,8 @@ def model_problem(
 ) -> Problem:
     """Posterior of recordings of one kind.
 
-    The likelihood is the model's `log_likelihood` where it has one (latent courses integrated out), otherwise
-    that of its residual, whose weights carry noise and serial correlation. Recordings for validation are
-    predicted only.
+    The likelihood is that of the model's residual, whose weights carry noise and serial correlation; latent
+    courses are profiled. Recordings for validation are predicted only.
 
     Args:
         title: of the campaign.
@@ -64,12 +62,8 @@ def model_problem(
     used = [
         r if recording.role == "fit" else silenced(r) for recording, r in zip(recordings, rows, strict=True)
     ]
-    if hasattr(model, "log_likelihood"):
-        target = Target.from_log_likelihood(_log_likelihood(kind), parameters, stack(used), residual_of(kind))
-        how = f"{NOISE}, with latent courses integrated out."
-    else:
-        target = Target.from_residual(residual_of(kind), parameters, stack(used))
-        how = f"{NOISE}, larger where it is serially correlated."
+    target = Target.from_residual(residual_of(kind), parameters, stack(used))
+    how = f"{NOISE}, larger where it is serially correlated."
     shown = [
         (k, quantity)
         for k, recording in enumerate(recordings)
@@ -90,19 +84,6 @@ def model_problem(
         notes=(how, f"Gaussian priors, cut at their bounds, on {', '.join(priors) or 'nothing'}.", *notes),
         notices=tuple(notices),
     )
-
-
-@functools.cache
-def _log_likelihood(kind: str) -> Callable[[Mapping[str, Array], Rows], Float[Array, ""]]:
-    """Of a stack of recordings: one object for each kind, so that it is compiled once."""
-    model = model_of(kind)
-
-    def log_likelihood(values: Mapping[str, Array], stacked: Rows) -> Array:
-        each = jax.vmap(lambda rows: model.log_likelihood(values, rows))(stacked)
-        counts = jnp.any(jnp.stack([jnp.any(w > 0.0, axis=1) for w in stacked.weight.values()]), axis=0)
-        return jnp.sum(jnp.where(counts, each, 0.0))
-
-    return log_likelihood
 
 
 def _predict(kind: str, shown: Sequence[tuple[int, str, int, str]]) -> Callable:

@@ -124,7 +124,8 @@ def _at_bounds(found: Information, parameters: Parameters) -> list[dict[str, Any
     for name, fixed in zip(found.names, found.fixed, strict=True):
         if fixed:
             text = (
-                f"{name} stopped at its bound: the data, or another cause of misfit, pull it further than it may go. "
+                f"{name} stopped at its bound: the data, or another cause of misfit, pull it further than "
+                "it may go. "
                 "It has no error, and the other errors hold if it is truly there."
             )
             entries.append({"kind": "at_bound", "parameters": [name], "text": text})
@@ -147,7 +148,8 @@ def _alone(
         kind = "at_start" if stayed else "not_informed"
         where = "is still at the value it started from" if stayed else "is hardly informed"
         text = (
-            f"{name} {where}: {_needed(name, tests)}. Its error of {100.0 * marginal[k]:.0f} % of the prior's "
+            f"{name} {where}: {_needed(name, tests)}. Its error of {100.0 * marginal[k]:.0f} % of the "
+            "prior's "
             "comes from the prior."
         )
         entries.append({
@@ -174,11 +176,13 @@ def _directions(found: Information, covered: set[str], tests: Sequence[StandTest
             f"{n} {'rises' if axis[i] > 0 else 'falls'}" for n, i in zip(names, main, strict=True)
         )
         text = (
-            f"{_list(names)} cannot be separated by {_reach(names, tests)}: {senses}, by as much as the priors allow, "
+            f"{_list(names)} cannot be separated by {_reach(names, tests)}: {senses}, by as much as the "
+            "priors allow, "
             f"and the fit stays as good (error along it {100.0 * ratio:.0f} % of the priors')."
         )
         entries.append({
-            "kind": "loose_direction", "parameters": names, "posterior_over_prior": float(ratio), "text": text,
+            "kind": "loose_direction", "parameters": names, "posterior_over_prior": float(ratio),
+            "text": text,
         })  # fmt: skip
     return entries
 

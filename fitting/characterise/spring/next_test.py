@@ -1,16 +1,16 @@
 """Which further test would shrink which error bar most: expected information from the model's own
-sensitivities."""
+sensitivities.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from fitting.models import Rows, stack
-from fitting.models.spring import predict, undecided
+from fitting.models.spring import at_phase, undecided
 from fitting.parameters import Parameters
 
 from .information import Information, fisher
@@ -113,7 +113,8 @@ def _plans(tests: Sequence[StandTest]) -> list[tuple[str, str, Phase, float, flo
         strain = FURTHEST["cold"] if xi0 > 0.85 else FURTHEST["intermediate"]
         plans.append((
             f"between_{100.0 * xi0:.0f}",
-            f"hold the resistance that the relaxed spring has at a martensite fraction of {xi0:g} and pull it in five "
+            f"hold the resistance that the relaxed spring has at a martensite fraction of {xi0:g} and "
+            "pull it in five "
             f"growing cycles to {100.0 * strain:.0f} % spring strain",
             "intermediate", xi0, strain,
         ))  # fmt: skip
@@ -162,9 +163,8 @@ def _measured(values: Mapping, stacked: Rows) -> Rows:
     """The designed tests with what they would measure; `inputs["resistance"]` holds the phase until then."""
 
     def simulate(rows: Rows) -> dict:
-        blind = eqx.tree_at(lambda r: r.weight, rows, jax.tree.map(jnp.zeros_like, rows.weight))
-        held = {**blind.extra, "level": rows.inputs["resistance"][0], "level_sd": jnp.zeros(())}
-        return predict(values, eqx.tree_at(lambda r: r.extra, blind, held))
+        found = at_phase(values, rows, rows.inputs["resistance"])
+        return {"force": found.force, "resistance": found.resistance}
 
     outputs = jax.vmap(simulate)(stacked)
     return eqx.tree_at(

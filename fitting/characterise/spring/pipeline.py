@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -30,6 +30,9 @@ from .profiles import Profile, loosest, profiles
 from .scores import Score, scores
 from .stages import Stage, run_stages
 from .stand_tests import LEVEL, Phase, StandTest, classify
+
+if TYPE_CHECKING:
+    from fitting.posterior.problem import Problem as SamplingProblem
 
 STARTS = 3
 PROFILES = 2
@@ -109,21 +112,30 @@ class SpringCharacterisation(Characterisation):
 
     def report(self) -> str:
         """The whole result as plain text."""
-        from fitting.report.spring_words import text_report
+        from fitting.report.spring_sheet import sheet
 
-        return text_report(self)
+        return sheet(self).text()
 
     def plot(self) -> dict[str, Figure]:
-        """Figures by name: `fit`, `resistance`, `laws`, `residuals`, `profiles`."""
-        from fitting.report.spring_figures import figures
+        """Figures by name: `fit`, `phase`, `laws`, `profiles`."""
+        from fitting.report.spring_figures import captioned
 
-        return figures(self)
+        return {name: figure for name, (figure, _) in captioned(self).items()}
 
     def documents(self) -> dict[str, str | bytes]:
         """Content of every file of the result, by file name."""
-        from fitting.report.spring_documents import documents
+        from fitting.report.spring_sheet import sheet
 
-        return documents(self)
+        return sheet(self).documents()
+
+    def sampling_problem(self, model: Calibration | None = None) -> "SamplingProblem":
+        """The joint posterior, the martensite fractions integrated out, from the fit's own values."""
+        from fitting.posterior.models import model_problem
+
+        if model is not None:
+            raise InputError(f"{model.name}: priors of springs come from their campaign, not from a table")
+        recordings, problem = [test.recording for test in self.tests], self.joint.problem
+        return model_problem(self.title, recordings, problem.settled(self.joint.values), problem.parameters)
 
 
 def characterise_spring(
@@ -161,7 +173,8 @@ def characterise_spring(
     recordings = campaign.of_kind("spring")
     if not any(recording.role == "fit" for recording in recordings):
         raise InputError(
-            f'{campaign.path}: every recording has role = "validation"; at least one with role = "fit" is needed'
+            f'{campaign.path}: every recording has role = "validation"; at least one with role = "fit" is '
+            "needed"
         )
     quantities, identify = priors.alloy_quantities(campaign, ALLOY, base)
     known = None if identify else Alloy(**{name: q.value for name, q in quantities.items()})
@@ -170,7 +183,8 @@ def characterise_spring(
     start = {name: entry.value for name, entry in problem.parameters.items()}
     staged, stages = run_stages(problem, progress) if identify else (start, [])
     joint = fit_jointly(problem, staged, progress)
-    joint = try_others(joint, _other_starts(joint, identify, starts - 1, seed), progress)
+    others = _other_starts(joint, stages, identify, starts - 1, seed)
+    joint = try_others(joint, others, progress)
     told = information(joint.problem, joint.parameters)
     progress("information")
     fitted = [test for test in tests if test.fitted]
@@ -226,11 +240,17 @@ def _in_si(parameters: Parameters, name: str, change: Mapping[str, Any]) -> dict
     }
 
 
-def _other_starts(joint: Joint, identify: bool, count: int, seed: int) -> dict[str, dict[str, float]]:
+def _other_starts(
+    joint: Joint, stages: Sequence[Stage], identify: bool, count: int, seed: int
+) -> dict[str, dict[str, float]]:
     """Further places to start from: along the loosest direction, the published alloys, then drawn from the
-    priors."""
+    priors.
+    """
     free = joint.problem.parameters
     found = {"the loosest direction": shifted(joint.result, FAR)}
+    last = stages[-1] if stages else None
+    if last is not None and last.result is not None:
+        found["what unloading gave alone"] = {n: last.result.values[n] for n in last.parameters}
     if identify:
         for name in available("alloy"):
             table = load_calibration(name).values()

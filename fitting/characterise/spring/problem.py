@@ -24,8 +24,8 @@ from .stand_tests import StandTest
 
 RTOL = 1e-3
 """A fit has converged when its next step would be this many standard errors."""
-MAX_STEPS = 150
-MOST_ROUNDS = 6
+MAX_STEPS = 50
+MOST_ROUNDS = 4
 SAME = 0.05
 """Change of chi-square below which two rounds of decisions agree."""
 PINNED = 1e-4
@@ -109,6 +109,21 @@ class Problem:
             table[name] = (jnp.asarray(float(target)), jnp.asarray(1.0 / sd))
         return {"rows": rows, "pins": table}
 
+    def settled(self, values: Mapping[str, float]) -> list[Rows]:
+        """Every recording with its walk, what the rule decides at these values, and the noise as taken.
+
+        Args:
+            values: free parameters, SI.
+        """
+        found = decided(values_of(self.parameters, values), self.stacked)
+        weight = {name: w / self.inflation for name, w in found.weight.items()}
+        found, size = eqx.tree_at(lambda r: r.weight, found, weight), self.stacked.mask.shape[1]
+
+        def part(k: int, count: int) -> Rows:
+            return jax.tree.map(lambda x: x[k, :count] if x.shape[1:] == (size,) else x[k], found)
+
+        return [part(k, len(rows.mask)) for k, rows in enumerate(self.rows)]
+
     def held(
         self, names: Iterable[str], values: Mapping[str, float] | None = None
     ) -> dict[str, tuple[float, float]]:
@@ -144,13 +159,17 @@ class Problem:
 
 def solve(parameters: Parameters, data: PyTree) -> FitResult:
     """One least-squares fit with everything decided."""
-    count = sum(np.sum(np.asarray(weight) > 0.0) for weight in data["rows"].weight.values())
+    rows = data["rows"]
+    count = sum(np.sum(np.asarray(weight) > 0.0) for weight in rows.weight.values())
+    # in each row whose fraction is free and told by resistance, one of the measured values goes into it
+    free = (np.asarray(rows.extra["level_sd"]) > 0.0)[:, None] & (np.asarray(rows.weight["resistance"]) > 0.0)
+    count = max(int(count) - int(np.sum(free)), 1)
     return fit_least_squares(
         residual,
         parameters,
         data=data,
         use_priors=True,
-        observations=int(count),
+        observations=count,
         rtol=RTOL,
         max_steps=MAX_STEPS,
     )

@@ -9,7 +9,7 @@ from fitting.models.spring import decided
 from pneusma_jax.errors import InputError, nearest
 
 from .joint import Joint
-from .problem import fit_pinned
+from .problem import fit_pinned, values_of
 
 STEPS = (-2.0, -1.0, 1.0, 2.0)
 """Standard errors from the best value at which the others are refitted."""
@@ -43,7 +43,8 @@ class Profile:
 
     def interval(self, rise: float = 1.0) -> tuple[float, float]:
         """Ends of the values whose chi-square rises by less than `rise`; infinite where the profile never
-        does."""
+        does.
+        """
         root = np.sqrt(np.maximum(self.rise, 0.0))
         middle = int(np.argmin(self.rise))
         low, high = root[: middle + 1][::-1], root[middle:]
@@ -70,8 +71,7 @@ def profile(joint: Joint, name: str) -> Profile:
     if entry.standard_error is None:
         raise InputError(f"{name} has no standard error, so there is nothing to profile it over")
     data = joint.problem.data()
-    point = {n: np.asarray(joint.values[n]) for n in joint.problem.parameters}
-    data["rows"] = decided(point, data["rows"])
+    data["rows"] = decided(values_of(joint.problem.parameters, joint.values), data["rows"])
     found = [(entry.value, 0.0)]
     least = fit_pinned(joint.problem, data, {}).chi_square
     follow = _followers(joint, name)

@@ -1,0 +1,126 @@
+"""What tests of a spring on a stand say about its alloy, in sentences that a laboratory can act on."""
+
+import numpy as np
+
+from fitting.characterise.spring.joint import MISFIT
+from fitting.characterise.spring.modes import Mode
+from fitting.characterise.spring.pipeline import SpringCharacterisation
+from fitting.characterise.spring.scores import Score, overall
+
+BLIND_SHARE = 0.5
+"""Share of a test's rows with a blind resistance from which the test is called blind."""
+
+
+def verdict(result: SpringCharacterisation) -> list[str]:
+    """The few sentences to read if nothing else is read."""
+    fitted = [test for test in result.tests if test.fitted]
+    what = "identified from" if result.identify else "adjusted within its tolerances to"
+    chosen = overall(list(result.scores), "fit")
+    said = [f"The alloy was {what} {len(fitted)} tests{_errors(chosen)}{_held_out(result)}."]
+    if result.modes:
+        said.append(mode_sentence(result.modes[0]))
+    reduced = result.joint.reduced_chi_square
+    if reduced > MISFIT:
+        said.append(
+            f"The law leaves more than noise (reduced chi-square {reduced:.2g}): what is quoted is the "
+            "nearest "
+            f"this law comes, and standard errors were multiplied by {result.joint.inflation:.2g}."
+        )
+    loose = [e for e in result.identifiability if e["kind"] != "at_bound"]
+    if loose:
+        said.append(loose[0]["text"])
+    else:
+        said.append("These tests determine every constant that was free, each better than was known before.")
+    return said
+
+
+def _errors(measures: dict[str, float] | None) -> str:
+    if measures is None:
+        return ""
+    return (
+        f"; predicted from resistance alone, their shear stress is missed by {measures['mae_MPa']:.2g} "
+        "MPa on average"
+        f" ({100.0 * measures['rpd']:.2g} %)"
+    )
+
+
+def _held_out(result: SpringCharacterisation) -> str:
+    kept = overall(list(result.scores), "validation")
+    if kept is None:
+        return "; no test was held out"
+    return f", tests held out by {kept['mae_MPa']:.2g} MPa ({100.0 * kept['rpd']:.2g} %)"
+
+
+def mode_sentence(mode: Mode) -> str:
+    """Another parameter set that fits as well, in words."""
+    changes = ", ".join(
+        f"{name} {'higher' if change > 0.0 else 'lower'} by {abs(change):.1f} standard errors"
+        for name, change in mode.different
+    )
+    return (
+        f"Two parameter sets fit equally well: from {mode.start} the fit ends {mode.distance:.0f} "
+        "standard deviations "
+        f"away ({changes}) with a chi-square only {mode.worse_by:+.1f} off. These tests do not choose "
+        "between them."
+    )
+
+
+def warnings(result: SpringCharacterisation) -> list[str]:
+    """What to be careful about: bounds, parameters that never moved, fits that failed, blind tests."""
+    said = [e["text"] for e in result.identifiability if e["kind"] in ("at_bound", "at_start")]
+    if not result.joint.result.success:
+        said.append(f"The joint fit did not end well. {result.joint.result.status.value}")
+    for name, profile in result.profiles.items():
+        if profile.curved:
+            low, high = profile.interval()
+            ends = f"{low:.4g} to {high:.4g}" if np.isfinite(low + high) else "open at one end"
+            said.append(
+                f"The misfit over {name} is no parabola: its standard error misleads, the profile says "
+                f"{ends} (SI)."
+            )
+    said += [blind_sentence(score) for score in result.scores if score.blind > BLIND_SHARE]
+    return said
+
+
+def blind_sentence(score: Score) -> str:
+    """What a test with a blind resistance means for its prediction."""
+    return (
+        f"{score.name}: in {100.0 * score.blind:.0f} % of the rows the resistance hardly tells the "
+        "martensite fraction "
+        "(near full heat it goes as the eighth root), so its stress is predicted worse than its law is "
+        "known; the "
+        "fit takes the fraction from force and resistance together."
+    )
+
+
+def how_it_was_fitted(result: SpringCharacterisation) -> list[str]:
+    """Stages, starts and noise."""
+    joint = result.joint
+    said = []
+    for stage in result.stages:
+        found = ", ".join(stage.parameters) if stage.result is not None else f"skipped: {stage.skipped}"
+        tests = f" ({', '.join(stage.tests)})" if stage.tests else ""
+        said.append(f"Stage: {stage.name}{tests}: {found}.")
+    ends = ", ".join(
+        f"from {s.name} {'none' if s.result.chi_square is None else format(s.result.chi_square, '.1f')}"
+        for s in joint.starts
+    )
+    said.append(
+        f"Joint fit of all tests by least squares from {len(joint.starts)} starts; chi-square: {ends}."
+    )
+    said.append(
+        f"Reduced chi-square {joint.reduced_chi_square:.3g} over the noise as stated; force residuals are "
+        "correlated "
+        f"over {joint.correlation_time:.1f} samples; standard errors multiplied by {joint.inflation:.2g}."
+    )
+    said.append(
+        "The martensite fraction is no input: it wanders slowly behind resistance and force, and its "
+        "uncertainty is "
+        "in the standard errors."
+    )
+    return said
+
+
+def phases(result: SpringCharacterisation) -> list[str]:
+    """What each test was taken to be."""
+    return [f"{t.name} ({t.recording.role}): {t.words}; {t.reason}." for t in result.tests]
