@@ -2,9 +2,10 @@
 
     python benchmarks/posterior_coverage.py [--campaigns 100] [--file coverage.jsonl]
 
-Each campaign is two specimens of a Yeoh rubber with batch spread and serially correlated noise (the generator of
-`pneusma synthesise`), fitted and sampled as `pneusma posterior` does it. Finished campaigns are kept in the file, so an
-interrupted run goes on; the count is reported with its own 95 % interval, however partial it is.
+Each campaign is two specimens of a Yeoh rubber with batch spread and serially correlated noise (the generator
+of
+`pneusma synthesise`), fitted and sampled as `pneusma posterior` does it. Finished campaigns are kept in the
+file, so an interrupted run goes on; the count is reported with its own 95 % interval, however partial it is.
 """
 
 import argparse
@@ -70,7 +71,9 @@ def main() -> None:
     """Run what is missing, then report."""
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     arguments.add_argument("--campaigns", type=int, default=100)
-    arguments.add_argument("--file", type=Path, default=Path("posterior_coverage.jsonl"), help="results so far")
+    arguments.add_argument(
+        "--file", type=Path, default=Path("posterior_coverage.jsonl"), help="results so far"
+    )
     given = arguments.parse_args()
     from pneusma_jax import enable_float64
 

@@ -5,10 +5,10 @@ pool.
 
 Two posteriors: an actuator, with an equilibrium in every likelihood, and a spring, whose law is explicit.
 Both sides sample the same density (checked point by point) with the same emcee moves and walkers, so an
-effective sample costs the same number of steps on both; that number is measured once, and the ratio does not depend on it. The
-other side runs emcee with a pool of two processes over `numpy_models.py`. Wall-clock and processor time are
-both given: the first says how long one waits on this machine now, the second does not mind what else runs
-there.
+effective sample costs the same number of steps on both; that number is measured once, and the ratio does not
+depend on it. The other side runs emcee with a pool of two processes over `numpy_models.py`. Wall-clock and
+processor time are both given: the first says how long one waits on this machine now, the second does not mind
+what else runs there.
 """
 
 import argparse
@@ -127,7 +127,10 @@ def race(case: Case, runs: int, steps: int) -> None:
     measured = exact + case.noise * np.random.default_rng(1).standard_normal(len(exact))
     job = {"truth": truth, "sd": sd, "rows": case.rows, "measured": measured, "noise": case.noise}
     parameters = Parameters(
-        *(Parameter(n, t, prior=Prior(t, s, t - 4 * s, t + 4 * s)) for n, t, s in zip(case.names, truth, sd, strict=True))
+        *(
+            Parameter(n, t, prior=Prior(t, s, t - 4 * s, t + 4 * s))
+            for n, t, s in zip(case.names, truth, sd, strict=True)
+        )
     )
 
     def residual(values, data):
@@ -135,7 +138,9 @@ def race(case: Case, runs: int, steps: int) -> None:
 
     target = Target.from_residual(residual, parameters, {"rows": case.rows, "measured": measured})
     began = time.perf_counter()
-    posterior = sample(target, parameters, Settings(walkers=WALKERS, ensembles=2, max_steps=steps), progress=False)
+    posterior = sample(
+        target, parameters, Settings(walkers=WALKERS, ensembles=2, max_steps=steps), progress=False
+    )
     tau = float(posterior.convergence.tau.max())
     evaluator = Evaluator(target, WALKERS // 2)
     points = posterior.flat(WALKERS)

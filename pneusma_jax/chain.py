@@ -2,14 +2,15 @@
 
 A row of a recording runs through slots in a fixed order, each a value that the base model hands on unchanged:
 
-    actuator   pressure -> [elongation -> phase -> stress -> pull -> resistance] per spring, wall, load -> outputs
+    actuator   pressure -> [elongation -> phase -> stress -> pull -> resistance] per spring
+                        -> wall, load -> outputs
     spring     [compliance] elongation -> phase -> stress -> pull -> resistance -> outputs
     wire       temperature -> phase -> stress -> outputs      tube  pressure -> wall, load -> outputs
     elastomer  [compliance] wall -> outputs          and at the end of all rows: recorded
 
-An effect is a module with a parameter whose neutral value means absent, a method for each slot it acts at, and,
-if it has a history, a memory that is carried from row to row. Effects compose in the order in which they are
-given; a chain without effects is the base model and adds nothing to the compiled program.
+An effect is a module with a parameter whose neutral value means absent, a method for each slot it acts at,
+and, if it has a history, a memory that is carried from row to row. Effects compose in the order in which they
+are given; a chain without effects is the base model and adds nothing to the compiled program.
 """
 
 from typing import Any, ClassVar
@@ -21,9 +22,10 @@ from jaxtyping import Array
 class Known(eqx.Module):
     """What is known of a row when a slot is reached, by name; asking for an unknown name is a `KeyError`.
 
-    Row: `time`, `interval`, `pressure`, `temperature`, `cycle`, and the element: `actuator`, `spring`, `wire` or
-    `silicone`.
-    Spring: `number` (as recordings count, an int), `elongation`, `gamma`, `xi0`, `gamma_R`, `base_stress`, `stress`, `force`.
+    Row: `time`, `interval`, `pressure`, `temperature`, `cycle`, and the element: `actuator`, `spring`, `wire`
+    or `silicone`.
+    Spring: `number` (as recordings count, an int), `elongation`, `gamma`, `xi0`, `gamma_R`, `base_stress`,
+    `stress`, `force`.
     Wall: `strain`, and the law's stress there, `base`. Configuration: `delta_centre`, `bend`.
     """
 
@@ -50,8 +52,8 @@ class Effect(eqx.Module):
         sentence: what was left out, for a laboratory.
         literature: where the form comes from.
 
-    The methods below are the slots; each returns its value unchanged unless overridden. `memory` is what `begin`
-    made and `remember` keeps; it is a pytree, `None` for an effect without history.
+    The methods below are the slots; each returns its value unchanged unless overridden. `memory` is what
+    `begin` made and `remember` keeps; it is a pytree, `None` for an effect without history.
     """
 
     slug: ClassVar[str] = ""

@@ -1,8 +1,8 @@
 """Path-dependent simulation: spring memories carried along a history by one scan.
 
 A row is solved from its neighbour's configuration with the memories of the row before; the memories are
-committed with the converged values. Everything is differentiable end to end and can be vmapped over specimens,
-designs and protocols.
+committed with the converged values. Everything is differentiable end to end and can be vmapped over
+specimens, designs and protocols.
 """
 
 from typing import Any
@@ -33,8 +33,8 @@ class History(eqx.Module):
         rows: the equilibrium of every row; arrays have a leading axis of rows.
         states: each spring's memory after every row, arrays of shape (rows,).
         temperatures: of each spring [degC], shape (rows, springs); NaN for a spring that no current drives.
-        seen: `curvature` [1/m], `bend_angle` [rad] and `length` [m] as the instruments show them, shape (rows,);
-            those of `rows` unless an effect acts on them.
+        seen: `curvature` [1/m], `bend_angle` [rad] and `length` [m] as the instruments show them, shape
+            (rows,); those of `rows` unless an effect acts on them.
     """
 
     rows: Equilibrium
@@ -89,14 +89,14 @@ def simulate_history(
     Args:
         actuator: what is loaded.
         pressure: gauge [Pa], shape (rows,).
-        activations: one per spring, with arrays of shape (rows,) or (): `MartensiteFraction`, `Resistance`, or
-            `Heating` by a current. Cold where empty.
+        activations: one per spring, with arrays of shape (rows,) or (): `MartensiteFraction`, `Resistance`,
+            or `Heating` by a current. Cold where empty.
         states: memories before the first row; fresh with the pre-strain 0.1924 where None.
-        time: [s], shape (rows,); needed by `Heating` and by effects that depend on rate or duration, checked to
-            be non-decreasing.
+        time: [s], shape (rows,); needed by `Heating` and by effects that depend on rate or duration, checked
+            to be non-decreasing.
         effects: beyond the base model; their memories start at rest.
-        currents: recorded through each spring [A], shape (rows,), or None for one that was not recorded; read by
-            effects only.
+        currents: recorded through each spring [A], shape (rows,), or None for one that was not recorded; read
+            by effects only.
         ambient: temperature of the air [degC], shape (rows,) or (); read by effects only.
         gravity: its acceleration in the base frame [m/s2], see `loads.gravity_vector`; read by effects only.
 
@@ -291,14 +291,17 @@ def _check(
     for leaf in jax.tree.leaves(activations):
         if leaf.ndim and leaf.shape[0] != rows:
             raise ValueError(
-                f"Argument `activations` must have {rows} rows like the pressure, but one has {leaf.shape[0]}."
+                f"Argument `activations` must have {rows} rows like the pressure,"
+                f" but one has {leaf.shape[0]}."
             )
     if time is None:
         if any(isinstance(a, Heating) for a in activations):
             raise ValueError("Argument `time` must be given where a current heats a spring, but it is None.")
         return
     if jnp.shape(time) != (rows,):
-        raise ValueError(f"Argument `time` must have {rows} rows like the pressure, but it has {jnp.shape(time)}.")
+        raise ValueError(
+            f"Argument `time` must have {rows} rows like the pressure, but it has {jnp.shape(time)}."
+        )
     if is_concrete(time):
         back = np.flatnonzero(np.diff(np.asarray(time)) < 0.0)
         if back.size:

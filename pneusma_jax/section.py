@@ -107,10 +107,10 @@ class Section(eqx.Module):
     def fibres(self, direction: Array | None = None) -> tuple[Array, Array]:
         """Fixed places in the wall, for what is remembered fibre by fibre.
 
-        Two per chord across the direction of sides 1 and 2, which keep the chord's area, first and second moment;
-        one per chord, at its middle, for bending that is held along a direction.
-        Unlike `rule` they do not follow the strain: meant for the difference that an effect makes, not for the
-        wall's stress itself.
+        Two per chord across the direction of sides 1 and 2, which keep the chord's area, first and second
+        moment; one per chord, at its middle, for bending that is held along a direction.
+        Unlike `rule` they do not follow the strain: meant for the difference that an effect makes, not for
+        the wall's stress itself.
 
         Args:
             direction: unit vector in the bending plane, if bending is held there.

@@ -49,7 +49,7 @@ class Shape(eqx.Module):
 
     @abc.abstractmethod
     def exit(self, direction: Array) -> Array:
-        """Distance from the origin along a unit vector to the farthest boundary [m]; -inf if there is none."""
+        """Distance from the origin along a unit vector to the farthest boundary [m]; -inf if none."""
 
     @abc.abstractmethod
     def polyline(self) -> Float[np.ndarray, "m 2"]:

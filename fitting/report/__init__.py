@@ -1,0 +1,1 @@
+"""Words, figures, pages and files, made from results; nothing here fits or simulates."""

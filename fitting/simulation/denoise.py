@@ -16,7 +16,7 @@ import numpy as np
 import pneusma_jax as pj
 
 ROUNDS = 20  # at most, of linearising the resistance about the last estimate
-LONGEST = 0.1  # step of a fraction in one round; near full heat the tangent is flat and would throw it anywhere
+LONGEST = 0.1  # step of a fraction in a round; near full heat the flat tangent would throw it anywhere
 SETTLED = 1e-3  # largest step at which the rounds end
 WANDER = np.geomspace(1e-8, 1e4, 49)  # candidates: variance of the walk per second over that of one reading
 ASTRAY = 10.0  # times the noise of the resistance by which a sample may miss the walk

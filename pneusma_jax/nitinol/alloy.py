@@ -22,7 +22,7 @@ def _number() -> Array:
 class Alloy(eqx.Module):
     """Constants of one nitinol alloy after one heat treatment (Table 2.2, Eqs. 3.1 and 3.2).
 
-    Field names are those of the files. SI units; resistivities in ohm per metre of wire, temperatures in degC.
+    Field names are those of the files. SI units; resistivities in ohm per metre, temperatures in degC.
 
     Attributes:
         beta_1, beta_2, beta_3: detwinned fraction of martensite [1].
@@ -75,7 +75,9 @@ class Alloy(eqx.Module):
             if not np.all(np.asarray(getattr(self, key)) > 0.0):
                 raise ValueError(f"Alloy constant `{key}` must be positive, but it is {getattr(self, key)}.")
         if np.any(np.asarray(_contrast_at_rest(self)) == 0.0):
-            raise ValueError("The phases of the alloy must differ in resistivity at zero strain, but they do not.")
+            raise ValueError(
+                "The phases of the alloy must differ in resistivity at zero strain, but they do not."
+            )
 
     @classmethod
     def from_calibration(cls, table: Calibration) -> "Alloy":
@@ -157,11 +159,11 @@ class Alloy(eqx.Module):
         heated = SpringState(state.prestrain, hottest(state, xi0))
         gamma_R = self.residual_strain(heated, xi0)
         loading = stress.on_detwinning_branch(self.modulus(xi0), self.detwinning_stress(gamma, xi0), gamma_R)
-        deeper = residual_strain.residual_strain(self.residual_strain_limit(gamma), xi0, self.gR_decay) > gamma_R
-        renew = loading & deeper
-        return SpringState(
-            jnp.where(renew, gamma, heated.prestrain), jnp.where(renew, xi0, heated.xi_min)
+        deeper = (
+            residual_strain.residual_strain(self.residual_strain_limit(gamma), xi0, self.gR_decay) > gamma_R
         )
+        renew = loading & deeper
+        return SpringState(jnp.where(renew, gamma, heated.prestrain), jnp.where(renew, xi0, heated.xi_min))
 
 
 @eqx.filter_jit

@@ -91,7 +91,8 @@ class SpringGeometry(eqx.Module):
     """Dimensions of one spring, in metres and coils.
 
     Attributes:
-        wire_diameter, mandrel_diameter, initial_pitch: as wound [m]; the mean coil diameter is mandrel + wire.
+        wire_diameter, mandrel_diameter, initial_pitch: as wound [m]; the mean coil diameter is mandrel +
+            wire.
         active_coils: coils that stretch and carry current [1].
         free_length: length of the unloaded spring, the denominator of the spring strain [m].
         helix: static; see `coil_angle`.

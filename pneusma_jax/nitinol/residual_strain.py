@@ -33,7 +33,8 @@ class SpringState(eqx.Module):
 
     Attributes:
         prestrain: shear strain gp that set the residual strain [1].
-        xi_min: smallest martensite fraction since then: heating lowers it, cooling does not bring it back [1].
+        xi_min: smallest martensite fraction since then: heating lowers it, cooling does not bring it back
+            [1].
     """
 
     prestrain: Array = eqx.field(converter=jnp.asarray)
@@ -49,7 +50,7 @@ class SpringState(eqx.Module):
 def hottest(state: SpringState, xi0: Array) -> Array:
     """Smallest martensite fraction up to now [1].
 
-    At a tie the present one is taken: a spring that is as hot as ever feels the next bit of heat in full, so that
-    is the derivative, not half of it as `jnp.minimum` would have.
+    At a tie the present one is taken: a spring that is as hot as ever feels the next bit of heat in full, so
+    that is the derivative, not half of it as `jnp.minimum` would have.
     """
     return jnp.where(xi0 <= state.xi_min, xi0, state.xi_min)

@@ -19,9 +19,9 @@ def detwinning_stress(
 def shear_stress(gamma: Array, modulus: Array, detwinning: Array, gamma_R: Array) -> Array:
     """Shear stress on loading and after pre-strain in one expression, equal to Eq. 3.3 [Pa].
 
-    The printed intersection strain is where the elastic line through `gamma_R` meets the loading curve, so the
-    larger of the two subtracted stresses decides. At a tie the elastic branch is taken. (Eqs. 2.33, 2.49 and
-    3.3 print `G` where `G gamma` is meant, correction 3.)
+    The printed intersection strain is where the elastic line through `gamma_R` meets the loading curve, so
+    the larger of the two subtracted stresses decides. At a tie the elastic branch is taken. (Eqs. 2.33, 2.49
+    and 3.3 print `G` where `G gamma` is meant, correction 3.)
 
     Args:
         gamma: shear strain [1].

@@ -174,11 +174,11 @@ class WireAlloy(eqx.Module):
     def loaded_stress(self, strain: Array, xi0: Array, eps_R: Array, chain: Chain = PLAIN) -> Array:
         """`axial_stress` with the effects that act at the slot `stress` [Pa]."""
         value = self.axial_stress(strain, xi0, eps_R)
-        return chain.through("stress", value, wire=self, gamma=strain, xi0=xi0, gamma_R=eps_R, base_stress=value)
+        return chain.through(
+            "stress", value, wire=self, gamma=strain, xi0=xi0, gamma_R=eps_R, base_stress=value
+        )
 
-    def respond(
-        self, strain: Array, xi0: Array, state: SpringState, chain: Chain = PLAIN
-    ) -> WireResponse:
+    def respond(self, strain: Array, xi0: Array, state: SpringState, chain: Chain = PLAIN) -> WireResponse:
         """Stress at a prescribed strain [1] and martensite fraction [1]."""
         good = jnp.isfinite(strain) & jnp.isfinite(xi0)
         eps, phase = (jnp.where(good, x, 0.5) for x in (strain, xi0))
@@ -186,9 +186,7 @@ class WireAlloy(eqx.Module):
         status = jnp.where(good, int(WireStatus.converged), int(WireStatus.input_not_finite))
         return _finished(eps, self.loaded_stress(eps, phase, eps_R, chain), phase, eps_R, status)
 
-    def strain_at(
-        self, stress: Array, xi0: Array, state: SpringState, chain: Chain = PLAIN
-    ) -> WireResponse:
+    def strain_at(self, stress: Array, xi0: Array, state: SpringState, chain: Chain = PLAIN) -> WireResponse:
         """Strain at a prescribed stress [Pa] and martensite fraction [1], all scalars.
 
         The smallest strain that carries the stress on the way up, found on a ladder of strains and polished

@@ -17,7 +17,8 @@ class WireHistory(eqx.Module):
     Attributes:
         rows: the wire's response in every row.
         states: its memory after every row; `prestrain` is an axial strain here.
-        seen: `strain` [1] where stress is prescribed, else `stress` [Pa], as the instruments show it, shape (rows,).
+        seen: `strain` [1] where stress is prescribed, else `stress` [Pa], as the instruments show it, shape
+            (rows,).
     """
 
     rows: WireResponse
@@ -55,7 +56,9 @@ class _Drive(eqx.Module):
         """Martensite fraction of the row [1]."""
         if self.resistance is not None:
             cold, hot = self.ends
-            xi0 = (chain.through("wire_resistance", self.resistance) - hot) * safe_divide(1.0, cold - hot, 1e-9)
+            xi0 = (chain.through("wire_resistance", self.resistance) - hot) * safe_divide(
+                1.0, cold - hot, 1e-9
+            )
             xi0 = jnp.clip(xi0, 0.0, 1.0)
         elif self.xi0 is not None:
             xi0 = self.xi0
@@ -142,7 +145,9 @@ def simulate_wire(
     driven = (temperature, xi0) if resistance is None else (resistance, xi0)
     choices = {
         "`stress` or `strain`": (stress, strain),
-        "`temperature`, `resistance` or `xi0`" if resistance is not None else "`temperature` or `xi0`": driven,
+        "`temperature`, `resistance` or `xi0`"
+        if resistance is not None
+        else "`temperature` or `xi0`": driven,
     }
     for names, pair in choices.items():
         if sum(x is not None for x in pair) != 1:
@@ -160,7 +165,9 @@ def simulate_wire(
         shape = jnp.broadcast_shapes(load.shape, *(jnp.shape(x) for x in jax.tree.leaves((drive, clock))))
     except ValueError:
         shapes = f"{load.shape} and {next(x.shape for x in jax.tree.leaves(drive))}"
-        raise ValueError(f"Load and phase must have equally many rows, but have the shapes {shapes}.") from None
+        raise ValueError(
+            f"Load and phase must have equally many rows, but have the shapes {shapes}."
+        ) from None
     if len(shape) != 1 or shape[0] == 0:
         raise ValueError(f"A history must have at least one row, but the shape of the load is {shape}.")
     state = SpringState.fresh(0.0) if state is None else state

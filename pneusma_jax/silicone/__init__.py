@@ -1,4 +1,4 @@
-"""Silicone: mechanical tests of the source, hyperelastic laws, the regularised law, the tube under pressure."""
+"""Silicone: the source's mechanical tests, hyperelastic laws, the regularised law, the tube."""
 
 from .laws import Gent, NeoHookean, Ogden, SiliconeLaw, Yeoh
 from .load import load_silicone, load_silicone_test

@@ -20,7 +20,7 @@ def neo_hookean_stress(stretch: Array, mu: Array) -> Array:
 
 
 def printed_neo_hookean_stress(stretch: Array, mu: Array) -> Array:
-    """The form of Table 3.2, `mu (lambda^2 - 1/lambda)` [Pa]: a true stress with twice the printed constant."""
+    """The form of Table 3.2, `mu (lambda^2 - 1/lambda)` [Pa]: a true stress, with twice the constant."""
     return mu * (stretch**2 - 1.0 / stretch)
 
 
@@ -30,7 +30,7 @@ def constrained_neo_hookean_stress(stretch: Array, mu: Array) -> Array:
 
 
 def yeoh_stress(stretch: Array, c_10: Array, c_20: Array, c_30: Array) -> Array:
-    """Yeoh's third-order law [Pa]; shear modulus `2 c_10`. O. H. Yeoh, Rubber Chem. Technol. 66 (1993) 754."""
+    """Yeoh's third-order law [Pa]; shear modulus `2 c_10`. O. H. Yeoh, Rubber Chem. Technol. 66, 754."""
     excess = first_invariant(stretch) - 3.0
     return 2.0 * (stretch - stretch**-2) * (c_10 + 2.0 * c_20 * excess + 3.0 * c_30 * excess**2)
 

@@ -31,6 +31,7 @@ class NeoHookean(SiliconeLaw):
     mu: Array = eqx.field(converter=jnp.asarray)
 
     def __call__(self, strain: Array) -> Array:
+        """See `SiliconeLaw`."""
         return hyperelastic.neo_hookean_stress(1.0 + strain, self.mu)
 
 
@@ -42,6 +43,7 @@ class Yeoh(SiliconeLaw):
     c_30: Array = eqx.field(converter=jnp.asarray)
 
     def __call__(self, strain: Array) -> Array:
+        """See `SiliconeLaw`."""
         return hyperelastic.yeoh_stress(1.0 + strain, self.c_10, self.c_20, self.c_30)
 
 
@@ -52,6 +54,7 @@ class Gent(SiliconeLaw):
     j_m: Array = eqx.field(converter=jnp.asarray)
 
     def __call__(self, strain: Array) -> Array:
+        """See `SiliconeLaw`."""
         return hyperelastic.gent_stress(1.0 + strain, self.mu, self.j_m)
 
 
@@ -62,4 +65,5 @@ class Ogden(SiliconeLaw):
     alpha: Array = eqx.field(converter=jnp.asarray)
 
     def __call__(self, strain: Array) -> Array:
+        """See `SiliconeLaw`."""
         return hyperelastic.ogden_stress(1.0 + strain, self.mu, self.alpha)

@@ -12,7 +12,9 @@ from .regularised import RegularisedSilicone
 
 def _numbered(values: dict[str, float], stem: str) -> np.ndarray:
     """Values `stem_1, stem_2, ...` in order."""
-    names = sorted((n for n in values if n.startswith(stem + "_") and n[len(stem) + 1 :].isdigit()), key=_index)
+    names = sorted(
+        (n for n in values if n.startswith(stem + "_") and n[len(stem) + 1 :].isdigit()), key=_index
+    )
     return np.asarray([values[name] for name in names])
 
 

@@ -1,4 +1,4 @@
-"""The silicone law of the actuator: Table 3.1's tension and buckling fits, joined so that a root-find can cross zero.
+"""The silicone law of the actuator: Table 3.1's tension and buckling fits, joined smoothly at zero strain.
 
 Eqs. 3.22 to 3.25 switch from one polynomial to the other at zero strain, where they jump from -0.37 to
 +5.76 kPa, and use them past the strains that were tested. Here each polynomial loses its constant term, is
@@ -55,7 +55,7 @@ def regularised_stress(
 class RegularisedSilicone(SiliconeLaw):
     """Dragon Skin 10 FAST in a fibre-wrapped tube, as the source models it.
 
-    Attributes: see `regularised_stress`; `stiffness` multiplies the stress [1] (batch and strain-range spread).
+    Attributes: see `regularised_stress`; `stiffness` multiplies the stress [1] (batch, strain range).
     """
 
     tension: Array = eqx.field(converter=jnp.asarray)
@@ -67,6 +67,7 @@ class RegularisedSilicone(SiliconeLaw):
     stiffness: Array = eqx.field(converter=jnp.asarray, default=1.0)
 
     def __call__(self, strain: Array) -> Array:
+        """See `SiliconeLaw`."""
         return self.stiffness * regularised_stress(
             strain, self.tension, self.compression, self.half_width, self.lower, self.upper, self.least_slope
         )

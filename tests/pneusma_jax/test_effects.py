@@ -4,11 +4,10 @@ import re
 
 import numpy as np
 import pytest
+from effect_programs import built, names, program, run, without
 
 import pneusma_jax as pj
 from pneusma_jax.effects import CATALOGUE, Effect, find_effect, register, specs_of
-
-from effect_programs import built, names, program, run, without
 
 SLOW = [pytest.param("A", marks=pytest.mark.slow), pytest.param("T", marks=pytest.mark.slow)]
 KINDS = ["E", "S", "W", *SLOW]
@@ -55,7 +54,7 @@ def test_neutral_is_absent_and_its_signature_is_finite(kind):
     for channel, values in bare.items():
         scale = np.max(np.abs(values)) or 1.0
         np.testing.assert_allclose(with_all[channel], values, rtol=1e-11, atol=1e-12 * scale, err_msg=channel)
-    for k, (slug, name, spec) in enumerate(names(kind)):
+    for k, (slug, name, _) in enumerate(names(kind)):
         moved = {channel: np.asarray(slope)[..., k] for channel, slope in slopes.items()}
         assert all(np.all(np.isfinite(values)) for values in moved.values()), (slug, name)
         shares = [np.max(np.abs(values)) / (np.max(np.abs(bare[c])) or 1.0) for c, values in moved.items()]
@@ -72,7 +71,7 @@ def test_all_at_once_stay_finite_when_present_and_shapes_then_count(kind):
     seen, slopes = run(kind, half)
     for channel, values in seen.items():
         assert np.all(np.isfinite(values)) and np.all(np.isfinite(np.asarray(slopes[channel]))), channel
-    for k, (slug, name, spec) in enumerate(names(kind)):
+    for k, (slug, name, _) in enumerate(names(kind)):
         acts = max(float(np.max(np.abs(np.asarray(slope)[..., k]))) for slope in slopes.values())
         unseen = slug == "tip_contact" or (kind, f"{slug}.{name}") in HIDDEN and slug != "wall_eccentricity"
         assert acts > 0.0 or unseen, (slug, name)
