@@ -12,22 +12,14 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .actuator import Actuator
-from .chain import Chain, Effect, Known, as_recorded
 from ._linear import solve_small
-from .equilibrium import (
-    BALANCED,
-    SHORTEST,
-    Equilibrium,
-    Problem,
-    Status,
-    configuration,
-    residual,
-    spring_responses,
-    start,
-)
+from .actuator import Actuator
+from .balance import Problem, configuration, residual, spring_responses, start
+from .chain import Chain, Effect, Known, as_recorded
 from .nitinol import SpringState
 from .nitinol.spring import Activation
+from .result import SHORTEST, Equilibrium, Status
+from .root_find import BALANCED
 
 CLOSE = 1e-10
 """Newton step in scaled unknowns after which one more, differentiated, ends it."""

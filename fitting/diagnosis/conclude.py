@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2
 
 from pneusma_jax.effects import CATALOGUE
 
@@ -73,6 +74,10 @@ def conclude(explanation: Explanation) -> Conclusion:
     unknown = _unknown(base, last) if mismatch else 0.0
     if mismatch and not named:
         unknown = max(unknown, 0.9)
+    if not mismatch:  # no candidate survived being fitted; what is left is judged as a whole
+        chi2_base = base[0] * program.observations(program.fitted)
+        explanation.p_value = max(explanation.p_value, float(chi2.sf(chi2_base, program.observations(program.fitted))))
+        explanation.p_is_bound = False
     candidates, nothing = _probabilities(explanation, mismatch, unknown)
     unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
     found = _found(explanation, unknown) if named else []

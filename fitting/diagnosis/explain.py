@@ -1,18 +1,25 @@
 """Which effects explain a campaign: co-refits, evidence, one effect after the other, and what none explains."""
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from .program import Program
-from .refit import Fit, Refitter
+from .refit import MOST_ROUNDS, Fit, Refitter
 from .screen import Score, Screen, screen
 
 MOST_EFFECTS = 3
-TRIED = 9
+SIDE_BY_SIDE = 2
+"""Fits that run at a time."""
+TRIED = 10
 """Candidates that are fitted together with the base, of those that the screen ranks first."""
-SETTLED = 3
+FIRST_ROUNDS = 4
+"""Trial steps of every candidate; the better ones go on."""
+PURSUED = 4
+"""Candidates that are fitted to the end, from two starts each."""
+SETTLED = 2
 """Of those, the ones whose hidden phases are read anew before they are compared."""
 LEVEL = 0.01
 """P-value below which something is missing."""
@@ -147,12 +154,10 @@ def _settled_fit(
     program: Program, slugs: tuple[str, ...], start: np.ndarray | None, rounds: int = 1
 ) -> tuple[Program, Fit]:
     """A fit whose hidden phases are those of the fitted model."""
-    fit = Refitter(program).fit(slugs, start)
-    for _ in range(rounds):
-        program = settle(program, fit.u)
-        if program.stacked is None:
-            break
-        fit = Refitter(program).fit(slugs, fit.u)
+    fit = Refitter(program).fit(slugs, start) if not slugs else None
+    for _ in range(rounds if hasattr(_module(program), "settled") else 0):
+        program = settle(program, fit.u if fit else start)
+        fit = Refitter(program).fit(slugs, fit.u if fit else start)
     return program, fit
 
 
@@ -164,24 +169,31 @@ def _trials(
     refitter._base = _columns(refitter, current)
     nominal = refitter._base
     likely = [s for s in found.scores if s.p_value < 0.01][:TRIED]
-    fits, trials = 0, []
-    for number, score in enumerate(likely, 1):
-        progress(f"fitting candidate {number} of {len(likely)}: {score.slug}")
-        slugs = (*current.slugs, score.slug)
-        options = []
-        for start in _starts(refitter, current, score):
-            refitter._base = nominal
-            options.append(refitter.fit(slugs, start))
-            fits += 1
-        best = min(options, key=lambda f: f.objective)
-        trials.append(Trial(score.slug, best, 0.0, np.nan, np.nan, program))
+    starts = {score.slug: _starts(refitter, current, score) for score in likely}
+
+    def fitted(job: tuple[str, np.ndarray, int]) -> tuple[str, Fit]:
+        slug, start, rounds = job
+        own = Refitter(program)
+        own._base = nominal
+        return slug, own.fit((*current.slugs, slug), start, rounds)
+
+    progress(f"fitting {len(likely)} candidates")
+    best = dict(_side_by_side(fitted, [(slug, pair[0], FIRST_ROUNDS) for slug, pair in starts.items()]))
+    ahead = sorted(best, key=lambda slug: best[slug].objective)[:PURSUED]
+    progress(f"fitting {', '.join(ahead)} to the end")
+    jobs = [(slug, start, MOST_ROUNDS) for slug in ahead for start in (best[slug].u, starts[slug][1])]
+    for slug, fit in _side_by_side(fitted, jobs):
+        if fit.objective < best[slug].objective:
+            best[slug] = fit
+    fits = len(likely) + len(jobs)
+    trials = [Trial(slug, fit, 0.0, np.nan, np.nan, program) for slug, fit in best.items()]
     trials.sort(key=lambda t: t.fit.objective)
-    for trial in trials[:SETTLED]:
-        if not hasattr(_module(program), "settled"):
-            break
-        progress(f"reading hidden phases under {trial.slug}")
-        trial.program, trial.fit = _settled_fit(program, trial.fit.slugs, trial.fit.u)
-        fits += 2
+    if hasattr(_module(program), "settled"):
+        progress(f"reading hidden phases under {', '.join(t.slug for t in trials[:SETTLED])}")
+        again = _side_by_side(lambda t: _settled_fit(program, t.fit.slugs, t.fit.u), trials[:SETTLED])
+        for trial, (settled_program, fit) in zip(trials, again, strict=False):
+            trial.program, trial.fit = settled_program, fit
+        fits += 2 * len(again)
     for trial in trials:
         trial.held_out = reduced(trial.program, trial.fit, judge)
         base = program.unknowns.base
@@ -189,6 +201,12 @@ def _trials(
     _weigh(program, current, trials, found)
     trials.sort(key=lambda t: -t.bayes)
     return trials, fits
+
+
+def _side_by_side(function: Callable, jobs: list) -> list:
+    """Results in the order of the jobs; compiled programs run without Python's lock, two at a time."""
+    with ThreadPoolExecutor(SIDE_BY_SIDE) as pool:
+        return list(pool.map(function, jobs))
 
 
 def _module(program: Program):

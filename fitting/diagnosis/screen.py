@@ -14,7 +14,7 @@ from scipy.stats import chi2
 from .program import Evaluation
 from .refit import Fit, Refitter
 
-SHAPES = 6
+SHAPES = 5
 """Shapes tried of every effect."""
 DRAWS = 999
 """Simulated null results that the smallest p-value is compared with."""
@@ -95,10 +95,14 @@ def screen(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Ge
     left = project(r[:, None])[:, 0] / scale
     tried: list[tuple[str, np.ndarray, np.ndarray, np.ndarray]] = []  # slug, Q, start u, indices
     strength = dict.fromkeys(slugs, 0.0)
-    for u in _shapes(refitter, fit, slugs):
-        columns = np.concatenate([unknowns.amplitudes(slug) for slug in slugs]).astype(int)
+    shaped = [slug for slug in slugs if unknowns.shapes(slug).size]
+    for trial, u in enumerate(_shapes(refitter, fit, slugs)):
+        members = shaped if trial else slugs
+        if not members:
+            break
+        columns = np.concatenate([unknowns.amplitudes(slug) for slug in members]).astype(int)
         _, J = program.evaluate(u, columns).joined(weight)
-        for slug in slugs:
+        for slug in members:
             own = unknowns.amplitudes(slug)
             tried += _tried(refitter, slug, own, J[:, np.isin(columns, own)], project, u, left, strength)
     for slug in [s for s in slugs if strength[s] < FAINT]:
