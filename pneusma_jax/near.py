@@ -11,7 +11,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ._linear import solve_small
-from .equilibrium import BALANCED, Problem, residual
+from .balance import Problem, residual
+from .root_find import BALANCED
 
 CLOSE = 1e-11
 """Newton step in scaled unknowns at which it ends."""

@@ -15,6 +15,9 @@ from .result import Characterisation
 PIPELINES = {
     "elastomer": ("fitting.characterise.elastomer", "characterise_elastomer"),
     "spring": ("fitting.characterise.spring", "characterise_spring"),
+    "wire": ("fitting.characterise.general", "characterise_wire"),
+    "tube": ("fitting.characterise.general", "characterise_tube"),
+    "actuator": ("fitting.characterise.general", "characterise_actuator"),
 }
 
 

@@ -14,8 +14,8 @@ import jax.numpy as jnp
 from jaxtyping import Array
 
 import pneusma_jax as pj
+from pneusma_jax.balance import Problem, configuration, start
 from pneusma_jax.designs import GEOMETRY_KEYS
-from pneusma_jax.equilibrium import Problem, configuration, start
 from pneusma_jax.near import nearby_root
 from pneusma_jax.nitinol import Alloy, Spring, SpringState
 

@@ -14,11 +14,13 @@ from fitting.simulation.specimen import geometry_of
 from pneusma_jax.silicone import tube_length
 
 from . import priors, silicones
-from .building import columns_of, measured_and_weight, smooth
+from .building import columns_of, measured_and_weight
 from .rows import Rows, numbers
 
 OUTPUTS = ("length",)
 GEOMETRY = ("length", "outer_diameter", "wall_thickness")
+SLOPE_DEGREE = 5
+"""Of the polynomial of length over pressure, by which the pressure's noise is carried over."""
 
 
 def _numbers_of(recording: Recording) -> dict[str, float]:
@@ -43,12 +45,13 @@ def rows_for(campaign: Campaign, material: str | Path | None = None) -> list[Row
     for recording in campaign.recordings:
         columns, block = columns_of(recording, ("pressure",), OUTPUTS)
         measured, weight = measured_and_weight(recording, OUTPUTS, columns, block)
+        weight["length"] = _with_pressure(recording, columns, weight["length"], block)
         base = _numbers_of(recording) | silicones.constants(law)
         result.append(
             Rows(
                 mask=np.ones(len(columns["time"]), bool),
                 time=columns["time"],
-                inputs={"pressure": smooth(columns, "pressure")},
+                inputs={"pressure": columns["pressure"]},
                 measured=measured,
                 weight=weight,
                 base={name: np.asarray(value) for name, value in base.items()},
@@ -57,6 +60,19 @@ def rows_for(campaign: Campaign, material: str | Path | None = None) -> list[Row
             )
         )
     return result
+
+
+def _with_pressure(
+    recording: Recording, columns: Mapping[str, np.ndarray], weight: np.ndarray, block: int
+) -> np.ndarray:
+    """Weight of the length with what noise of the pressure adds, by the recording's own slope."""
+    sigma, held = recording.noise_si("pressure"), weight > 0.0
+    if not sigma or held.sum() < SLOPE_DEGREE + 2:
+        return weight
+    course = np.polynomial.Polynomial.fit(columns["pressure"][held], columns["length"][held], SLOPE_DEGREE)
+    slope = np.where(held, course.deriv()(columns["pressure"]), 0.0)
+    variance = 1.0 / np.where(held, weight, 1.0) ** 2 + (slope * sigma) ** 2 / block
+    return np.where(held, variance**-0.5, 0.0)
 
 
 def parameters_for(campaign: Campaign, material: str | Path | None = None) -> Parameters:

@@ -4,13 +4,13 @@ import re
 from collections.abc import Mapping
 
 from fitting.characterise.result import Estimate
-from fitting.models.spring import ALLOY
 from fitting.parameters import Parameter, Parameters
 from pneusma_jax.calibration import Calibration
 from pneusma_jax.calibration_model import Prior, Quantity
 from pneusma_jax.units import from_si, to_si
 
 DIGITS = 10  # of a fitted number
+KELVIN = "K"  # unit of differences of temperature, which have no zero to be shifted
 
 
 def slug(title: str) -> str:
@@ -32,8 +32,7 @@ def alloy_table(
     """
     source = f"Fitted to {title}{', simulated data' if simulated else ''}"
     quantities = {}
-    for name in ALLOY:
-        taken = base[name]
+    for name, taken in base.items():
         if name in parameters:
             quantities[name] = _fitted(parameters[name], taken, source)
         else:
@@ -43,7 +42,7 @@ def alloy_table(
     return Calibration(
         name=slug(title),
         kind="alloy",
-        description=f"Alloy of {title}, characterised from tests on a stand",
+        description=f"Alloy of {title}, characterised from tests",
         path=None,
         quantities=quantities,
         text=dict(text),
@@ -59,14 +58,15 @@ def _fitted(entry: Parameter, taken: Quantity, source: str) -> Quantity:
 
 def _rounded(value: float, unit: str) -> float:
     """A number in SI that has few digits in the unit of the file."""
-    return float(to_si(float(f"{float(from_si(value, unit)):.{DIGITS}g}"), unit))
+    width = unit == KELVIN
+    return float(to_si(float(f"{float(from_si(value, unit, width)):.{DIGITS}g}"), unit, width))
 
 
 def estimate(entry: Parameter) -> Estimate:
     """A parameter in the unit of files."""
     sd = entry.standard_error
     return Estimate(
-        value=float(from_si(entry.value, entry.unit)),
+        value=float(from_si(entry.value, entry.unit, entry.unit == KELVIN)),
         sd=float("nan") if sd is None else float(from_si(sd, entry.unit, difference=True)),
         unit=entry.unit,
         at_bound=entry.at_bound,

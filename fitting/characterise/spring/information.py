@@ -1,11 +1,13 @@
 """What these tests say about each parameter and each combination of them, beside what was known before."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from fitting.least_squares import FitResult
+from fitting.least_squares.covariance import Uncertainty
 from fitting.models.spring import decided
 from fitting.parameters import Parameter, Parameters
 
@@ -96,6 +98,31 @@ def information(problem: Problem, parameters: Parameters) -> Information:
         prior=np.array([0.0 if entry.prior is None else entry.prior.sd**-2 for entry in entries]),
         fixed=np.array([entry.at_bound for entry in entries]),
     )
+
+
+def with_errors(result: FitResult, inform: Callable[[Parameters], Information]) -> FitResult:
+    """A fit that ended without standard errors, with those of the information where it ended.
+
+    Where a rule changes its mind between rows the misfit has small steps, and a fit can stop on one of them;
+    its status still says so.
+
+    Args:
+        result: of the fit.
+        inform: information at parameters; not called where the fit has errors.
+    """
+    if result.uncertainty.names or result.chi_square is None:
+        return result
+    parameters = result.parameters.copy()
+    told = inform(parameters)
+    kept = [k for k, fixed in enumerate(told.fixed) if not fixed]
+    names = tuple(told.names[k] for k in kept)
+    covariance = told.covariance()[np.ix_(kept, kept)]
+    sd = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
+    errors = dict.fromkeys(parameters) | dict(zip(names, map(float, sd), strict=True))
+    for name, error in errors.items():
+        parameters[name].set(standard_error=error)
+    uncertainty = Uncertainty(errors, names, covariance, covariance / np.outer(sd, sd), (), 1.0)
+    return replace(result, parameters=parameters, uncertainty=uncertainty)
 
 
 def sentences(

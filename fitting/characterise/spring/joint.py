@@ -7,12 +7,11 @@ import numpy as np
 
 from fitting.characterise.noise import correlation_time
 from fitting.least_squares import FitResult
-from fitting.least_squares.covariance import Uncertainty
 from fitting.models import residual_of
 from fitting.models.spring import OUTPUTS
 from fitting.parameters import Parameters
 
-from .information import information
+from .information import information, with_errors
 from .problem import Problem, values_of
 
 MISFIT = 1.3
@@ -120,28 +119,7 @@ def _settled(problem: Problem, starts: tuple[Start, ...], progress: Callable[[st
         best = problem.fit()
         problem = problem.at(best.values)
         progress("errors")
-    return Joint(problem, _with_errors(problem, best), starts, float(reduced), time)
-
-
-def _with_errors(problem: Problem, result: FitResult) -> FitResult:
-    """A fit that ended without standard errors, with those of the information where it ended.
-
-    Where the rule of the residual strain changes its mind between rows, the misfit has small steps, and a fit
-    can stop on one of them; its status says so.
-    """
-    if result.uncertainty.names or result.chi_square is None:
-        return result
-    parameters = result.parameters.copy()
-    told = information(problem, parameters)
-    kept = [k for k, fixed in enumerate(told.fixed) if not fixed]
-    names = tuple(told.names[k] for k in kept)
-    covariance = told.covariance()[np.ix_(kept, kept)]
-    sd = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
-    errors = dict.fromkeys(parameters) | dict(zip(names, map(float, sd), strict=True))
-    for name, error in errors.items():
-        parameters[name].set(standard_error=error)
-    uncertainty = Uncertainty(errors, names, covariance, covariance / np.outer(sd, sd), (), 1.0)
-    return replace(result, parameters=parameters, uncertainty=uncertainty)
+    return Joint(problem, with_errors(best, lambda p: information(problem, p)), starts, float(reduced), time)
 
 
 def _cost(result: FitResult) -> float:

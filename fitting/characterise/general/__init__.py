@@ -1,0 +1,17 @@
+"""Wires, tubes and whole actuators: one pipeline for every kind that `fitting.models` can predict."""
+
+from .pipeline import (
+    GeneralCharacterisation,
+    characterise_actuator,
+    characterise_general,
+    characterise_tube,
+    characterise_wire,
+)
+
+__all__ = [
+    "GeneralCharacterisation",
+    "characterise_actuator",
+    "characterise_general",
+    "characterise_tube",
+    "characterise_wire",
+]

@@ -1,0 +1,171 @@
+"""Least squares of a campaign of any kind: from several starts, with errors that know about misfit."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.characterise.noise import correlation_time
+from fitting.least_squares import FitResult, fit_least_squares
+from fitting.models import Rows, model_of, observations, predictor_of, residual_of, silenced, stack
+from fitting.parameters import Parameters
+from fitting.recordings import Recording
+
+RTOL = 1e-4
+MAX_STEPS = 300
+MISFIT = 1.3
+"""Reduced chi-square from which what is left is more than noise, and standard errors grow with it."""
+ROUNDS = 5
+SAME = 0.05
+"""Change of chi-square below which two rounds of decisions agree."""
+
+
+@dataclass(frozen=True)
+class GeneralFit:
+    """A fitted campaign.
+
+    Attributes:
+        recordings: all of them.
+        rows: the same as arrays, decided at the values found, noise as it was stated.
+        result: the fit, noise as it was taken.
+        starts: chi-square that each start ended with; NaN where it failed.
+        reduced_chi_square: of the noise as stated.
+        inflation: factor on the noise, and so on the standard errors.
+        correlation_time: samples of misfit that make one independent one.
+    """
+
+    recordings: tuple[Recording, ...]
+    rows: tuple[Rows, ...]
+    result: FitResult
+    starts: tuple[float, ...]
+    reduced_chi_square: float
+    inflation: float
+    correlation_time: float
+
+    @property
+    def kind(self) -> str:
+        """Of the recordings."""
+        return self.recordings[0].kind
+
+    @property
+    def used(self) -> list[Rows]:
+        """Recordings as they were fitted: those held out say nothing, and noise is as it was taken."""
+        return inflated(fitted_only(self.recordings, self.rows), self.inflation)
+
+    def predict(self, values: Mapping[str, float] | None = None) -> list[dict[str, np.ndarray]]:
+        """Outputs of every recording at values, those of the fit by default; SI, without padding."""
+        values = self.result.values if values is None else values
+        found = jax.device_get(predictor_of(self.kind)(arrays(values), stack(self.rows)))
+        return [
+            {name: column[k][: len(rows.mask)] for name, column in found.items()}
+            for k, rows in enumerate(self.rows)
+        ]
+
+
+def arrays(values: Mapping[str, float]) -> dict[str, jax.Array]:
+    """Values of parameters as arrays."""
+    return {name: jnp.asarray(float(value)) for name, value in values.items()}
+
+
+def fitted_only(recordings: Sequence[Recording], rows: Sequence[Rows]) -> list[Rows]:
+    """The same recordings, of which those with another role than `fit` say nothing."""
+    pairs = zip(recordings, rows, strict=True)
+    return [r if recording.role == "fit" else silenced(r) for recording, r in pairs]
+
+
+def inflated(rows: Sequence[Rows], factor: float) -> list[Rows]:
+    """The same recordings with noise `factor` times what is stated."""
+    return [
+        eqx.tree_at(lambda x: x.weight, r, {name: np.asarray(w) / factor for name, w in r.weight.items()})
+        for r in rows
+    ]
+
+
+def fit_campaign(
+    recordings: Sequence[Recording],
+    rows: Sequence[Rows],
+    parameters: Parameters,
+    starts: int,
+    seed: int,
+    progress: Callable[[str], None],
+) -> GeneralFit:
+    """Fit all free parameters to all recordings with `role = fit`.
+
+    Args:
+        recordings: of one kind.
+        rows: each as arrays.
+        parameters: free numbers with priors; their values are the first start.
+        starts: in all; the others are scattered over the priors.
+        seed: of those.
+        progress: called with a word for each fit that is done.
+    """
+    recordings, rows, parameters = tuple(recordings), list(rows), parameters.copy()
+    result = _fit(recordings, rows, parameters, starts, seed)
+    ends = tuple(float(x) for x in result.start_chi_squares)
+    progress("fit")
+    rows, result = _decided(recordings, rows, result)
+    reduced = float(result.reduced_chi_square or np.nan)
+    fit = GeneralFit(recordings, tuple(rows), result, ends, reduced, 1.0, 1.0)
+    time = correlation_time(_misfits(fit))
+    fit = replace(fit, correlation_time=time)
+    if reduced > MISFIT:
+        factor = float(np.sqrt(reduced * time))
+        result = _fit(recordings, inflated(rows, factor), _at(parameters, result), 1, seed)
+        fit = replace(fit, result=result, inflation=factor)
+        progress("errors")
+    return fit
+
+
+def _decided(
+    recordings: tuple[Recording, ...], rows: list[Rows], result: FitResult
+) -> tuple[list[Rows], FitResult]:
+    """Rounds of deciding what depends on the parameters without being smooth in them, and fitting again."""
+    model = model_of(recordings[0].kind)
+    if not hasattr(model, "decided") or not any(np.any(sd) for r in rows for sd in r.extra["sd"]):
+        return rows, result
+    for _ in range(ROUNDS):
+        rows = model.decided(result.values, rows)
+        before, result = result, _fit(recordings, rows, _at(result.parameters, result), 1, 0)
+        if before.chi_square is None or abs((result.chi_square or 0.0) - before.chi_square) < SAME:
+            break
+    return rows, result
+
+
+def _fit(
+    recordings: tuple[Recording, ...], rows: Sequence[Rows], parameters: Parameters, starts: int, seed: int
+) -> FitResult:
+    used = fitted_only(recordings, rows)
+    return fit_least_squares(
+        residual_of(recordings[0].kind),
+        parameters,
+        data=stack(used),
+        use_priors=True,
+        observations=observations(used),
+        rtol=RTOL,
+        max_steps=MAX_STEPS,
+        starts=starts if starts > 1 else None,
+        seed=seed,
+    )
+
+
+def _at(parameters: Parameters, result: FitResult) -> Parameters:
+    """Parameters that start from what was found."""
+    moved = parameters.copy()
+    for name, value in result.values.items():
+        entry = moved[name]
+        entry.set(value=float(np.clip(value, entry.min, entry.max)))
+    return moved
+
+
+def _misfits(fit: GeneralFit) -> list[np.ndarray]:
+    """Misfit over its noise of every output of every fitted recording, in the order of sampling."""
+    series = []
+    for recording, rows, found in zip(fit.recordings, fit.rows, fit.predict(), strict=True):
+        for name, weight in rows.weight.items():
+            held = (np.asarray(weight) > 0.0) & np.isfinite(found[name])
+            if recording.role == "fit" and held.sum() > 2:
+                series.append((weight * (found[name] - rows.measured[name]))[held])
+    return series

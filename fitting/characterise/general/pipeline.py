@@ -1,0 +1,266 @@
+"""From a campaign of wires, tubes or actuators to their constants."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from matplotlib.figure import Figure
+
+from fitting.characterise.result import Characterisation, Estimate
+from fitting.characterise.spring.alloy_table import estimate
+from fitting.characterise.spring.information import Information, with_errors
+from fitting.models import model_of, priors
+from fitting.parameters import Parameters
+from fitting.recordings import Campaign, Recording
+from pneusma_jax.calibration import Calibration
+from pneusma_jax.errors import InputError
+from pneusma_jax.precision import require_float64
+from pneusma_jax.units import to_si
+
+from .fit import GeneralFit, fit_campaign
+from .scores import Score, scores
+from .told import Repeat, cannot_tell, informed, repeats
+
+if TYPE_CHECKING:
+    from fitting.posterior.problem import Problem as SamplingProblem
+
+STARTS = 3
+
+
+@dataclass(frozen=True)
+class GeneralCharacterisation(Characterisation):
+    """Constants of wires, tubes or actuators, identified or adjusted within their tolerances.
+
+    Attributes:
+        campaign: what was measured.
+        identify: an alloy or material was to be identified.
+        fit: the fit.
+        start: values of the free parameters before it, SI.
+        told: what the recordings say.
+        identifiability: what they do not say, in words.
+        scores: every recording beside its prediction.
+        repeats: what measuring each once more would add.
+        options: tables that the campaign was fitted from.
+        seed: of the scattered starts.
+    """
+
+    campaign: Campaign
+    identify: bool
+    fit: GeneralFit
+    start: dict[str, float]
+    told: Information
+    identifiability: list[dict[str, Any]]
+    scores: tuple[Score, ...]
+    repeats: tuple[Repeat, ...]
+    options: dict[str, str | Path]
+    seed: int
+
+    @property
+    def title(self) -> str:
+        """Of the campaign."""
+        return self.campaign.title
+
+    @property
+    def kind(self) -> str:
+        """Of the recordings."""
+        return self.fit.kind
+
+    @property
+    def real(self) -> bool | None:
+        """Measured (True), simulated (False), or nobody said (None)."""
+        stated = [recording.real for recording in self.fit.recordings]
+        return False if False in stated else None if None in stated else True
+
+    @property
+    def fitted(self) -> Parameters:
+        """Free parameters at the values found, in SI, with standard errors and correlations."""
+        return self.fit.result.parameters
+
+    @property
+    def verdict(self) -> list[str]:
+        """What was found, in a few sentences."""
+        from fitting.report.general_words import verdict
+
+        return verdict(self)
+
+    @property
+    def parameters(self) -> dict[str, Estimate]:
+        """Everything that was free, in the unit of files."""
+        return {name: estimate(entry) for name, entry in self.fitted.items()}
+
+    def report(self) -> str:
+        """The whole result as plain text."""
+        from fitting.report.general_sheet import sheet
+
+        return sheet(self).text()
+
+    def plot(self) -> dict[str, Figure]:
+        """Figures by name: `fit`, `residuals`, `parameters`."""
+        from fitting.report.general_figures import captioned
+
+        return {name: figure for name, (figure, _) in captioned(self).items()}
+
+    def documents(self) -> dict[str, str | bytes]:
+        """Content of every file of the result, by file name."""
+        from fitting.report.general_sheet import sheet
+
+        return sheet(self).documents()
+
+    def tables(self) -> dict[str, Calibration]:
+        """Constants that simulations load, by file name."""
+        from .tables import tables
+
+        return tables(self)
+
+    def sampling_problem(self, model: Calibration | None = None) -> "SamplingProblem":
+        """The joint posterior, from the fit's own values, its priors and its noise."""
+        from fitting.posterior.models import model_problem
+
+        if model is not None:
+            raise InputError(f"{model.name}: priors of this kind come from the campaign, not from a table")
+        from .fit import inflated
+
+        rows = inflated(self.fit.rows, self.fit.inflation)
+        return model_problem(self.title, self.fit.recordings, rows, self.fitted)
+
+
+def characterise_general(
+    campaign: Campaign,
+    kind: str,
+    *,
+    adjust: Mapping[str, Mapping[str, Any]] | None = None,
+    starts: int = STARTS,
+    seed: int = 0,
+    progress: Callable[[str], None] = lambda _: None,
+    **options: str | Path,
+) -> GeneralCharacterisation:
+    """Fit a campaign of one kind: priors, least squares from several starts, errors, what stays open.
+
+    Args:
+        campaign: recordings.
+        kind: of those that are fitted.
+        adjust: changes to free parameters by name, in the unit of files; see `characterise_spring`.
+        starts: of the fit in all.
+        seed: of the scattered ones.
+        progress: called with a word for each step that is done.
+        **options: tables to start from, as the kind's `rows_for` takes them.
+
+    Raises:
+        InputError: if the recordings or options cannot be used, in one line.
+    """
+    require_float64()
+    recordings = campaign.of_kind(kind)
+    if not any(recording.role == "fit" for recording in recordings):
+        raise InputError(
+            f'{campaign.path}: every recording has role = "validation"; one with role = "fit" is needed'
+        )
+    model = model_of(kind)
+    parameters = adjusted(model.parameters_for(campaign, **options), adjust or {})
+    if not parameters:
+        raise InputError(
+            f"{campaign.path}: alloy and material are known and the tolerances leave nothing open; "
+            'state "fit" for one of them, or a [tolerance]'
+        )
+    start = {name: entry.value for name, entry in parameters.items()}
+    rows = model.rows_for(campaign, **options)
+    progress("read")
+    fit = fit_campaign(recordings, rows, parameters, starts, seed, progress)
+    told, each = informed(fit)
+    fit = replace(fit, result=with_errors(fit.result, lambda _: told))
+    progress("information")
+    return GeneralCharacterisation(
+        campaign=campaign,
+        identify=_identifies(recordings),
+        fit=fit,
+        start=start,
+        told=told,
+        identifiability=cannot_tell(told, fit.result.parameters, start),
+        scores=tuple(scores(fit)),
+        repeats=tuple(repeats(fit, told, each)),
+        options=dict(options),
+        seed=seed,
+    )
+
+
+def _identifies(recordings: list[Recording]) -> bool:
+    geometry = [recording.full_geometry() for recording in recordings]
+    return any(str(g.get(key)) == priors.FIT for g in geometry for key in ("alloy", "material"))
+
+
+def adjusted(parameters: Parameters, changes: Mapping[str, Mapping[str, Any]]) -> Parameters:
+    """Parameters changed as a user asks, in the unit of files."""
+    in_si = {}
+    for name, change in changes.items():
+        unit = parameters[name].unit if name in parameters else "1"
+        in_si[name] = {
+            key: to_si(value, unit) if key in ("value", "min", "max") else value
+            for key, value in change.items()
+        }
+    return priors.adjusted(parameters, in_si)
+
+
+def characterise_wire(
+    campaign: Campaign,
+    *,
+    base: str | Path | None = None,
+    adjust: Mapping[str, Mapping[str, Any]] | None = None,
+    starts: int = STARTS,
+    seed: int = 0,
+    progress: Callable[[str], None] = lambda _: None,
+) -> GeneralCharacterisation:
+    """Constants of a straight wire, by the reversible base law; arguments as for `characterise_general`.
+
+    Args:
+        campaign: recordings of kind wire, with temperature.
+        base: alloy to start from where it is to be identified.
+        adjust, starts, seed, progress: see there.
+    """
+    common = {"adjust": adjust, "starts": starts, "seed": seed, "progress": progress}
+    return characterise_general(campaign, "wire", **common, **_given(base=base))
+
+
+def characterise_tube(
+    campaign: Campaign,
+    *,
+    material: str | Path | None = None,
+    adjust: Mapping[str, Mapping[str, Any]] | None = None,
+    starts: int = STARTS,
+    seed: int = 0,
+    progress: Callable[[str], None] = lambda _: None,
+) -> GeneralCharacterisation:
+    """Silicone stiffness and wall of tubes under pressure; arguments as for `characterise_general`.
+
+    Args:
+        campaign: recordings of kind tube.
+        material: silicone to start from.
+        adjust, starts, seed, progress: see there.
+    """
+    common = {"adjust": adjust, "starts": starts, "seed": seed, "progress": progress}
+    return characterise_general(campaign, "tube", **common, **_given(material=material))
+
+
+def characterise_actuator(
+    campaign: Campaign,
+    *,
+    base: str | Path | None = None,
+    material: str | Path | None = None,
+    adjust: Mapping[str, Mapping[str, Any]] | None = None,
+    starts: int = 1,
+    seed: int = 0,
+    progress: Callable[[str], None] = lambda _: None,
+) -> GeneralCharacterisation:
+    """Silicone, wall, springs and pre-strain of a whole actuator; arguments as for `characterise_general`.
+
+    Args:
+        campaign: recordings of kind actuator, of one design.
+        base: alloy to start from where it is to be identified.
+        material: silicone to start from.
+        adjust, starts, seed, progress: see there.
+    """
+    common = {"adjust": adjust, "starts": starts, "seed": seed, "progress": progress}
+    return characterise_general(campaign, "actuator", **common, **_given(base=base, material=material))
+
+
+def _given(**options: str | Path | None) -> dict[str, str | Path]:
+    return {name: value for name, value in options.items() if value is not None}

@@ -1,0 +1,87 @@
+"""What tests of wires, tubes and actuators say, in sentences that a laboratory can act on."""
+
+from fitting.characterise.general.fit import MISFIT
+from fitting.characterise.general.pipeline import GeneralCharacterisation
+from fitting.characterise.general.scores import overall
+
+from .figures import axis_label
+
+WHAT = {"wire": "wire", "tube": "tube", "actuator": "actuator", "elastomer": "silicone"}
+BASE_LAW = {
+    "wire": "the reversible base law (one curve over temperature: no hysteresis, no shift by stress)",
+    "tube": "the base law of a pressurised tube",
+    "actuator": "the base model of the actuator",
+    "elastomer": "the law of the silicone",
+}
+
+
+def verdict(result: GeneralCharacterisation) -> list[str]:
+    """The few sentences to read if nothing else is read."""
+    fit = result.fit
+    count = sum(recording.role == "fit" for recording in fit.recordings)
+    what = "identified from" if result.identify else "adjusted within its tolerances to"
+    plural = "" if count == 1 else "s"
+    said = [f"The {WHAT[result.kind]} was {what} {count} recording{plural}{_missed(result)}."]
+    if fit.reduced_chi_square > MISFIT:
+        worst = max((s for s in result.scores if s.role == "fit"), key=lambda s: s.rms_over_noise)
+        said.append(
+            f"{BASE_LAW[result.kind][0].upper()}{BASE_LAW[result.kind][1:]} leaves more than noise (reduced "
+            f"chi-square {fit.reduced_chi_square:.3g}; {worst.name} is missed by "
+            f"{worst.rms_over_noise:.2g} times "
+            "its noise): the numbers are the nearest that it comes, not constants of nature, and their "
+            "standard "
+            f"errors were multiplied by {fit.inflation:.2g}. `pneusma diagnose` looks for the cause."
+        )
+    open_ = [e for e in result.identifiability if e["kind"] != "at_bound"]
+    nothing = "These recordings determine everything that was free, each better than was known before."
+    return [*said, open_[0]["text"] if open_ else nothing]
+
+
+def _missed(result: GeneralCharacterisation) -> str:
+    parts = []
+    for role, word in (("fit", "fitted"), ("validation", "held-out")):
+        found = overall(result.scores, role)
+        texts = [
+            f"{axis_label(column).rsplit(' [', 1)[0]} by {m['rmse']:.3g} {_unit(column)} RMS "
+            f"({100.0 * m['rpd']:.2g} %)"
+            for column, m in found.items()
+        ]
+        if texts:
+            parts.append(f"{word} recordings are missed in {', '.join(texts)}")
+    return "; " + "; ".join(parts) if parts else ""
+
+
+def _unit(column: str) -> str:
+    label = axis_label(column)
+    unit = label[label.rindex("[") + 1 : -1] if "[" in label else ""
+    return "" if unit == "1" else unit
+
+
+def warnings(result: GeneralCharacterisation) -> list[str]:
+    """What to be careful about: bounds, parameters that never moved, fits that did not end well."""
+    said = [e["text"] for e in result.identifiability if e["kind"] in ("at_bound", "at_start")]
+    if not result.fit.result.success:
+        said.append(f"The fit did not end well. {result.fit.result.status.value}")
+    ends = [x for x in result.fit.starts if x == x]
+    best = min(ends, default=0.0)
+    if len(ends) > 1 and sum(x < best + 1.0 for x in ends) == 1:
+        said.append(
+            "Only one of the starts ended at the best fit: there may be a better one that none found."
+        )
+    return said
+
+
+def how_it_was_fitted(result: GeneralCharacterisation) -> list[str]:
+    """Starts, noise, priors."""
+    fit = result.fit
+    ends = ", ".join(f"{x:.1f}" for x in fit.starts)
+    return [
+        f"Least squares over all recordings with role = fit from {len(fit.starts)} starts; chi-square: "
+        f"{ends}. "
+        f"{fit.result.status.value}",
+        f"Reduced chi-square {fit.reduced_chi_square:.3g} over the noise as stated or estimated; "
+        "residuals are "
+        f"correlated over {fit.correlation_time:.1f} samples; standard errors multiplied by "
+        f"{fit.inflation:.2g}.",
+        "Every free number has a prior: the tolerance that the recordings state, or that of its table.",
+    ]
