@@ -37,15 +37,18 @@ def effects_command(effect, plot, kind, values, out) -> None:
     if not plot and (kind or values):
         raise click.UsageError("--kind and --set choose what --plot draws")
     prepare()
-    click.echo(described(effect))
-    if plot:
-        from fitting.effects import signature
+    text = described(effect)
+    if not plot:
+        click.echo(text)
+        return
+    from fitting.effects import signature
 
-        found = signature(effect, LETTERS[kind] if kind else None, values)
-        click.echo()
-        for column, change in found.largest().items():
-            click.echo(f"  largest change of {column}: {change:.3g}")
-        done(_write(found, out))
+    found = signature(effect, LETTERS[kind] if kind else None, values)
+    files = _write(found, out)
+    click.echo(f"{text}\n")
+    for column, change in found.largest().items():
+        click.echo(f"  largest change of {column}: {change:.3g}")
+    done(files)
 
 
 def _write(found, out: Path) -> list[Path]:
