@@ -12,7 +12,7 @@ LETTERS = {"actuator": "A", "spring": "S", "wire": "W", "elastomer": "E", "tube"
 @click.command("effects")
 @click.argument("effect", required=False)
 @click.option("--plot", is_flag=True, help="Draw what the effect does to a typical recording.")
-@click.option("--kind", type=click.Choice(list(LETTERS)), help="Of that recording; the effect's first by default.")
+@click.option("--kind", type=click.Choice(list(LETTERS)), help="Of that recording; its first by default.")
 @click.option(
     "--set", "values", multiple=True, metavar="angle=2.5", callback=numbers_of, help="A parameter, SI."
 )
@@ -29,7 +29,7 @@ def effects_command(effect, plot, kind, values, out) -> None:
 
     if effect is None:
         if plot or kind or values or out:
-            raise click.UsageError("name the effect that is to be drawn: pneusma effects EFFECT --plot --out DIR")
+            raise click.UsageError("name the effect to be drawn: pneusma effects EFFECT --plot --out DIR")
         click.echo(catalogue_table())
         return
     if plot != (out is not None):
@@ -65,6 +65,7 @@ def _write(found, out: Path) -> list[Path]:
         columns |= {name: values, f"{name.rpartition('_')[0] or name}_with_effect": found.present[name]}
     stem = f"{found.slug}_{found.kind}"
     numbers = ", ".join(f"{name} = {value:g}" for name, value in found.parameters.items())
-    text = csv_text(columns, [f"simulated: {found.slug} ({numbers}); *_with_effect in the unit of its neighbour"])
+    comment = f"simulated: {found.slug} ({numbers}); *_with_effect in the unit of its neighbour"
+    text = csv_text(columns, [comment])
     figure = save_figure(signature_figure(found), out / f"{stem}.png")
     return [figure, write_whole(out / f"{stem}.csv", text)]

@@ -1,4 +1,4 @@
-"""The figure of a signature: every output without the effect and with it, over time and over what drives it."""
+"""The figure of a signature: every output without the effect and with it, over time and over its drive."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -9,7 +9,7 @@ from .signature import Signature
 
 
 def signature_figure(found: Signature) -> Figure:
-    """Columns are outputs; rows are the course over time, what the effect changes, and the loop over the drive."""
+    """Columns are outputs; rows the course over time, what changes, and the loop over the drive."""
     driver = next(iter(found.drive))
     driver = "pressure_kPa" if driver == "time_s" else driver
     time, outputs = found.drive["time_s"], list(found.without)

@@ -34,7 +34,8 @@ class Signature:
 
     def largest(self) -> dict[str, float]:
         """Largest change of every output, in its unit."""
-        return {name: float(np.nanmax(np.abs(self.present[name] - self.without[name]))) for name in self.without}
+        changes = {name: self.present[name] - without for name, without in self.without.items()}
+        return {name: float(np.nanmax(np.abs(change))) for name, change in changes.items()}
 
 
 def chosen(slug: str, kind: str, values: Mapping[str, float]) -> dict[str, float]:
@@ -50,7 +51,8 @@ def chosen(slug: str, kind: str, values: Mapping[str, float]) -> dict[str, float
             raise pj.InputError(f"{where} has no parameter {name!r}, known: {', '.join(specs)}")
         spec = specs[name]
         if not spec.low <= value <= spec.high:
-            raise pj.InputError(f"{slug}: {name} must be {spec.low:g} to {spec.high:g} {spec.unit}, not {value:g}")
+            bounds = f"{spec.low:g} to {spec.high:g} {spec.unit}"
+            raise pj.InputError(f"{slug}: {name} must be {bounds}, not {value:g}")
     return {name: float(values.get(name, spec.typical)) for name, spec in specs.items()}
 
 
@@ -90,8 +92,12 @@ def _in_units(seen: Mapping[str, object], columns: Mapping[str, tuple[str, str]]
 
 def _actuator() -> tuple[dict[str, np.ndarray], Simulate]:
     """PneuSMA2 lying on its side: two heat cycles at two pressures, then pressure alone."""
-    pressure = _ramps((0, 0), (10, 15e3), (100, 15e3), (110, 30e3), (190, 30e3), (200, 10e3), (220, 35e3), (240, 0))
-    xi0 = _ramps((0, 1), (20, 1), (50, 0.1), (60, 0.1), (90, 1), (115, 1), (145, 0.1), (155, 0.1), (185, 1), (240, 1))
+    pressure = _ramps(
+        (0, 0), (10, 15e3), (100, 15e3), (110, 30e3), (190, 30e3), (200, 10e3), (220, 35e3), (240, 0)
+    )
+    xi0 = _ramps(
+        (20, 1), (50, 0.1), (60, 0.1), (90, 1), (115, 1), (145, 0.1), (155, 0.1), (185, 1), (240, 1)
+    )
     current = np.where(np.gradient(xi0) < 0.0, 0.7, 0.45) * (xi0 < 1.0)
     body, down = pj.make_actuator("pneusma2"), pj.gravity_vector("horizontal")
     columns = {"curvature_1pm": ("curvature", "1/m"), "length_mm": ("length", "mm")}
@@ -109,7 +115,9 @@ def _actuator() -> tuple[dict[str, np.ndarray], Simulate]:
 
 def _spring() -> tuple[dict[str, np.ndarray], Simulate]:
     """Pushed a little and pulled, cold, half hot, and cold again; quick and slow."""
-    x = _ramps((0, 0), (5, -1e-3), (40, 40e-3), (50, 0), (90, 40e-3), (120, 5e-3), (150, 30e-3), (180, 0), (240, 45e-3))
+    x = 1e-3 * _ramps(
+        (0, 0), (5, -1), (40, 40), (50, 0), (90, 40), (120, 5), (150, 30), (180, 0), (240, 45)
+    )
     xi0 = _ramps((0, 1), (50, 1), (60, 0.4), (120, 0.4), (130, 0.05), (180, 0.1), (210, 1), (240, 1))
     geometry = pj.SpringGeometry(0.25e-3, 0.9e-3, 0.269e-3, 52.0, 14e-3)
     spring = pj.Spring(geometry, pj.load_alloy("krl35"), geometry.free_length)

@@ -13,10 +13,9 @@ WIDTH = 100
 def catalogue_table() -> str:
     """Every effect: its name, the kinds of recording that can show it, where a report puts it, what it is."""
     widths = [max(len(slug) for slug in CATALOGUE), 5, max(len(e.component) for e in CATALOGUE.values())]
-    lines = ["  ".join(w.ljust(n) for w, n in zip(("effect", "kinds", "where"), widths, strict=True)) + "  what was left out"]
-    for slug, effect in CATALOGUE.items():
-        cells = zip((slug, effect.kinds, effect.component), widths, strict=True)
-        lines.append("  ".join(cell.ljust(n) for cell, n in cells) + f"  {effect.sentence}")
+    rows = [("effect", "kinds", "where", "what was left out")]
+    rows += [(slug, effect.kinds, effect.component, effect.sentence) for slug, effect in CATALOGUE.items()]
+    lines = ["  ".join(cell.ljust(n) for cell, n in zip(row, (*widths, 0), strict=True)) for row in rows]
     letters = ", ".join(f"{letter} {word}" for letter, word in KINDS.items())
     return "\n".join([*lines, "", f"kinds: {letters}"])
 
@@ -35,7 +34,7 @@ def described(slug: str) -> str:
         "",
         *_filled(f"Law: {law}"),
         *_filled(f"Source: {effect.literature}."),
-        *_filled(f"Reported as: {effect.component}; recordings: {', '.join(KINDS[k] for k in effect.kinds)}."),
+        *_filled(f"Reported as: {effect.component}; in: {', '.join(KINDS[k] for k in effect.kinds)}."),
         *_filled(f"Acts at: {', '.join(acts_at(effect))}."),
         "",
     ]

@@ -12,8 +12,8 @@ class Spec(NamedTuple):
         typical: of a present effect, where a fit starts.
         unit: SI, or degC.
         text: for a report.
-        shape: whether the parameter means nothing while the effect is absent (a lag, a threshold), so that it is
-            scanned rather than screened by its derivative.
+        shape: whether the parameter means nothing while the effect is absent (a lag, a threshold), so that
+            it is scanned rather than screened by its derivative.
         kinds: recordings in which the parameter acts, where these are fewer than the effect's; empty for all.
     """
 

@@ -1,4 +1,4 @@
-"""What effects on springs and wires share: one memory per spring, and the element's law whatever it is called."""
+"""What effects on springs and wires share: one memory per spring, and the element's law."""
 
 from collections.abc import Callable
 from typing import Any

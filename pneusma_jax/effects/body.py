@@ -24,7 +24,7 @@ class TipContact(Effect):
     component: ClassVar[str] = "contact"
     kinds: ClassVar[str] = "A"
     sentence: ClassVar[str] = "Past a certain bend the tip touches the base and cannot go on."
-    literature: ClassVar[str] = "the source, Section 3.6.4; Hertz's exponent 1.5 for round bodies"
+    literature: ClassVar[str] = "the source, Section 3.7.5, on PneuSMA1; exponent 1.5 is that of Hertz"
     specs: ClassVar[dict[str, Spec]] = {
         "stiffness": Spec(0.0, 0.0, 0.1, 0.01, "N m/rad", "stiffness of the stop"),
         "angle": Spec(4.7, 0.3, 8.0, 3.0, "rad", "bend angle at which they touch", True),
@@ -44,9 +44,9 @@ class TipContact(Effect):
 class WrapFriction(Effect):
     """Friction of the fibre wrapping, three elastic-slip elements in parallel that share one limit.
 
-    Limit `constant + per_pressure * P` [N m, N m/Pa] against bending; `slip` [rad] is the bend over which the middle
-    element reverses by half, the others' slips are `exp(spread)` times less and more. A tube without springs or fibre
-    rubs as it lengthens, by `theta = delta / R` and `M = F R`.
+    Limit `constant + per_pressure * P` [N m, N m/Pa] against bending; `slip` [rad] is the bend over which the
+    middle element reverses by half, the others' slips are `exp(spread)` times less and more. A tube without
+    springs or fibre rubs as it lengthens, by `theta = delta / R` and `M = F R`.
     """
 
     constant: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -57,7 +57,7 @@ class WrapFriction(Effect):
     slug: ClassVar[str] = "wrap_friction"
     component: ClassVar[str] = "friction"
     kinds: ClassVar[str] = "AT"
-    sentence: ClassVar[str] = "The fibre wrapping rubs, so that bending and straightening follow different paths."
+    sentence: ClassVar[str] = "The fibre wrapping rubs: bending and straightening follow different paths."
     literature: ClassVar[str] = "W. D. Iwan, J. Appl. Mech. 33 (1966) 893: elastic-slip elements in parallel"
     specs: ClassVar[dict[str, Spec]] = {
         "constant": Spec(0.0, 0.0, 2e-3, 2e-4, "N m", "friction moment without pressure"),
@@ -81,7 +81,8 @@ class WrapFriction(Effect):
         limit = self.constant + self.per_pressure * jnp.maximum(at["pressure"], 0.0)
         body, radius = at["actuator"], at["actuator"].section.radius
         if _is_tube(body):
-            return force + limit / radius * jnp.mean(self._states(at["delta_centre"] / radius, memory)), moment
+            states = self._states(at["delta_centre"] / radius, memory)
+            return force + limit / radius * jnp.mean(states), moment
         return force, moment + limit * jnp.mean(self._states(at["bend"][1], memory)) * jnp.asarray(UP)
 
     def remember(self, memory: tuple, at: Known) -> tuple[Array, Array, Array]:
@@ -105,7 +106,7 @@ class RadialExpansion(Effect):
     component: ClassVar[str] = "pressure"
     kinds: ClassVar[str] = "AT"
     sentence: ClassVar[str] = "The tube widens under pressure, so that the pressure pushes on a larger area."
-    literature: ClassVar[str] = "Polygerinos et al., IEEE Trans. Robot. 31 (2015) 778: radial strain between fibres"
+    literature: ClassVar[str] = "Polygerinos et al., IEEE Trans. Robot. 31 (2015) 778"
     specs: ClassVar[dict[str, Spec]] = {
         "per_pressure": Spec(0.0, 0.0, 3e-6, 1e-6, "1/Pa", "relative growth of the bore's area per pressure")
     }
@@ -126,13 +127,13 @@ class WallEccentricity(Effect):
     component: ClassVar[str] = "geometry"
     kinds: ClassVar[str] = "AT"
     sentence: ClassVar[str] = "The bore is off centre, so that one wall is thinner than the other."
-    literature: ClassVar[str] = "Alici et al., Soft Robot. 5 (2018) 36: eccentric bores bend by pressure alone"
+    literature: ClassVar[str] = "Gorissen et al., Adv. Mater. 29 (2017) 1604977: eccentric tubes bend"
     specs: ClassVar[dict[str, Spec]] = {
         "shift": Spec(0.0, -2.5e-4, 2.5e-4, 5e-5, "m", "offset of the bore to side 1")
     }
 
     def load(self, value: tuple[Array, Array], at: Known, memory: Any) -> tuple[Array, Array]:
-        """Wall lost where the bore moves to, won where it comes from; the pressure's resultant moves along."""
+        """Wall lost where the bore moves to, won where it comes from; the pressure's push moves along."""
         body = at["actuator"]
         section, bore = body.section, body.section.shapes[-1]
         rule = bore.rule(jnp.asarray(UP), jnp.zeros(0), section.nodes)
@@ -147,7 +148,7 @@ class WallEccentricity(Effect):
 class Weight(Effect):
     """Weight of the tube and of what is at its tip; mass, tip_mass [kg].
 
-    The direction is the recording's `gravity` [m/s2], shape (3,); clamped below, tip up, where it is not known.
+    The direction is the recording's `gravity` [m/s2], shape (3,); clamped below, tip up, where not known.
     """
 
     mass: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -157,7 +158,7 @@ class Weight(Effect):
     component: ClassVar[str] = "environment"
     kinds: ClassVar[str] = "A"
     sentence: ClassVar[str] = "The actuator's own weight bends it."
-    literature: ClassVar[str] = "the source, Section 3.6.3: weight changes curvature by 4 to 10 %"
+    literature: ClassVar[str] = "the source, Section 3.7.3: weight changes curvature by 4 to 10 %"
     specs: ClassVar[dict[str, Spec]] = {
         "mass": Spec(0.0, 0.0, 6e-3, 2e-3, "kg", "mass spread along the tube"),
         "tip_mass": Spec(0.0, 0.0, 5e-3, 1e-3, "kg", "mass at the tip"),

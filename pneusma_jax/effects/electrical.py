@@ -24,7 +24,9 @@ class SeriesResistance(Effect):
     kinds: ClassVar[str] = "ASW"
     sentence: ClassVar[str] = "Leads and crimps add a constant resistance to that of the wire."
     literature: ClassVar[str] = "two-wire against four-wire measurement, IEC 60751"
-    specs: ClassVar[dict[str, Spec]] = {"ohms": Spec(0.0, 0.0, 0.5, 0.05, "ohm", "resistance of leads and crimps")}
+    specs: ClassVar[dict[str, Spec]] = {
+        "ohms": Spec(0.0, 0.0, 0.5, 0.05, "ohm", "resistance of leads and crimps")
+    }
 
     def wire_resistance(self, value: Array, at: Known, memory: Any) -> Array:
         """See `Effect.wire_resistance`."""
@@ -38,8 +40,8 @@ class SeriesResistance(Effect):
 class ResistanceTemperatureCoefficient(Effect):
     """Each phase's resistivity rises with temperature, from 22 degC; alpha_m, alpha_a [1/K].
 
-    The temperature is the recorded one of the specimen; else that of the wire heated by its recorded current; else
-    the one at which the reversible curve has the fraction.
+    The temperature is the recorded one of the specimen; else that of the wire heated by its recorded current;
+    else the one at which the reversible curve has the fraction.
     """
 
     alpha_m: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -49,7 +51,7 @@ class ResistanceTemperatureCoefficient(Effect):
     component: ClassVar[str] = "sensor"
     kinds: ClassVar[str] = "ASW"
     sentence: ClassVar[str] = "The resistivity of each phase rises with temperature, not only with the phase."
-    literature: ClassVar[str] = "Novak et al., Smart Mater. Struct. 17 (2008) 055003"
+    literature: ClassVar[str] = "Novak et al., Mater. Sci. Eng. A 481 (2008) 127"
     specs: ClassVar[dict[str, Spec]] = {
         "alpha_m": Spec(0.0, 0.0, 2e-3, 4e-4, "1/K", "temperature coefficient of the martensite"),
         "alpha_a": Spec(0.0, 0.0, 2e-3, 4e-4, "1/K", "temperature coefficient of the austenite"),
@@ -91,7 +93,7 @@ class ResistanceTemperatureCoefficient(Effect):
 
 
 class DetwinnedResistivityMemory(Effect):
-    """Martensite that stays detwinned after unloading keeps its resistivity; share [1] of gamma_R / gamma_L."""
+    """Martensite that stays detwinned on unloading keeps its resistivity; share [1] of gamma_R / gamma_L."""
 
     share: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
@@ -99,7 +101,7 @@ class DetwinnedResistivityMemory(Effect):
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "AS"
     sentence: ClassVar[str] = "Detwinned martensite stays detwinned on unloading, and its resistance with it."
-    literature: ClassVar[str] = "Lagoudas (ed.), Shape Memory Alloys, Springer 2008, section 1.3: reoriented martensite"
+    literature: ClassVar[str] = "D. C. Lagoudas (ed.), Shape Memory Alloys, Springer (2008)"
     specs: ClassVar[dict[str, Spec]] = {
         "share": Spec(0.0, 0.0, 1.0, 0.7, "1", "share of the residual detwinning that resistance remembers")
     }
@@ -113,7 +115,6 @@ class DetwinnedResistivityMemory(Effect):
         alloy = at["spring"].alloy
         now, kept = alloy.xi_sm(at["gamma"]), residual / alloy.gamma_L
         more = self.share * jnp.where(kept > now, kept - now, 0.0)
-        # the martensite's resistivity over its detwinned fraction, at the strain that has the held one by loading
         base = alloy.rho_m_of(now)
         return base, alloy.rho_m_of(now + more) - base
 
@@ -125,7 +126,7 @@ class DetwinnedResistivityMemory(Effect):
         return value + mixing_fraction(at["xi0"], exponent) * more * at["spring"].geometry.wire_length
 
     def wire_resistance(self, value: Array, at: Known, memory: dict) -> Array:
-        """See `Effect.wire_resistance`: the resistance with the same weight of the martensite, but not held."""
+        """See `Effect.wire_resistance`: what the same phases would show if nothing were held."""
         spring = at["spring"]
         base, more = self._held(at, memory[at["number"]][0])
         hot, length = spring.alloy.rho_a(at["gamma"]), spring.geometry.wire_length

@@ -11,7 +11,7 @@ from ..chain import Effect, Known
 from ..nitinol import Alloy
 from ..nitinol.thermal import next_temperature
 from ._spec import Spec
-from ._springs import AMBIENT, arrived, each, solved_springs, temperature_of, zeros
+from ._springs import AMBIENT, arrived, each, solved_springs, temperature_of
 
 LEAST_SLOPE = 0.02  # of the cold zone's stress over strain, relative to the modulus
 
@@ -19,10 +19,10 @@ LEAST_SLOPE = 0.02  # of the cold zone's stress over strain, relative to the mod
 class OpposingSpringHeating(Effect):
     """Heat of the driven spring reaches those taken to be cold, through two lags; gain [1], tau_1, tau_2 [s].
 
-    The driven spring's temperature rise follows from its current, where recorded; else it is the one at which the
-    reversible curve has its fraction. A spring whose fraction is exactly 1, one that was not measured, receives `gain`
-    times the lagged rise, and its martensite falls by what the reversible curve says of that, and by `share` [1] of the
-    driven spring's lagged austenite.
+    The driven spring's temperature rise follows from its current, where recorded; else it is the one at which
+    the reversible curve has its fraction. A spring whose fraction is exactly 1, one that was not measured,
+    receives `gain` times the lagged rise, and its martensite falls by what the reversible curve says of that,
+    and by `share` [1] of the driven spring's lagged austenite.
     """
 
     gain: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -34,7 +34,7 @@ class OpposingSpringHeating(Effect):
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "A"
     sentence: ClassVar[str] = "Heat of the driven spring warms the opposite one, which was taken to be cold."
-    literature: ClassVar[str] = "the source, Section 3.6.4: incidental heating of the opposing spring"
+    literature: ClassVar[str] = "the source, Section 3.7.5: incidental heating of the opposing spring"
     specs: ClassVar[dict[str, Spec]] = {
         "gain": Spec(0.0, 0.0, 0.6, 0.15, "1", "share of the heat that arrives"),
         "share": Spec(0.0, 0.0, 0.6, 0.1, "1", "share of the austenite that arrives"),
@@ -43,7 +43,7 @@ class OpposingSpringHeating(Effect):
     }
 
     def begin(self, at: Known) -> dict[int, tuple]:
-        """Per spring: rise by its current [K]; rise and austenite after the first and after the second lag."""
+        """Per spring: rise by its current [K]; rise and austenite after the first lag and after both."""
         return each(at, lambda: (jnp.asarray(0.0), jnp.zeros(2), jnp.zeros(2)))
 
     def phase(self, value: Array, at: Known, memory: dict) -> Array:
@@ -51,7 +51,8 @@ class OpposingSpringHeating(Effect):
         alloy, own = at["spring"].alloy, at["number"]
         rise, austenite = sum((last[2] for n, last in memory.items() if n != own), jnp.zeros(2))
         ambient = at["temperature"] if "temperature" in at else AMBIENT
-        warm = alloy.martensite_fraction_at(ambient + self.gain * rise) / alloy.martensite_fraction_at(ambient)
+        curve = alloy.martensite_fraction_at
+        warm = curve(ambient + self.gain * rise) / curve(ambient)
         return jnp.where(value >= 1.0, value * warm * (1.0 - self.share * austenite), value)
 
     def remember(self, memory: dict, at: Known) -> dict:
@@ -75,10 +76,11 @@ class OpposingSpringHeating(Effect):
 
 
 class UnevenHeating(Effect):
-    """A share of the wire stays cold, in series with the rest: one force, strains and resistances add; share [1].
+    """A share of the wire stays cold, in series with the rest: one force, strains and resistances add.
 
-    The cold zone's strain follows the common stress by one Newton step a row from where it was, with the slopes
-    of the row before: nothing is solved inside the equilibrium, and the error is of second order in a row's change.
+    The cold zone's strain follows the common stress by one Newton step a row from where it was, with the
+    slopes of the row before: nothing is solved inside the equilibrium, and the error is of second order in
+    the change from row to row.
     """
 
     share: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -88,7 +90,9 @@ class UnevenHeating(Effect):
     kinds: ClassVar[str] = "AS"
     sentence: ClassVar[str] = "Part of the wire, near the crimps, stays colder than the rest."
     literature: ClassVar[str] = "Iadicola and Shaw, Int. J. Plast. 20 (2004) 577: fronts and cold grips"
-    specs: ClassVar[dict[str, Spec]] = {"share": Spec(0.0, 0.0, 0.4, 0.1, "1", "share of the wire that stays cold")}
+    specs: ClassVar[dict[str, Spec]] = {
+        "share": Spec(0.0, 0.0, 0.4, 0.1, "1", "share of the wire that stays cold")
+    }
 
     def begin(self, at: Known) -> dict[int, "ColdZone"]:
         """Every spring unstretched from how it is attached, and cold."""

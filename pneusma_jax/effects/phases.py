@@ -14,9 +14,9 @@ from ._springs import branch, each, law_of, solved_springs, zeros
 class TransformationHysteresis(Effect):
     """A second branch: stress drops by gap_m, gap_a [Pa] after a reversal of strain, over a width [1].
 
-    The base curve is the loading one; the gap may differ between the phases, and closes again below a strain `closed`
-    [1], as the loop of an unstrained wire has no height. Where temperature drives, the base
-    curve is the cooling one, and the heating one lies `gap_T` [K] above it, reached over `gap_T` and `width_T` more.
+    The base curve is the loading one; the gap may differ between the phases, and closes again below a strain
+    `closed` [1], as the loop of an unstrained wire has no height. Where temperature drives, the base curve is
+    the cooling one, and the heating one lies `gap_T` [K] above it, reached over `gap_T` and `width_T` more.
     """
 
     gap_m: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -37,7 +37,7 @@ class TransformationHysteresis(Effect):
         "gap_T": Spec(0.0, 0.0, 50.0, 15.0, "K", "gap between heating and cooling", kinds="W"),
         "width": Spec(0.02, 0.003, 0.06, 0.02, "1", "strain over which the stress gap opens", True),
         "closed": Spec(0.02, 1e-4, 0.08, 0.02, "1", "strain below which the gap closes again", True),
-        "width_T": Spec(3.0, 0.5, 30.0, 3.0, "K", "temperature over which the branches join, past the gap", True, "W"),
+        "width_T": Spec(3.0, 0.5, 30.0, 3.0, "K", "temperature past the gap over which they join", True, "W"),
     }
 
     def begin(self, at: Known) -> dict[int, tuple]:
@@ -78,8 +78,8 @@ class TransformationHysteresis(Effect):
 class RPhase(Effect):
     """A third phase on cooling only: strain [1], resistivity [1] (relative); onset [K] above the middle.
 
-    Its share is that of what is not yet martensite, `xi0 k / (1 - xi0 + k xi0)` with `k = exp(onset / T_width)`: the
-    reversible curve moved up by the onset. It shears by `strain`, fully from 0.5 % of strain on.
+    Its share is that of what is not yet martensite, `xi0 k / (1 - xi0 + k xi0)`, `k = exp(onset / T_width)`:
+    the reversible curve moved up by the onset. It shears by `strain`, fully from 0.5 % of strain on.
     """
 
     strain: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -89,7 +89,7 @@ class RPhase(Effect):
     slug: ClassVar[str] = "r_phase"
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "SW"
-    sentence: ClassVar[str] = "On cooling the nitinol passes through the R-phase, soft and of high resistance."
+    sentence: ClassVar[str] = "Cooled, the nitinol passes through the R-phase, soft and of high resistance."
     literature: ClassVar[str] = "Otsuka and Ren, Prog. Mater. Sci. 50 (2005) 511, section 4"
     specs: ClassVar[dict[str, Spec]] = {
         "strain": Spec(0.0, 0.0, 0.012, 0.006, "1", "transformation strain of the R-phase"),
@@ -126,10 +126,10 @@ class RPhase(Effect):
 
 
 class StressShiftedTransformation(Effect):
-    """Stress raises the transformation's temperature; shift [K/Pa], the inverse of Clausius and Clapeyron's slope.
+    """Stress raises the transformation's temperature; shift [K/Pa], one over Clausius and Clapeyron's slope.
 
-    Where temperature drives a wire it shifts the fraction; where the fraction comes from resistance it shifts the
-    one that carries load, against the one that was read without load.
+    Where temperature drives a wire it shifts the fraction; where the fraction comes from resistance it shifts
+    the one that carries load, against the one that was read without load.
     """
 
     shift: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -185,7 +185,7 @@ class TensionCompressionAsymmetry(Effect):
 
 
 class SelfHeatingRate(Effect):
-    """Latent heat warms a wire that is strained fast: stress rises by `rise` [1] per strain gained within `tau` [s].
+    """Latent heat warms a wire that is strained fast: `rise` [1] of stress per strain gained in `tau` [s].
 
     The strain that the wire gained lately, its high-passed strain, counts over 0.05.
     """
@@ -230,9 +230,10 @@ class SelfHeatingRate(Effect):
 class CyclicShakedown(Effect):
     """Irreversible strain that grows with cycles, `(1 - exp(-N / cycles))` times `strain` [1].
 
-    It is added to the residual strain after the base rule; `shift` [1] is the part that moves the whole law, and
-    `resistivity` [1] what the resistance gains. N counts the elongation's path over twice the largest stretch of the
-    test (a spring or wire whose length is prescribed), else the fraction's path over two: heat cycles.
+    It is added to the residual strain after the base rule; `shift` [1] is the part that moves the whole law,
+    and `resistivity` [1] what the resistance gains. N counts the elongation's path over twice the largest
+    stretch of the test (a spring or wire whose length is prescribed), else the fraction's path over two: heat
+    cycles.
     """
 
     strain: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -243,7 +244,7 @@ class CyclicShakedown(Effect):
     slug: ClassVar[str] = "cyclic_shakedown"
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "ASW"
-    sentence: ClassVar[str] = "Every cycle leaves a little strain in the nitinol, fewer and fewer until it shakes down."
+    sentence: ClassVar[str] = "Every cycle leaves a little strain in the nitinol, until it has shaken down."
     literature: ClassVar[str] = "Lagoudas and Entchev, Mech. Mater. 36 (2004) 865"
     specs: ClassVar[dict[str, Spec]] = {
         "strain": Spec(0.0, 0.0, 0.03, 8e-3, "1", "residual strain after many cycles"),

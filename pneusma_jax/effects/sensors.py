@@ -21,7 +21,7 @@ class PressureCalibration(Effect):
     component: ClassVar[str] = "sensor"
     kinds: ClassVar[str] = "AT"
     sentence: ClassVar[str] = "The pressure sensor reads with an offset, a wrong gain or a drift."
-    literature: ClassVar[str] = "ISO 376 and IEC 61298-2: zero, span and drift of a transducer"
+    literature: ClassVar[str] = "IEC 61298-2: zero, span and drift of a transducer"
     specs: ClassVar[dict[str, Spec]] = {
         "offset": Spec(0.0, -3e3, 3e3, 1e3, "Pa", "zero offset of the pressure sensor"),
         "gain": Spec(1.0, 0.8, 1.25, 1.05, "1", "gain of the pressure sensor"),
@@ -43,7 +43,9 @@ class PressureLag(Effect):
     kinds: ClassVar[str] = "AT"
     sentence: ClassVar[str] = "The pressure in the chamber lags behind the one at the sensor."
     literature: ClassVar[str] = "flow through a restriction into a chamber, linearised: ISO 6358"
-    specs: ClassVar[dict[str, Spec]] = {"tau": Spec(0.0, 0.0, 5.0, 0.3, "s", "time constant of the supply line")}
+    specs: ClassVar[dict[str, Spec]] = {
+        "tau": Spec(0.0, 0.0, 5.0, 0.3, "s", "time constant of the supply line")
+    }
 
     def begin(self, at: Known) -> tuple[Array, Array]:
         """Recorded pressure and the chamber's excess over it: settled at the first row."""
@@ -129,7 +131,7 @@ class LoadTrainCompliance(Effect):
     slug: ClassVar[str] = "load_train_compliance"
     component: ClassVar[str] = "sensor"
     kinds: ClassVar[str] = "SE"
-    sentence: ClassVar[str] = "Grips and load cell give under load, and this is recorded as length of the specimen."
+    sentence: ClassVar[str] = "Grips and load cell give under load, recorded as the specimen's length."
     literature: ClassVar[str] = "ASTM D3379: system compliance"
     specs: ClassVar[dict[str, Spec]] = {
         "give": Spec(0.0, 0.0, 3.5e-3, 3e-4, "m/N", "compliance of the load train")
@@ -141,7 +143,7 @@ class LoadTrainCompliance(Effect):
 
 
 class ChannelLag(Effect):
-    """The predicted channels are stamped late; delay [s], delay_resistance [s] for a spring's second channel."""
+    """The predicted channels are stamped late; delay [s], delay_resistance [s] of a spring's second one."""
 
     delay: Array = eqx.field(converter=jnp.asarray, default=0.0)
     delay_resistance: Array = eqx.field(converter=jnp.asarray, default=0.0)

@@ -31,10 +31,10 @@ class PrestrainError(Effect):
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "AS"
     sentence: ClassVar[str] = "The spring was attached with another rest length than stated."
-    literature: ClassVar[str] = "the source, Section 3.2.1: springs are stretched by hand before they are attached"
+    literature: ClassVar[str] = "the source: springs are stretched and attached by hand"
     specs: ClassVar[dict[str, Spec]] = {
         "shift": Spec(0.0, -2e-3, 2e-3, 5e-4, "m", "error of the spring's rest length"),
-        "shift_other": Spec(0.0, -2e-3, 2e-3, 5e-4, "m", "error of the other springs' rest length", kinds="A"),
+        "shift_other": Spec(0.0, -2e-3, 2e-3, 5e-4, "m", "error of the other springs'", kinds="A"),
     }
 
     def elongation(self, value: Array, at: Known, memory: Any) -> Array:
@@ -52,7 +52,7 @@ class InactiveCoils(Effect):
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "AS"
     sentence: ClassVar[str] = "Some turns at the ends carry current but do not stretch."
-    literature: ClassVar[str] = "A. M. Wahl, Mechanical Springs (1963), chapter 7: end turns"
+    literature: ClassVar[str] = "A. M. Wahl, Mechanical Springs (1963), on end turns"
     specs: ClassVar[dict[str, Spec]] = {"coils": Spec(0.0, 0.0, 5.0, 2.0, "1", "turns that do not stretch")}
 
     def _share(self, at: Known) -> Array:
@@ -84,16 +84,18 @@ class InactiveCoils(Effect):
 
 
 class LargeHelixAngle(Effect):
-    """Coils shrink as they open: equal stress gives more force; degree [1], 1 for `D = D_i cos a / cos a_i`."""
+    """Coils shrink as they open: equal stress gives more force; degree 1 is `D = D_i cos a / cos a_i`."""
 
     degree: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "large_helix_angle"
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "SA"
-    sentence: ClassVar[str] = "The coils' diameter shrinks as the spring opens, which shortens the wire's lever."
-    literature: ClassVar[str] = "A. M. Wahl, Mechanical Springs (1963), chapter 17: large deflections"
-    specs: ClassVar[dict[str, Spec]] = {"degree": Spec(0.0, 0.0, 1.5, 1.0, "1", "exponent of the shrinking diameter")}
+    sentence: ClassVar[str] = "The coils shrink as the spring opens, which shortens the lever of the wire."
+    literature: ClassVar[str] = "A. M. Wahl, Mechanical Springs (1963), on large deflections"
+    specs: ClassVar[dict[str, Spec]] = {
+        "degree": Spec(0.0, 0.0, 1.5, 1.0, "1", "exponent of the shrinking diameter")
+    }
 
     def pull(self, value: Array, at: Known, memory: Any) -> Array:
         """See `Effect.pull`; angles are the true helix's."""
@@ -105,7 +107,7 @@ class LargeHelixAngle(Effect):
 
 
 class CoilContact(Effect):
-    """Coils that touch: tension [N] which builds up over an opening [m], and a stop [N/m] where compressed."""
+    """Coils that touch: tension [N] that builds up over an opening [m]; a stop [N/m] where compressed."""
 
     tension: Array = eqx.field(converter=jnp.asarray, default=0.0)
     stop: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -115,7 +117,7 @@ class CoilContact(Effect):
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "AS"
     sentence: ClassVar[str] = "Close-wound coils press on each other and must first be pulled apart."
-    literature: ClassVar[str] = "A. M. Wahl, Mechanical Springs (1963), chapter 8: initial tension"
+    literature: ClassVar[str] = "A. M. Wahl, Mechanical Springs (1963), on initial tension"
     specs: ClassVar[dict[str, Spec]] = {
         "tension": Spec(0.0, 0.0, 0.4, 0.08, "N", "initial tension"),
         "stop": Spec(0.0, 0.0, 2e4, 5e2, "N/m", "stiffness of the closed coils", kinds="S"),

@@ -45,7 +45,7 @@ class ViscoelasticRelaxation(Effect):
     slug: ClassVar[str] = "viscoelastic_relaxation"
     component: ClassVar[str] = "elastomer"
     kinds: ClassVar[str] = "AET"
-    sentence: ClassVar[str] = "The silicone relaxes: its stress depends on how fast and how long ago it was strained."
+    sentence: ClassVar[str] = "The silicone relaxes: its stress depends on how fast and when it was strained."
     literature: ClassVar[str] = "J. C. Simo, Comput. Methods Appl. Mech. Eng. 60 (1987) 153"
     specs: ClassVar[dict[str, Spec]] = {
         "g_1": Spec(0.0, 0.0, 0.6, 0.1, "1", "overstress over slow stress, first term"),
@@ -71,7 +71,8 @@ class ViscoelasticRelaxation(Effect):
 
     def wall(self, value: Array, at: Known, memory: tuple) -> Array:
         """See `Effect.wall`."""
-        return value + jnp.stack([self.g_1, self.g_2, self.g_3]) @ self._over(at["base"], at["interval"], memory)
+        over = self._over(at["base"], at["interval"], memory)
+        return value + jnp.stack([self.g_1, self.g_2, self.g_3]) @ over
 
     def remember(self, memory: tuple, at: Known) -> tuple[Array, Array, Array]:
         """Slow stress and overstress of every fibre."""
@@ -82,9 +83,9 @@ class ViscoelasticRelaxation(Effect):
 class MullinsSoftening(Effect):
     """Softer below the largest tensile strain e_m seen: the stress loses `depth (1 - exp(-x))` of itself.
 
-    `x = (e_m - e) / scale * (1 - energy + energy (e_m + e) / e_m)`: with `energy` 0 the distance in strain counts, with 1
-    the distance in energy of a linear law, over `scale` [1] of strain. `relative` 1 takes `scale` times e_m instead, so
-    that a larger maximum softens over a larger distance, as in Ogden and Roxburgh's law.
+    `x = (e_m - e) / scale * (1 + energy e / e_m)`: with `energy` 0 the distance in strain counts, with 1 the
+    distance in energy of a linear law, over `scale` [1] of strain. `relative` 1 takes `scale` times e_m
+    instead: a larger maximum softens over a larger distance, as in Ogden and Roxburgh's law.
     """
 
     depth: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -99,9 +100,9 @@ class MullinsSoftening(Effect):
     literature: ClassVar[str] = "Ogden and Roxburgh, Proc. R. Soc. A 455 (1999) 2861"
     specs: ClassVar[dict[str, Spec]] = {
         "depth": Spec(0.0, 0.0, 0.7, 0.2, "1", "share of the stress that is lost"),
-        "scale": Spec(0.3, 0.02, 3.0, 0.3, "1", "distance below the largest strain over which it is lost", True),
+        "scale": Spec(0.3, 0.02, 3.0, 0.3, "1", "distance below the largest strain to lose it", True),
         "energy": Spec(0.0, 0.0, 1.0, 0.0, "1", "distance counted in strain (0) or in energy (1)", True),
-        "relative": Spec(0.0, 0.0, 1.0, 0.0, "1", "distance absolute (0) or over the largest strain (1)", True),
+        "relative": Spec(0.0, 0.0, 1.0, 0.0, "1", "distance absolute (0), over the largest (1)", True),
     }
 
     def begin(self, at: Known) -> Array:
@@ -162,7 +163,7 @@ class PermanentSet(Effect):
 
 
 class StrainStiffening(Effect):
-    """Yeoh's higher terms on top of the base law, `2 (l - l^-2) (2 c_2 J + 3 c_3 J^2)`, `J = I_1 - 3`; c_2, c_3 [Pa].
+    """Yeoh's higher terms on the base law: `2 (l - l^-2) (2 c_2 J + 3 c_3 J^2)`, J = I_1 - 3; c_2, c_3 [Pa].
 
     Gent's law is their series with `c_2 = mu / (4 J_m)`, `c_3 = mu / (6 J_m^2)`.
     """
@@ -188,9 +189,9 @@ class StrainStiffening(Effect):
 
 
 class ThickWall(Effect):
-    """Radial and hoop stress change the axial one in a wall that is not thin: `P (share + stretched e)` is added.
+    """Radial and hoop stress change the axial one in a thick wall: `P (share + stretched e)` is added.
 
-    Lame's field in an incompressible wall gives a term in P and one in P times the strain e; share, stretched [1].
+    Lame's field in an incompressible wall gives a term in P and one in P times the strain e.
     """
 
     share: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -199,8 +200,8 @@ class ThickWall(Effect):
     slug: ClassVar[str] = "thick_wall"
     component: ClassVar[str] = "elastomer"
     kinds: ClassVar[str] = "AT"
-    sentence: ClassVar[str] = "Pressure stresses the thick wall across as well, which changes its axial stress."
-    literature: ClassVar[str] = "Timoshenko and Goodier, Theory of Elasticity (1970), section 28: Lame's cylinder"
+    sentence: ClassVar[str] = "Pressure stresses the thick wall across too, which changes its axial stress."
+    literature: ClassVar[str] = "Timoshenko and Goodier, Theory of Elasticity (1970): Lame's cylinder"
     specs: ClassVar[dict[str, Spec]] = {
         "share": Spec(0.0, -2.0, 2.0, 0.3, "1", "axial stress over pressure"),
         "stretched": Spec(0.0, -2.0, 2.0, 0.5, "1", "axial stress over pressure times strain"),
