@@ -5,6 +5,7 @@ import enum
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float, Int
 
 from ._numerics import is_concrete, safe_norm
@@ -85,7 +86,7 @@ class Equilibrium(eqx.Module):
     @property
     def bend_angle(self) -> Array:
         """Planar bend angle, positive when side 1 is the longer, Eq. 3.19 [rad]."""
-        return self.bend @ jnp.asarray(self.side_direction)
+        return self.bend @ np.asarray(self.side_direction)
 
     @property
     def curvature(self) -> Array:

@@ -1,11 +1,13 @@
 """One state of an actuator: from dimensions, pressure and what is known of the springs to a result."""
 
+import functools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import equinox as eqx
 import jax
 import numpy as np
 
@@ -229,7 +231,7 @@ def actuator_state(
     actuator = actuator_of(specimen, model)
     drive = drive_of(specimen, actuator, given, model)
     if not model.added:
-        solved = pj.solve(actuator, pressure, drive.activations, drive.states, throw=False)
+        solved = _solve_once(actuator, np.asarray(pressure), drive.activations, drive.states)
         found = jax.tree.map(np.asarray, solved)  # JAX would compile every small conversion that follows
         return described_state(specimen, actuator, found, drive)
     history = pj.simulate_history(
@@ -240,6 +242,12 @@ def actuator_state(
     if not actuator.planar:  # the instruments show the plane of sides 1 and 2; free bending has a size
         seen = {"length": seen["length"]}
     return described_state(specimen, actuator, found, drive, seen)
+
+
+@functools.partial(eqx.filter_jit, compiler_options={"xla_backend_optimization_level": 0})
+def _solve_once(actuator: pj.Actuator, pressure: Any, activations: tuple, states: tuple) -> pj.Equilibrium:
+    """One state. It takes milliseconds however it is compiled, and to optimise its program takes seconds."""
+    return pj.solve(actuator, pressure, activations, states, throw=False)
 
 
 def described_state(
