@@ -29,6 +29,9 @@ SHARE = 0.45
 """Of the misfit that is left, what a further effect must take away."""
 HELD_OUT_SHARE = 0.1
 """Of the misfit of recordings that were not fitted, what every effect must take away."""
+OF_ALL = 0.05
+"""Of the base model's own misfit, what a further effect must take away: the imperfect form of a true effect leaves a
+remainder that something else fits."""
 CLOSE = 4.0
 """Log Bayes factor within which two explanations are not told apart."""
 ENOUGH = 1.25
@@ -135,7 +138,7 @@ def explain(
             break
         stage.trials, fits = _trials(program, current, found, judge, progress)
         tries += fits
-        best = _choice(program, current, stage, judge, first=len(stages) == 1)
+        best = _choice(program, current, stage, judge, None if len(stages) == 1 else reduced(base_program, base, judge))
         if best is None:
             break
         stage.chosen = best.slug
@@ -265,8 +268,19 @@ def _correlation(program: Program, fit: Fit) -> float:
     return float((1.0 + rho) / (1.0 - rho))
 
 
-def _choice(program: Program, current: Fit, stage: Stage, judge: np.ndarray, first: bool) -> Trial | None:
-    """The trial that enters the model, if any may."""
+def _choice(
+    program: Program, current: Fit, stage: Stage, judge: np.ndarray, original: float | None
+) -> Trial | None:
+    """The trial that enters the model, if any may.
+
+    Args:
+        program: as the current model reads its phases.
+        current: model so far.
+        stage: with the trials, best first.
+        judge: recordings that decide.
+        original: reduced chi-square of the base model on those; None for the first effect.
+    """
+    first = original is None
     before, fitted = reduced(program, current, judge), reduced(program, current, program.fitted)
     for trial in stage.trials:
         after = reduced(trial.program, trial.fit, program.fitted)
@@ -276,6 +290,8 @@ def _choice(program: Program, current: Fit, stage: Stage, judge: np.ndarray, fir
         if trial.bayes < CERTAIN or (not first and trial.fit.at_bound):
             continue
         if gained < share or here < share:
+            continue
+        if not first and before - trial.held_out < OF_ALL * (original - 1.0):
             continue
         return trial
     return None
