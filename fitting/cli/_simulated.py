@@ -186,12 +186,13 @@ def _course(told: Any, options: dict[str, Any], model: AugmentedModel) -> Any:
         design, rest = _chain(known, options)
         specimens = chain_specimens(design, rest)
         chain = build_chain(design, specimens, model)
-        prestrains = [specimens[name].full_geometry().get("prestrain", 0.0) for name in design.designs]
-        return run_chain_protocol(told, design.name, chain, prestrains)
+        return run_chain_protocol(told, design.name, chain, [specimens[name] for name in design.designs])
     if options["animate"]:
         raise click.UsageError("--animate goes with the --protocol of a chain")
     if told.kind == "spring" and "design" in known:
         design = described_specimen("actuator", None, {"design": known.pop("design")}).full_geometry()
+        if "active_coils" not in design:
+            raise InputError(f"{design['design']} has no spring, but {told.path} is for one")
         known = {key: design[key] for key in SPRING_KEYS if key in design} | known
     elif told.kind != "actuator":
         known.pop("design", None)

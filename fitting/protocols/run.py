@@ -8,7 +8,7 @@ import numpy as np
 
 import pneusma_jax as pj
 from fitting.augmented import AugmentedModel
-from fitting.recordings import Recording
+from fitting.recordings import Recording, resistance_range
 from fitting.simulation.cautions import actuator_cautions, silicone_cautions, spring_cautions
 from fitting.simulation.specimen import BASE, actuator_of, full_geometry, geometry_of, law_of, spring_of
 from pneusma_jax.errors import InputError
@@ -62,9 +62,29 @@ def run_protocol(protocol: Protocol, specimen: Recording, model: AugmentedModel 
     Raises:
         InputError: for a channel of a spring that is not there, or a specimen that cannot be.
     """
+    check_resistances(protocol, specimen)
     course = _RUNS[protocol.kind](protocol, specimen, model)
     course.inputs = _inputs(protocol)
     return course
+
+
+def check_resistances(protocol: Protocol, specimen: Recording) -> None:
+    """Refuse resistances that the specimen's springs cannot show.
+
+    Raises:
+        InputError: for one outside half to twice the alloy's range; names the channel.
+    """
+    bounds = resistance_range(specimen)
+    for name, values in protocol.channels.items():
+        if bounds is None or not name.rpartition(".")[2].startswith("resistance"):
+            continue
+        wrong = values[(values < bounds[0]) | (values > bounds[1])]
+        if wrong.size:
+            raise InputError(
+                f"{protocol.path}: channel {name!r}: {wrong[0]:g} ohm cannot be: half to twice the range of"
+                f" alloy {specimen.full_geometry()['alloy']!r} on this spring is {bounds[0]:.3g} to"
+                f" {bounds[1]:.3g} ohm"
+            )
 
 
 def _inputs(protocol: Protocol) -> dict[str, np.ndarray]:
@@ -144,7 +164,8 @@ def _check_springs(protocol: Protocol, actuators: Sequence[pj.Actuator]) -> None
         segment, _, rest = name.rpartition(".")
         stem, _, number = rest.partition("_")
         if segment and int(segment) > len(actuators):
-            raise InputError(f"{protocol.path}: channel {name!r}, but there are {len(actuators)} segments")
+            there = f"there are {len(actuators)} segments" if len(actuators) > 1 else "this is no chain"
+            raise InputError(f"{protocol.path}: channel {name!r}, but {there}")
         bodies = [actuators[int(segment) - 1]] if segment else list(actuators)
         there = sorted({n for body in bodies for n in body.spring_numbers})
         if stem in PHASE and int(number) not in there:
@@ -178,7 +199,7 @@ def _described(actuator: pj.Actuator, history: pj.History, before: str = "") -> 
 
 
 def run_chain_protocol(
-    protocol: Protocol, name: str, chain: pj.SegmentChain, prestrains: Sequence[float]
+    protocol: Protocol, name: str, chain: pj.SegmentChain, specimens: Sequence[Recording]
 ) -> Course:
     """Do a protocol to a chain.
 
@@ -186,7 +207,7 @@ def run_chain_protocol(
         protocol: of kind actuator.
         name: of the chain.
         chain: the segments.
-        prestrains: of each segment's springs [1].
+        specimens: each segment as a recording would describe it.
 
     Raises:
         InputError: for a channel of a spring or segment that is not there.
@@ -194,6 +215,9 @@ def run_chain_protocol(
     if protocol.kind != "actuator":
         raise InputError(f"{protocol.path}: this protocol is for a {protocol.kind}, not for a chain")
     _check_springs(protocol, chain.segments)
+    for specimen in specimens:
+        check_resistances(protocol, specimen)
+    prestrains = [specimen.full_geometry().get("prestrain", 0.0) for specimen in specimens]
     pressure = protocol.channels["pressure"]
     driven = [drives(protocol, body, k) for k, body in enumerate(chain.segments, 1)]
     rest = [
