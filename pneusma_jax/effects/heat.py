@@ -7,11 +7,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
+from .._numerics import unit_power
 from ..chain import Effect, Known
 from ..nitinol import Alloy
-from ..nitinol.thermal import next_temperature
 from ._spec import Spec
-from ._springs import AMBIENT, arrived, each, solved_springs, temperature_of
+from ._springs import arrived, each, solved_springs, zeros
 
 LEAST_SLOPE = 0.02  # of the cold zone's stress over strain, relative to the modulus
 
@@ -19,16 +19,15 @@ LEAST_SLOPE = 0.02  # of the cold zone's stress over strain, relative to the mod
 class OpposingSpringHeating(Effect):
     """Heat of the driven spring reaches those taken to be cold, through two lags; gain [1], tau_1, tau_2 [s].
 
-    The driven spring's temperature rise follows from its current, where recorded; else it is the one at which
-    the reversible curve has its fraction. A spring whose fraction is exactly 1, one that was not measured,
-    receives `gain` times the lagged rise, and its martensite falls by what the reversible curve says of that,
-    and by `share` [1] of the driven spring's lagged austenite.
+    The driven spring's austenite, to a `power` [1], stands for its temperature rise: it is measured, where a
+    temperature from the current would hang on a convection that is only assumed. A spring whose fraction is
+    exactly 1, one that was not measured, loses `gain` times the lagged value of its martensite.
     """
 
     gain: Array = eqx.field(converter=jnp.asarray, default=0.0)
-    share: Array = eqx.field(converter=jnp.asarray, default=0.0)
     tau_1: Array = eqx.field(converter=jnp.asarray, default=20.0)
-    tau_2: Array = eqx.field(converter=jnp.asarray, default=2.0)
+    tau_2: Array = eqx.field(converter=jnp.asarray, default=4.0)
+    power: Array = eqx.field(converter=jnp.asarray, default=1.0)
 
     slug: ClassVar[str] = "opposing_spring_heating"
     component: ClassVar[str] = "spring"
@@ -37,41 +36,28 @@ class OpposingSpringHeating(Effect):
     literature: ClassVar[str] = "the source, Section 3.7.5: incidental heating of the opposing spring"
     specs: ClassVar[dict[str, Spec]] = {
         "gain": Spec(0.0, 0.0, 0.6, 0.15, "1", "share of the heat that arrives"),
-        "share": Spec(0.0, 0.0, 0.6, 0.1, "1", "share of the austenite that arrives"),
         "tau_1": Spec(20.0, 3.0, 200.0, 20.0, "s", "time constant of the slower lag", True),
-        "tau_2": Spec(2.0, 0.0, 60.0, 2.0, "s", "time constant of the faster lag", True),
+        "tau_2": Spec(4.0, 0.0, 60.0, 4.0, "s", "time constant of the faster lag", True),
+        "power": Spec(1.0, 0.3, 3.0, 1.0, "1", "exponent of the austenite that stands for heat", True),
     }
 
-    def begin(self, at: Known) -> dict[int, tuple]:
-        """Per spring: rise by its current [K]; rise and austenite after the first lag and after both."""
-        return each(at, lambda: (jnp.asarray(0.0), jnp.zeros(2), jnp.zeros(2)))
+    def begin(self, at: Known) -> dict[int, tuple[Array, Array]]:
+        """Nothing has arrived: per spring, its heat after the first lag and after both."""
+        return each(at, zeros(2))
 
     def phase(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.phase`."""
-        alloy, own = at["spring"].alloy, at["number"]
-        rise, austenite = sum((last[2] for n, last in memory.items() if n != own), jnp.zeros(2))
-        ambient = at["temperature"] if "temperature" in at else AMBIENT
-        curve = alloy.martensite_fraction_at
-        warm = curve(ambient + self.gain * rise) / curve(ambient)
-        return jnp.where(value >= 1.0, value * warm * (1.0 - self.share * austenite), value)
+        arriving = sum((last[1] for n, last in memory.items() if n != at["number"]), jnp.zeros(()))
+        return jnp.where(value >= 1.0, value * (1.0 - self.gain * arriving), value)
 
     def remember(self, memory: dict, at: Known) -> dict:
-        """Heat the wires by their currents and advance both lags by the row's interval."""
-        later, currents = {}, at["currents"] if "currents" in at else {}
-        ambient = at["temperature"] if "temperature" in at else AMBIENT
+        """Advance both lags of every spring by the row's interval."""
+        later = {}
         shares = [arrived(at["interval"], tau) for tau in (self.tau_1, self.tau_2)]
-        for number, spring, (rise, first, second), response in solved_springs(at, memory):
-            if number in currents:
-                rise = next_temperature(
-                    spring.alloy, spring.geometry, rise, at["interval"], currents[number],
-                    response.resistance, 0.0,
-                )  # fmt: skip
-                source = rise
-            else:
-                source = jnp.maximum(temperature_of(spring.alloy, response.xi0) - ambient, 0.0)
-            driver = jnp.stack([source, 1.0 - response.xi0])
-            first = first + (driver - first) * shares[0]
-            later[number] = (rise, first, second + (first - second) * shares[1])
+        for number, _, (first, second), response in solved_springs(at, memory):
+            heat = unit_power(1.0 - response.xi0, self.power)
+            first = first + (heat - first) * shares[0]
+            later[number] = (first, second + (first - second) * shares[1])
         return later
 
 
