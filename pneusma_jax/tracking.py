@@ -1,7 +1,9 @@
-"""An actuator followed row by row near configurations that are known: what fits and diagnoses compute over and over.
+"""An actuator followed row by row near configurations that are known: what fits and diagnoses compute over
+and over.
 
 `history.simulate_history` looks further where a row is hard; here a row starts from its neighbour and plain
-Newton does the rest, so that a program with many effects compiles in a fraction of the time and its derivatives
+Newton does the rest, so that a program with many effects compiles in a fraction of the time and its
+derivatives
 along many directions are cheap.
 """
 
@@ -33,7 +35,8 @@ class Track(eqx.Module):
 
     Attributes:
         rows: the equilibrium of every row; arrays have a leading axis of rows. NaN where there is none.
-        seen: `curvature` [1/m], `bend_angle` [rad] and `length` [m] as the instruments show them, shape (rows,).
+        seen: `curvature` [1/m], `bend_angle` [rad] and `length` [m] as the instruments show them, shape
+        (rows,).
         good: rows that found their equilibrium, shape (rows,).
     """
 
@@ -61,9 +64,11 @@ def track_history(
         states: memories before the first row.
         time: [s], non-decreasing.
         effects: beyond the base model; their memories start at rest.
-        recorded: what else is known of each row, arrays of shape (rows, ...), by the name by which effects ask for
+        recorded: what else is known of each row, arrays of shape (rows, ...), by the name by which effects
+        ask for
             it: `currents` [A] by the spring's number, `temperature` of the air [degC], `gravity` [m/s2].
-        guess: phases at which the first row's configuration is sought before `activations` take over: a resistance
+        guess: phases at which the first row's configuration is sought before `activations` take over: a
+        resistance
             may be that of two configurations, and from the wrong one no row finds back.
     """
     recorded = recorded or {}
@@ -112,7 +117,8 @@ def track_history(
 def _settled(problem: Problem, guess: Array) -> Equilibrium:
     """Equilibrium near a guess; where there is none, its status says so and the rest is NaN.
 
-    Newton's iterations carry no derivatives. One more step does, which gives those of the implicit function; so the
+    Newton's iterations carry no derivatives. One more step does, which gives those of the implicit
+    function; so the
     row's laws are compiled three times and not once for every use.
     """
     frozen, body = jax.lax.stop_gradient(problem), problem.actuator

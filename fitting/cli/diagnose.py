@@ -16,8 +16,10 @@ import click
 def diagnose_command(campaign: Path, out: Path, seed: int, as_json: bool, force: bool) -> None:
     """Compare CAMPAIGN (a folder of recordings, or one CSV) with the model and explain the mismatch.
 
-    Refits the base model within its tolerances, tells whether what remains is more than noise, tries every effect
-    of the catalogue that such recordings can show, and proves what it finds on recordings that were not fitted.
+    Refits the base model within its tolerances, tells whether what remains is more than noise, tries every
+    effect
+    of the catalogue that such recordings can show, and proves what it finds on recordings that were not
+    fitted.
     Writes report.html, report.json, augmented.toml (a model that every other command takes with --model) and
     figures.
     """
@@ -45,7 +47,9 @@ def diagnose_command(campaign: Path, out: Path, seed: int, as_json: bool, force:
     documents = {
         "report.json": report,
         "report.html": page_of(conclusion, recordings.title, command, figures),
-        "augmented.toml": render_model(model_of(conclusion, f"pneusma diagnose of {recordings.title}, seed {seed}")),
+        "augmented.toml": render_model(
+            model_of(conclusion, f"pneusma diagnose of {recordings.title}, seed {seed}")
+        ),
         **{f"{name}.png": png(figure) for name, figure in figures.items()},
     }
     files = publish(out, documents, force)

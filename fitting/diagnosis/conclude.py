@@ -76,7 +76,9 @@ def conclude(explanation: Explanation) -> Conclusion:
         unknown = max(unknown, 0.9)
     if not mismatch:  # no candidate survived being fitted; what is left is judged as a whole
         chi2_base = base[0] * program.observations(program.fitted)
-        explanation.p_value = max(explanation.p_value, float(chi2.sf(chi2_base, program.observations(program.fitted))))
+        explanation.p_value = max(
+            explanation.p_value, float(chi2.sf(chi2_base, program.observations(program.fitted)))
+        )
         explanation.p_is_bound = False
     candidates, nothing = _probabilities(explanation, mismatch, unknown)
     unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
@@ -86,7 +88,8 @@ def conclude(explanation: Explanation) -> Conclusion:
     place = locate(explanation)
     before, after = held_out(explanation)
     return Conclusion(
-        explanation, mismatch, place, _component(explanation, found, place), found, candidates, nothing, unknown,
+        explanation, mismatch, place, _component(explanation, found, place), found, candidates, nothing,
+        unknown,
         _set(candidates, unknown) if mismatch else [], before, after, _next(explanation, candidates, found),
     )  # fmt: skip
 
@@ -116,7 +119,9 @@ def _probabilities(
     logs = np.array([bayes[slug] for slug in slugs] + [0.0])
     weights = np.exp(logs - logs.max())
     weights = (1.0 - unknown) * weights / weights.sum()
-    return {slug: (float(w), bayes[slug]) for slug, w in zip(slugs, weights, strict=False)}, float(weights[-1])
+    return {slug: (float(w), bayes[slug]) for slug, w in zip(slugs, weights, strict=False)}, float(
+        weights[-1]
+    )
 
 
 def _found(explanation: Explanation, unknown: float) -> list[Found]:
@@ -136,7 +141,11 @@ def _found(explanation: Explanation, unknown: float) -> list[Found]:
             sd = item.spread(fit.u[k], fit.sd(k))
             parameters[item.name] = {"value": float(item.value(fit.u[k])), "sd": float(sd), "unit": item.unit}
         close = [t.slug for t in rivals if trial.bayes - t.bayes < CLOSE or _alike(t, trial)]
-        found.append(Found(slug, min(probability, 0.999), float(trial.bayes), parameters, close, CATALOGUE[slug].sentence))
+        found.append(
+            Found(
+                slug, min(probability, 0.999), float(trial.bayes), parameters, close, CATALOGUE[slug].sentence
+            )
+        )
     return found
 
 
@@ -154,10 +163,20 @@ def _stage_of(explanation: Explanation, slug: str) -> tuple[Stage, Trial]:
 
 def _unmodelled(unknown: float, found: list[Found], explanation: Explanation) -> Found:
     base = reduced(explanation.base_program, explanation.base, explanation.program.fitted)
-    text = "What the recordings show is none of the effects that are known here; nothing named explains enough of it."
+    text = (
+        "What the recordings show is none of the effects that are known here; nothing named explains "
+        "enough of it."
+    )
     if found:
         text += f" Nearest is {found[0].slug}, which leaves too much."
-    return Found(UNMODELLED, float(unknown), float(0.5 * (base - 1.0) * explanation.program.observations(explanation.program.fitted)), {}, [f.slug for f in found], text)
+    return Found(
+        UNMODELLED,
+        float(unknown),
+        float(0.5 * (base - 1.0) * explanation.program.observations(explanation.program.fitted)),
+        {},
+        [f.slug for f in found],
+        text,
+    )
 
 
 def _set(candidates: dict[str, tuple[float, float]], unknown: float) -> list[str]:

@@ -87,7 +87,10 @@ def _base(conclusion: Conclusion) -> dict:
             "alone": float(item.value(explanation.base.u[k])),
             "with_effects": float(item.value(explanation.final.u[k])),
             "sd": item.spread(explanation.final.u[k], explanation.final.sd(k)),
-            "departure_sd": {"alone": float(explanation.base.u[k]), "with_effects": float(explanation.final.u[k])},
+            "departure_sd": {
+                "alone": float(explanation.base.u[k]),
+                "with_effects": float(explanation.final.u[k]),
+            },
         }
     return found
 
@@ -116,7 +119,11 @@ def model_of(conclusion: Conclusion, source: str) -> AugmentedModel:
         place.setdefault(kind, {})[name] = quantity
     first = program.recordings[0]
     names = {"design": "design", "alloy": "alloy", "material": "material"}
-    tables = {key: str(first.full_geometry()[key]) for key in names if first.full_geometry().get(key) not in (None, "fit")}
+    tables = {
+        key: str(first.full_geometry()[key])
+        for key in names
+        if first.full_geometry().get(key) not in (None, "fit")
+    }
     return AugmentedModel(common, tuple(_added(conclusion, source)), tables, own, "augmented", source)
 
 

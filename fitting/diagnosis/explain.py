@@ -1,4 +1,5 @@
-"""Which effects explain a campaign: co-refits, evidence, one effect after the other, and what none explains."""
+"""Which effects explain a campaign: co-refits, evidence, one effect after the other, and what none
+explains."""
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -30,7 +31,8 @@ SHARE = 0.45
 HELD_OUT_SHARE = 0.1
 """Of the misfit of recordings that were not fitted, what every effect must take away."""
 OF_ALL = 0.05
-"""Of the base model's own misfit, what a further effect must take away: the imperfect form of a true effect leaves a
+"""Of the base model's own misfit, what a further effect must take away: the imperfect form of a true effect
+leaves a
 remainder that something else fits."""
 CLOSE = 4.0
 """Log Bayes factor within which two explanations are not told apart."""
@@ -46,7 +48,8 @@ class Trial:
         slug: candidate effect.
         fit: the model with it.
         bayes: log Bayes factor over the model without it, deflated by what the best model leaves.
-        held_out: chi-square per value on recordings that were not fitted (or on the fitted ones, if there are none).
+        held_out: chi-square per value on recordings that were not fitted (or on the fitted ones, if there
+        are none).
         returned: largest departure of a base constant from nominal, in standard deviations.
         program: in which it was fitted; phases may be read anew.
     """
@@ -134,11 +137,17 @@ def explain(
         stages.append(stage)
         if found.p_value > LEVEL:
             break
-        if stages[1:] and reduced(program, current, judge) < ENOUGH and reduced(program, current, program.fitted) < ENOUGH:
+        if (
+            stages[1:]
+            and reduced(program, current, judge) < ENOUGH
+            and reduced(program, current, program.fitted) < ENOUGH
+        ):
             break
         stage.trials, fits = _trials(program, current, found, judge, progress)
         tries += fits
-        best = _choice(program, current, stage, judge, None if len(stages) == 1 else reduced(base_program, base, judge))
+        best = _choice(
+            program, current, stage, judge, None if len(stages) == 1 else reduced(base_program, base, judge)
+        )
         if best is None:
             break
         stage.chosen = best.slug
@@ -226,7 +235,11 @@ def _starts(refitter: Refitter, current: Fit, score: Score) -> list[np.ndarray]:
     own = unknowns.amplitudes(score.slug)
     typical = np.array([unknowns.items[k].start for k in own])
     signs = np.where(score.start[own] < 0.0, -1.0, 1.0)
-    nominal[own] = np.clip(np.where(np.abs(score.start[own]) > 0.0, signs * np.abs(typical), 0.0), unknowns.low[own], unknowns.high[own])
+    nominal[own] = np.clip(
+        np.where(np.abs(score.start[own]) > 0.0, signs * np.abs(typical), 0.0),
+        unknowns.low[own],
+        unknowns.high[own],
+    )
     first = score.start.copy()
     idle = (first[own] == 0.0) & (typical != 0.0)  # an amplitude at zero never tells its shapes
     first[own[idle]] = 0.02 * typical[idle]
@@ -243,7 +256,9 @@ def _weigh(program: Program, current: Fit, trials: list[Trial], found: Screen) -
     inflation = max(1.0, left) * _correlation(program, min(trials, key=lambda t: t.fit.objective).fit)
     penalty = np.log(max(len(program.unknowns.slugs), 1))
     for trial in trials:
-        trial.bayes = (current.objective - trial.fit.objective) / inflation + _occam(program, current, trial) - penalty
+        trial.bayes = (
+            (current.objective - trial.fit.objective) / inflation + _occam(program, current, trial) - penalty
+        )
 
 
 def _occam(program: Program, current: Fit, trial: Trial) -> float:
@@ -257,7 +272,7 @@ def _occam(program: Program, current: Fit, trial: Trial) -> float:
 
 
 def _correlation(program: Program, fit: Fit) -> float:
-    """How much serial correlation the best model's whitened residuals still have, as a factor on variances."""
+    """Serial correlation that the best model's whitened residuals still have, as a factor on variances."""
     above, below = 0.0, 1e-12
     for k in np.flatnonzero(program.fitted):
         r = fit.evaluation.misfit[k]

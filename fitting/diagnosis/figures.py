@@ -27,7 +27,10 @@ def recordings_figure(conclusion: Conclusion) -> Figure:
             gridspec_kw={"height_ratios": [2.2, 1.0] * rows},
         )  # fmt: skip
         for place, k in enumerate(shown):
-            top, below = axes[2 * (place // columns), place % columns], axes[2 * (place // columns) + 1, place % columns]
+            top, below = (
+                axes[2 * (place // columns), place % columns],
+                axes[2 * (place // columns) + 1, place % columns],
+            )
             _one(conclusion, k, top, below)
         for place in range(len(shown), rows * columns):
             axes[2 * (place // columns), place % columns].axis("off")

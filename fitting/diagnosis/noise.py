@@ -1,4 +1,5 @@
-"""What the instruments add to a recording: size and serial correlation of every channel, and how to whiten it."""
+"""What the instruments add to a recording: size and serial correlation of every channel, and how to whiten
+it."""
 
 from dataclasses import dataclass
 
@@ -80,7 +81,9 @@ def channels_of(recording: Recording, rows: Rows, outputs: tuple[str, ...], size
             sigma = robust_noise(np.asarray(rows.time)[there], values[there]) * np.sqrt(block)
             sigma = max(sigma, LEAST_NOISE * float(np.ptp(values[there])), 1e-12)
             correlation = 0.0
-        more = np.where(there, 1.0 / np.where(there, weight, 1.0) ** 2 - 1.0 / np.where(there, bare, 1.0) ** 2, 0.0)
+        more = np.where(
+            there, 1.0 / np.where(there, weight, 1.0) ** 2 - 1.0 / np.where(there, bare, 1.0) ** 2, 0.0
+        )
         if block > 1:  # the mean of a block of correlated samples
             sigma *= np.sqrt((1.0 + correlation) / (1.0 - correlation) / block)
             correlation = correlation**block

@@ -24,14 +24,19 @@ def page_of(conclusion: Conclusion, title: str, command: str, figures: Mapping[s
     """
     x = conclusion.explanation
     fitted = [r.name for r, f in zip(x.program.recordings, x.program.fitted, strict=True) if f]
-    asked = f"Does the published model explain {len(x.program.recordings)} recordings of kind {x.program.kind}"
+    asked = (
+        f"Does the published model explain {len(x.program.recordings)} recordings of kind {x.program.kind}"
+    )
     parts = [
         f"<h1>Diagnosis: {escape(title)}</h1>",
         html.paragraph(f"{asked} ({len(fitted)} fitted)? If not, what does it leave out?", "subtitle"),
         html.verdict(verdict_sentences(conclusion)),
-        html.figure(figures["recordings"], "Recordings, the base model refitted within its tolerances, and the model "
-                    "with what was found. Residuals in standard deviations of the noise; grey: within two; amber: the "
-                    "rows with most misfit."),
+        html.figure(
+            figures["recordings"],
+            "Recordings, the base model refitted within its tolerances, and the model "
+            "with what was found. Residuals in standard deviations of the noise; grey: within two; amber: "
+            "the rows with most misfit.",
+        ),
         html.heading("Where"),
         html.paragraph(place_text(conclusion)),
         html.heading("What"),
@@ -43,7 +48,9 @@ def page_of(conclusion: Conclusion, title: str, command: str, figures: Mapping[s
         html.heading("What the base model's constants absorbed"),
         _base(conclusion),
         html.heading("Next experiment"),
-        html.paragraph(conclusion.next_experiment["text"] if conclusion.next_experiment else "None is needed."),
+        html.paragraph(
+            conclusion.next_experiment["text"] if conclusion.next_experiment else "None is needed."
+        ),
         html.heading("To make this page again"),
         f"<pre>{escape(command)}</pre>",
     ]
@@ -58,7 +65,11 @@ def _effects(conclusion: Conclusion) -> list[str]:
     for f in conclusion.found:
         parts.append(html.heading(f.slug.replace("_", " "), 3))
         close = f" The recordings do not tell it from {', '.join(f.confusable)}." if f.confusable else ""
-        parts.append(html.paragraph(f"{f.text} Probability {f.probability:.2f}, log Bayes factor {f.bayes:.0f}.{close}"))
+        parts.append(
+            html.paragraph(
+                f"{f.text} Probability {f.probability:.2f}, log Bayes factor {f.bayes:.0f}.{close}"
+            )
+        )
         if f.parameters:
             specs = {i.name: i for i in conclusion.explanation.program.unknowns.items if i.effect == f.slug}
             rows = [
@@ -75,11 +86,19 @@ def _candidates(conclusion: Conclusion) -> str:
     if not x.stages or not x.stages[0].trials:
         return html.paragraph("No candidate came near explaining anything.")
     rows = [
-        (t.slug.replace("_", " "), f"{conclusion.candidates[t.slug][0]:.3f}", f"{t.bayes:.0f}", f"{t.held_out:.3g}",
+        (t.slug.replace("_", " "), f"{conclusion.candidates[t.slug][0]:.3f}", f"{t.bayes:.0f}",
+         f"{t.held_out:.3g}",
          f"{t.returned:.1f}", ", ".join(n.partition(".")[2] for n in t.fit.at_bound) or "-")
         for t in x.stages[0].trials
     ]  # fmt: skip
-    header = ("candidate", "probability", "log Bayes factor", "held-out chi2", "base departs (sd)", "at a bound")
+    header = (
+        "candidate",
+        "probability",
+        "log Bayes factor",
+        "held-out chi2",
+        "base departs (sd)",
+        "at a bound",
+    )
     return html.table(header, rows, "Candidates fitted together with the base model, in the first round.", 0)
 
 
@@ -89,7 +108,9 @@ def _scores(conclusion: Conclusion) -> str:
 
     def cells(name: str, score: HeldOut) -> tuple[str, ...]:
         errors = [
-            f"{from_si(v, schema.quantity_and_unit(columns[q])[1]):.4g}" for q, v in score.rmse.items() if q in columns
+            f"{from_si(v, schema.quantity_and_unit(columns[q])[1]):.4g}"
+            for q, v in score.rmse.items()
+            if q in columns
         ]
         return (name, *errors, f"{score.reduced_chi2:.3g}")
 
@@ -105,10 +126,13 @@ def _base(conclusion: Conclusion) -> str:
     for k in x.program.unknowns.base:
         item = x.program.unknowns.items[k]
         rows.append(
-            (item.name, f"{item.reference:.4g}", f"{float(item.value(x.base.u[k])):.4g} ({x.base.u[k]:+.1f} sd)",
+            (item.name, f"{item.reference:.4g}",
+             f"{float(item.value(x.base.u[k])):.4g} ({x.base.u[k]:+.1f} sd)",
              f"{float(item.value(x.final.u[k])):.4g} ({x.final.u[k]:+.1f} sd)", item.unit)
         )  # fmt: skip
     if not rows:
         return html.paragraph("The recordings state every constant as exact.")
     header = ("constant", "nominal", "refitted alone", "refitted with what was found", "unit (SI value)")
-    return html.table(header, rows, "A constant that comes home when an effect is added speaks for the effect.")
+    return html.table(
+        header, rows, "A constant that comes home when an effect is added speaks for the effect."
+    )

@@ -1,6 +1,8 @@
-"""A campaign as one compiled program: every base constant and every candidate effect, neutral where it is absent.
+"""A campaign as one compiled program: every base constant and every candidate effect, neutral where it is
+absent.
 
-One evaluation gives the outputs of all recordings and their derivatives along a few directions. Everything else
+One evaluation gives the outputs of all recordings and their derivatives along a few directions. Everything
+else
 in a diagnosis is linear algebra on its whitened results.
 """
 
@@ -16,8 +18,11 @@ from pneusma_jax.errors import InputError
 
 from .kinds import Kind, candidates, kind_module
 from .noise import FAILED, Channel, channels_of
+from .thin import thinned
 from .unknowns import Unknowns
 
+MOST_ROWS = 256
+"""Rows of a recording; longer ones are averaged over blocks."""
 WIDTH = 8
 """Directions of one evaluation."""
 
@@ -54,7 +59,7 @@ class Program:
             InputError: if the recordings cannot be used together.
         """
         module = kind_module(kind)
-        rows = module.rows_for(campaign)
+        rows = module.rows_for(thinned(campaign, getattr(module, "MOST_ROWS", MOST_ROWS)))
         stacked = stack(rows)
         unknowns = Unknowns(module.parameters_for(campaign), candidates(kind) if slugs is None else slugs)
         if hasattr(module, "prepared"):
@@ -168,7 +173,8 @@ class Evaluation:
     drivers: dict[str, np.ndarray]
 
     def joined(self, weight: np.ndarray | list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-        """Misfit and Jacobian (values, columns) of recordings, weighed by a number or a mask of values each."""
+        """Misfit and Jacobian (values, columns) of recordings, weighed by a number or a mask of values
+        each."""
         r = np.concatenate([w * m for w, m in zip(weight, self.misfit, strict=True)])
         J = np.concatenate([w * j for w, j in zip(weight, self.jacobian, strict=True)], axis=1)
         return r, J.T

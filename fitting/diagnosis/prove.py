@@ -37,7 +37,10 @@ def held_out(explanation: Explanation) -> tuple[HeldOut, HeldOut]:
     after = explanation.program, explanation.final
     program = explanation.program
     if not program.fitted.all():
-        chosen = [np.full(len(m), float(not f)) for m, f in zip(after[1].evaluation.misfit, program.fitted, strict=True)]
+        chosen = [
+            np.full(len(m), float(not f))
+            for m, f in zip(after[1].evaluation.misfit, program.fitted, strict=True)
+        ]
         names = [r.name for r, f in zip(program.recordings, program.fitted, strict=True) if not f]
         found = [_score(p, [(f.evaluation, chosen)], names, "validation") for p, f in (before, after)]
         return found[0], found[1]
@@ -66,7 +69,9 @@ def _folds(fit: Fit) -> tuple[list[list[np.ndarray]], list[str], str]:
     return folds, [], "within-recording"
 
 
-def _score(program: Program, parts: list[tuple[Evaluation, list[np.ndarray]]], names: list[str], how: str) -> HeldOut:
+def _score(
+    program: Program, parts: list[tuple[Evaluation, list[np.ndarray]]], names: list[str], how: str
+) -> HeldOut:
     squares: dict[str, list[float]] = {}
     total, count = 0.0, 0
     for evaluation, out in parts:

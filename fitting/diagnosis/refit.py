@@ -1,7 +1,9 @@
 """Least squares of base constants and effects together, on whitened recordings, within physical bounds.
 
-Levenberg's method in scaled unknowns. Derivatives by the base constants change little over a diagnosis, so they
-are computed once and kept; those of the effects are those of the current point. A last step with fresh ones ends
+Levenberg's method in scaled unknowns. Derivatives by the base constants change little over a diagnosis, so
+they
+are computed once and kept; those of the effects are those of the current point. A last step with fresh ones
+ends
 every fit.
 """
 
@@ -15,7 +17,8 @@ MOST_ROUNDS = 14
 ENOUGH = 0.02
 """Decrease of the objective at which a fit ends."""
 SHAPE_SD = 1.5
-"""Standard deviation of a shape parameter's prior about its typical value, in units of that value's departure."""
+"""Standard deviation of a shape parameter's prior about its typical value, in units of that value's
+departure."""
 AT_BOUND = 1e-3
 """Part of its range from a bound at which a parameter is said to be at it."""
 
@@ -171,4 +174,13 @@ class Refitter:
             if item.effect and near and abs(u[k]) > 1e-9 and not item.shape:
                 bound.append(f"{item.effect}.{item.name}")
         covariance = (vectors / values) @ vectors.T
-        return Fit(u, free, tuple(slugs), objective, float(np.sum(np.log(values))), covariance, evaluation, tuple(bound))
+        return Fit(
+            u,
+            free,
+            tuple(slugs),
+            objective,
+            float(np.sum(np.log(values))),
+            covariance,
+            evaluation,
+            tuple(bound),
+        )

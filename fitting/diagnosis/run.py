@@ -16,7 +16,9 @@ FEWEST = 20
 """Measured values below which nothing can be said."""
 
 
-def diagnose(campaign: Campaign, seed: int = 0, progress: Callable[[str], None] = lambda _: None) -> Conclusion:
+def diagnose(
+    campaign: Campaign, seed: int = 0, progress: Callable[[str], None] = lambda _: None
+) -> Conclusion:
     """Compare a campaign with the base model, and say what physics it leaves out.
 
     Args:
@@ -33,7 +35,9 @@ def diagnose(campaign: Campaign, seed: int = 0, progress: Callable[[str], None] 
     program = Program.of(campaign, kind)
     count = program.observations(program.fitted)
     if count < FEWEST:
-        raise InputError(f"{campaign.path}: {count} values to fit are too few to diagnose; {FEWEST} are needed")
+        raise InputError(
+            f"{campaign.path}: {count} values to fit are too few to diagnose; {FEWEST} are needed"
+        )
     explanation = explain(program, np.random.default_rng(seed), progress)
     progress("scoring recordings that were not fitted")
     return conclude(explanation)
@@ -48,4 +52,7 @@ def _check(campaign: Campaign) -> None:
             values = values[np.isfinite(values)]
             varied |= name != "time_s" and values.size > 1 and float(np.ptp(values)) > 0.0
         if not varied:
-            raise InputError(f"{recording.path or recording.name}: nothing varies in this recording; there is nothing to explain")
+            raise InputError(
+                f"{recording.path or recording.name}: nothing varies in this recording, so there is nothing "
+                "to explain"
+            )

@@ -1,7 +1,10 @@
-"""Which effects could explain what a fitted model leaves: a score test of each, against chance over all of them.
+"""Which effects could explain what a fitted model leaves: a score test of each, against chance over all of
+them.
 
-The signature of an effect is the derivative of the outputs at its absence, freed of what the base constants could
-absorb. Where it depends on a shape (a threshold, a time constant), several shapes are tried; where the derivative
+The signature of an effect is the derivative of the outputs at its absence, freed of what the base constants
+could
+absorb. Where it depends on a shape (a threshold, a time constant), several shapes are tried; where the
+derivative
 vanishes, the difference that a typical effect makes stands in for it.
 """
 
@@ -90,7 +93,9 @@ def screen(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Ge
     r, A = here.joined(weight)
     departure, sd = refitter._prior(fit.u, fit.free)
     project = _Projector(A, sd**-2.0)
-    counted = int(np.sum(np.concatenate([w * np.ones_like(m) for w, m in zip(weight, here.misfit, strict=True)]) > 0))
+    counted = int(
+        np.sum(np.concatenate([w * np.ones_like(m) for w, m in zip(weight, here.misfit, strict=True)]) > 0)
+    )
     scale = _fast(here, weight)
     left = project(r[:, None])[:, 0] / scale
     tried: list[tuple[str, np.ndarray, np.ndarray, np.ndarray]] = []  # slug, Q, start u, indices
@@ -185,7 +190,9 @@ def _tried(
     return [(slug, Q, start, own)]
 
 
-def _scores(tried: list[tuple], left: np.ndarray, strength: dict[str, float]) -> tuple[list[Score], list[tuple]]:
+def _scores(
+    tried: list[tuple], left: np.ndarray, strength: dict[str, float]
+) -> tuple[list[Score], list[tuple]]:
     best: dict[str, Score] = {}
     pool = []
     for slug, Q, start, _ in tried:

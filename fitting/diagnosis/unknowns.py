@@ -1,4 +1,5 @@
-"""The numbers of a diagnosis: free constants of the base model and the parameters of every candidate effect, scaled.
+"""The numbers of a diagnosis: free constants of the base model and the parameters of every candidate
+effect, scaled.
 
 In scaled units a base constant is 0 at its nominal value and 1 a standard deviation of its tolerance away; a
 parameter of an effect is 0 where the effect is absent.

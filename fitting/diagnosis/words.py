@@ -11,10 +11,12 @@ if TYPE_CHECKING:
     from .conclude import Conclusion
 
 SEPARATE = {
-    "opposing_spring_heating": "swap which spring is heated and measure the resistance of the other one as well",
+    "opposing_spring_heating": "swap which spring is heated and measure the resistance of the other one as "
+    "well",
     "tip_contact": "reach the same bend angle by another pressure and look for the kink at the same angle",
     "gravity": "repeat one recording with the actuator rolled by 180 degrees",
-    "wrap_friction": "repeat one pressure cycle ten times slower: friction keeps its loop, rate effects change theirs",
+    "wrap_friction": "repeat one pressure cycle ten times slower: friction keeps its loop, rate effects "
+    "change theirs",
     "mullins_softening": "exceed the previous largest strain once and repeat the earlier cycles",
     "viscoelastic_relaxation": "make a fast step, hold it for several minutes, and unload as fast",
     "permanent_set": "leave the specimen unloaded overnight and measure its rest length again",
@@ -26,7 +28,8 @@ SEPARATE = {
     "pressure_lag": "put a second pressure sensor at the chamber and step the pressure",
     "series_resistance": "measure one spring with four wires, or heat it fully past its transformation",
     "resistance_temperature_coefficient": "hold the wire fully austenitic and vary its temperature",
-    "detwinned_resistivity_memory": "heat past the end of transformation after the pre-strain and repeat the pull",
+    "detwinned_resistivity_memory": "heat past the end of transformation after the pre-strain and repeat the "
+    "pull",
     "r_phase": "record resistance over temperature without load, heating and cooling",
     "transformation_hysteresis": "make partial cycles that turn round inside the loop",
     "stress_shifted_transformation": "record the same thermal cycle at two loads",
@@ -72,7 +75,10 @@ def verdict_sentences(conclusion: Conclusion) -> list[str]:
     else:
         lead = f"The base model leaves out {' and '.join(names)}."
     values = f"{base.reduced_chi2:.3g} to {after.reduced_chi2:.3g}"
-    where = {"validation": "recordings kept for validation", "left out in turn": "recordings left out in turn"}
+    where = {
+        "validation": "recordings kept for validation",
+        "left out in turn": "recordings left out in turn",
+    }
     held = where.get(base.how, "parts of the one recording, left out in turn (within-recording)")
     return [
         lead,

@@ -33,7 +33,11 @@ def course(levels, rows=90):
 def softened(strain, depth):
     """Stress that is lower by up to `depth` below the largest strain so far, linearly in the distance to it."""
     most = np.maximum.accumulate(strain)
-    return curve(strain) * 1.03 * (1.0 - depth * np.where(most > 0.0, 1.0 - strain / np.where(most > 0, most, 1.0), 0.0))
+    return (
+        curve(strain)
+        * 1.03
+        * (1.0 - depth * np.where(most > 0.0, 1.0 - strain / np.where(most > 0, most, 1.0), 0.0))
+    )
 
 
 def write(folder, law, seed=3):

@@ -43,7 +43,9 @@ def test_nothing_is_found_where_nothing_is(null):
 def test_probabilities_add_up(which, request):
     report = report_of(request.getfixturevalue(which))
     total = sum(c["probability"] for c in report["candidates"])
-    assert total + report["unknown_probability"] + report["no_effect_probability"] == pytest.approx(1.0, abs=1e-9)
+    assert total + report["unknown_probability"] + report["no_effect_probability"] == pytest.approx(
+        1.0, abs=1e-9
+    )
     kind = [slug for slug, effect in CATALOGUE.items() if "E" in effect.kinds]
     assert sorted(c["name"] for c in report["candidates"]) == sorted(kind)
 
@@ -69,11 +71,15 @@ def test_the_command_writes_everything_or_nothing(soft_campaign, tmp_path):
     out = tmp_path / "out"
     run = CliRunner().invoke(main, ["diagnose", str(soft_campaign), "--out", str(out), "--seed", "1"])
     assert run.exit_code == 0, run.output
-    assert {"report.json", "report.html", "augmented.toml", "recordings.png"} <= {p.name for p in out.iterdir()}
+    assert {"report.json", "report.html", "augmented.toml", "recordings.png"} <= {
+        p.name for p in out.iterdir()
+    }
     report = json.loads((out / "report.json").read_text())
     assert report["effects"][0]["name"] == "mullins_softening" and report["verdict"] == "mismatch"
     page = (out / "report.html").read_text()
-    assert page.index("mullins_softening") < page.index("<img") and "http://" not in page.replace("http://www.w3.org", "")
+    assert page.index("mullins_softening") < page.index("<img") and "http://" not in page.replace(
+        "http://www.w3.org", ""
+    )
 
 
 def test_recordings_without_variation_are_refused(null_campaign, tmp_path):

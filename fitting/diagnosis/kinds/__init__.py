@@ -1,4 +1,5 @@
-"""What differs between kinds of recordings in a diagnosis: how rows and effects become outputs, and drivers."""
+"""What differs between kinds of recordings in a diagnosis: how rows and effects become outputs, and
+drivers."""
 
 import importlib
 from collections.abc import Mapping
@@ -29,7 +30,8 @@ class Kind(Protocol):
     def predict(
         self, values: Mapping[str, Array], effects: tuple[Effect, ...], rows: Rows
     ) -> tuple[dict[str, Array], dict[str, Any]]:
-        """Outputs by quantity and what drives them by name (`pressure`, `xi0_2`, ...), each of shape (rows,)."""
+        """Outputs by quantity and what drives them by name (`pressure`, `xi0_2`, ...), each of shape
+        (rows,)."""
 
 
 def kind_module(kind: str) -> Kind:

@@ -20,6 +20,8 @@ from pneusma_jax.nitinol.resistivity import PhaseReading
 from pneusma_jax.tracking import track_history
 
 OUTPUTS = ("curvature", "bend_angle", "length")
+MOST_ROWS = 128
+"""Rows of a recording: every one is an equilibrium."""
 ROUNDS = 3
 """Rounds of smoothing from phases that were read under a similar model."""
 NUDGE = 0.02
@@ -34,7 +36,9 @@ parameters_for = actuator.parameters_for
 def rows_for(campaign: Campaign) -> list[Rows]:
     """Every recording as arrays, with what only effects ask for: currents, air temperature, gravity."""
     members = campaign.recordings
-    shared = [q for q in ("current_1", "current_2", "current_3", "temperature") if any(r.has(q) for r in members)]
+    shared = [
+        q for q in ("current_1", "current_2", "current_3", "temperature") if any(r.has(q) for r in members)
+    ]
     return [
         eqx.tree_at(lambda x: x.extra, rows, rows.extra | _recorded(recording, rows, shared))
         for recording, rows in zip(members, actuator.rows_for(campaign), strict=True)
@@ -44,7 +48,11 @@ def rows_for(campaign: Campaign) -> list[Rows]:
 def _recorded(recording: Recording, rows: Rows, names: list[str]) -> dict[str, np.ndarray]:
     springs = len(rows.extra["xi0"])
     found = {"gamma": tuple(np.zeros(len(rows.mask)) for _ in range(springs))}
-    found |= {"gravity": np.asarray(gravity_vector(recording.full_geometry().get("orientation", "vertical_base_down")))}
+    found |= {
+        "gravity": np.asarray(
+            gravity_vector(recording.full_geometry().get("orientation", "vertical_base_down"))
+        )
+    }
     for name in names:
         nominal = 22.0 if name == "temperature" else 0.0
         column = np.full(len(rows.mask), nominal)
@@ -58,14 +66,17 @@ def _recorded(recording: Recording, rows: Rows, names: list[str]) -> dict[str, n
 
 
 class FollowedPhase(eqx.Module):
-    """A martensite fraction known from a smoothed resistance, that follows sensors and resistivities as far as the
+    """A martensite fraction known from a smoothed resistance, that follows sensors and resistivities as far
+    as the
     resistance tells it: not at all where a hot wire's resistance is blind to it.
 
-    How strain moves the reading is left to `settled`: inside a row, strain and fraction would chase each other to
+    How strain moves the reading is left to `settled`: inside a row, strain and fraction would chase each
+    other to
     another configuration of the same resistance.
 
     Attributes:
-        xi0: smoothed fraction [1]; ohms: its resistance [ohm]; gain: fraction per resistance [1/ohm]; gamma: the
+        xi0: smoothed fraction [1]; ohms: its resistance [ohm]; gain: fraction per resistance [1/ohm];
+        gamma: the
             strain at which it was read [1].
     """
 
@@ -83,7 +94,8 @@ class FollowedPhase(eqx.Module):
 
 
 def settled(recordings: list[Rows], evaluate: Callable[[list[Rows]], dict[str, np.ndarray]]) -> list[Rows]:
-    """Recordings whose phases are read anew under a model: smoothed about its whole answer, as `actuator_phase`.
+    """Recordings whose phases are read anew under a model: smoothed about its whole answer, as
+    `actuator_phase`.
 
     Args:
         recordings: before.
@@ -145,13 +157,16 @@ def predict(
     body = body_of(known, rows)
     extra = rows.extra
     phases = tuple(
-        FollowedPhase(*one) for one in zip(extra["xi0"], extra["ohms"], extra["gain"], extra["gamma"], strict=True)
+        FollowedPhase(*one)
+        for one in zip(extra["xi0"], extra["ohms"], extra["gain"], extra["gamma"], strict=True)
     )
     one = jnp.ones(())
     states = tuple(SpringState(known["prestrain"], one) for _ in body.springs)
     pressure = rows.inputs["pressure"]
     known_rows = {"gravity": jnp.broadcast_to(extra["gravity"], (pressure.size, 3))}
-    currents = {n: extra[f"recorded_current_{n}"] for n in body.spring_numbers if f"recorded_current_{n}" in extra}
+    currents = {
+        n: extra[f"recorded_current_{n}"] for n in body.spring_numbers if f"recorded_current_{n}" in extra
+    }
     if currents:
         known_rows["currents"] = currents
     if "recorded_temperature" in extra:

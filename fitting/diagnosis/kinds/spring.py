@@ -1,6 +1,7 @@
 """Springs on a test stand in a diagnosis: elongation in; force and resistance out, from one hidden phase.
 
-The martensite fraction behind a resistance is read with every candidate's own sensors and strains, smoothed, and
+The martensite fraction behind a resistance is read with every candidate's own sensors and strains,
+smoothed, and
 must then reproduce the resistance: what bends a resistance cannot hide in the phase.
 """
 
@@ -57,7 +58,7 @@ def predict(
 
 
 def _smoothed(element: pj.Spring, read: pj.SpringHistory, rows: Rows) -> Array:
-    """Martensite fraction as a slow walk behind single readings, each weighed by what its resistance tells."""
+    """Martensite fraction as a slow walk behind single readings, each weighed by what it tells."""
     xi0, gamma = jnp.clip(read.rows.xi0, 0.0, 1.0), read.rows.gamma
     law = lambda x: element.alloy.resistivity(x, gamma) * element.geometry.wire_length  # noqa: E731
     _, slope = jax.jvp(law, (xi0,), (jnp.ones_like(xi0),))

@@ -35,6 +35,11 @@ def predict(
             "strain": jnp.where(by_stress, found["strain"], rows.inputs["strain"]),
             "stress": jnp.where(by_stress, rows.inputs["stress"], found["stress"]),
         }
-    drivers = {"temperature": temperature, "stress": driven.stress, "strain": driven.strain, "xi0": driven.xi0}
+    drivers = {
+        "temperature": temperature,
+        "stress": driven.stress,
+        "strain": driven.strain,
+        "xi0": driven.xi0,
+    }
     nothing = jnp.zeros_like(temperature)
     return {name: found.get(name, nothing) for name in OUTPUTS}, drivers
