@@ -6,7 +6,8 @@
 >>> fit.save("results")
 """
 
+from .batch import Batch, characterise_batch
 from .registry import PIPELINES, characterise
 from .result import Characterisation, Estimate
 
-__all__ = ["PIPELINES", "Characterisation", "Estimate", "characterise"]
+__all__ = ["PIPELINES", "Batch", "Characterisation", "Estimate", "characterise", "characterise_batch"]

@@ -54,6 +54,11 @@ COMMANDS = {
         "characterise_command",
         "Fit a material to a campaign of recordings and report on it.",
     ),
+    "characterise-batch": (
+        "fitting.cli.characterise_batch",
+        "characterise_batch_command",
+        "Characterise many specimens: one table, one hierarchical summary.",
+    ),
     "effects": (
         "fitting.cli.effects",
         "effects_command",

@@ -44,19 +44,25 @@ def _fixed(context: click.Context, option: click.Parameter, given: tuple[str, ..
     callback=_fixed,
     help="Hold a constant, in its unit of files.",
 )
+@click.option("--base", metavar="ALLOY", help="Alloy to start from, a name or a path.")
+@click.option("--material", metavar="SILICONE", help="Silicone to start from, a name or a path.")
+@click.option("--starts", type=click.IntRange(min=1), help="Fits in all, from different places.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of scattered starting points.")
 @click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
-def characterise_command(campaign, out, law, terms, max_strain, weighting, fix, seed, force) -> None:
+def characterise_command(
+    campaign, out, law, terms, max_strain, weighting, fix, base, material, starts, seed, force
+) -> None:
     """Fit the material of CAMPAIGN (a folder of recordings, or one CSV) and write a report to --out.
 
     For elastomers: five hyperelastic laws with standard errors, compared by what they predict of data that
-    they were not fitted to. Writes material.toml, report.json, report.html, parameters.csv, curve.csv and
-    figures.
+    they were not fitted to. Springs on a stand and wires give an alloy, tubes a silicone, whole actuators
+    both, as far as their recordings leave them open. Writes alloy.toml or material.toml, report.json,
+    report.html, parameters.csv and figures.
     """
     from tqdm import tqdm
 
     from fitting.characterise.registry import characterise, pipeline_of
-    from fitting.cli._common import done, notice, prepare
+    from fitting.cli._common import done, notice, prepare, table_argument
     from fitting.recordings import read_campaign
     from fitting.report.publish import check_free
 
@@ -64,7 +70,7 @@ def characterise_command(campaign, out, law, terms, max_strain, weighting, fix, 
     pipeline_of(recordings)
     check_free(out, force)
     prepare()
-    with tqdm(desc="fitting", unit=" laws", leave=False, disable=None) as bar:
+    with tqdm(desc="fitting", unit=" steps", leave=False, disable=None) as bar:
 
         def progress(label: str) -> None:
             bar.set_postfix_str(label)
@@ -77,6 +83,9 @@ def characterise_command(campaign, out, law, terms, max_strain, weighting, fix, 
             max_strain=max_strain,
             weighting=weighting,
             adjust=fix,
+            base=base and table_argument(base),
+            material=material and table_argument(material),
+            starts=starts,
             seed=seed,
             progress=progress,
         )

@@ -1,0 +1,105 @@
+"""Constants of several specimens of one alloy, partially pooled: a normal-normal model with random effects.
+
+Specimen i's constant is `theta_i ~ N(mu, tau^2)`, its estimate `x_i ~ N(theta_i, s_i^2)`. `tau` is found by
+restricted maximum likelihood (D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320), `mu` by weights
+`1 / (s_i^2 + tau^2)`; each specimen's own value is drawn towards `mu` as far as its error bar is wide.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+from scipy.stats import t as student
+
+LEVEL = 0.9
+"""Of intervals."""
+SPENT = 0.95
+"""Standard error over the prior's from which an estimate is the prior and not a measurement."""
+WIDEST = 10.0
+"""Largest spread between specimens that is looked for, times that of the estimates."""
+
+
+@dataclass(frozen=True)
+class Pooled:
+    """A constant across specimens; all in the unit of the estimates.
+
+    Attributes:
+        names: of the specimens; values, sd: their estimates as measured, shape (n,).
+        mean, mean_sd: of the population, and its standard error.
+        spread: 1-sigma between specimens.
+        shrunk, shrunk_sd: the specimens' own values, partially pooled, shape (n,).
+        next_low, next_high: where a further specimen's constant lies with 90 % probability.
+        differ: p-value of the estimates being this different if the specimens were alike (Cochran's Q).
+    """
+
+    names: tuple[str, ...]
+    values: np.ndarray
+    sd: np.ndarray
+    mean: float
+    mean_sd: float
+    spread: float
+    shrunk: np.ndarray
+    shrunk_sd: np.ndarray
+    next_low: float
+    next_high: float
+    differ: float
+
+
+def without_prior(value: float, sd: float, mean: float, prior_sd: float) -> tuple[float, float] | None:
+    """What the data alone say, from a Gaussian posterior and prior; None where that is next to nothing.
+
+    Every specimen was fitted under the same prior; pooled as it stands, it would count once for each.
+    """
+    if not sd < SPENT * prior_sd:
+        return None
+    precision = sd**-2.0 - prior_sd**-2.0
+    return (value * sd**-2.0 - mean * prior_sd**-2.0) / precision, precision**-0.5
+
+
+def pool(names: Sequence[str], values: Sequence[float], sd: Sequence[float]) -> Pooled:
+    """Random-effects summary of one constant.
+
+    Args:
+        names: of the specimens, two or more.
+        values, sd: their estimates and standard errors, positive, shape (n,).
+
+    Raises:
+        ValueError: if there are fewer than two, or an error is not a positive number.
+    """
+    x, s = np.asarray(values, float), np.asarray(sd, float)
+    if len(x) < 2 or not np.all(np.isfinite(s) & (s > 0.0) & np.isfinite(x)):
+        raise ValueError("Arguments `values` and `sd` must hold two or more numbers with positive errors.")
+    scale = float(np.std(x, ddof=1)) + float(np.mean(s))
+    tau = _spread(x / scale, s / scale) * scale
+    weight = 1.0 / (s**2 + tau**2)
+    mean, mean_sd = float(weight @ x / weight.sum()), float(weight.sum() ** -0.5)
+    share = tau**2 / (s**2 + tau**2)  # of its own estimate that each specimen keeps
+    shrunk = mean + share * (x - mean)
+    shrunk_sd = np.sqrt(share * s**2 + ((1.0 - share) * mean_sd) ** 2)
+    freedom = max(len(x) - 2, 1)  # of a further specimen; Higgins et al., J. R. Stat. Soc. A 172 (2009) 137
+    reach = float(student.ppf(0.5 + 0.5 * LEVEL, freedom) * np.hypot(tau, mean_sd))
+    differ = _alike(x, s)
+    return Pooled(
+        tuple(names), x, s, mean, mean_sd, float(tau), shrunk, shrunk_sd, mean - reach, mean + reach, differ
+    )
+
+
+def _spread(x: np.ndarray, s: np.ndarray) -> float:
+    """Between-specimen standard deviation by restricted maximum likelihood; zero where none is needed."""
+
+    def minus_log(tau: float) -> float:
+        weight = 1.0 / (s**2 + tau**2)
+        mean = weight @ x / weight.sum()
+        return 0.5 * (np.log(weight.sum()) - np.log(weight).sum() + weight @ (x - mean) ** 2)
+
+    found = minimize_scalar(minus_log, bounds=(0.0, WIDEST), method="bounded", options={"xatol": 1e-8})
+    return 0.0 if minus_log(0.0) <= found.fun else float(found.x)
+
+
+def _alike(x: np.ndarray, s: np.ndarray) -> float:
+    from scipy.stats import chi2
+
+    weight = s**-2.0
+    mean = weight @ x / weight.sum()
+    return float(chi2.sf(weight @ (x - mean) ** 2, len(x) - 1))

@@ -1,0 +1,45 @@
+"""`pneusma characterise-batch`: many specimens, one table, one summary."""
+
+import os
+from pathlib import Path
+
+import click
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # see `fitting.cli.characterise`
+
+
+@click.command("characterise-batch")
+@click.argument("campaigns", type=click.Path(path_type=Path), nargs=-1, required=True)
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Of scattered starting points.")
+@click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
+def characterise_batch_command(campaigns, out, seed, force) -> None:
+    """Characterise CAMPAIGNS (folders of recordings) one after the other, and all of them together.
+
+    Writes a folder of results for each of them as it is done, and a table over specimens with a hierarchical
+    summary of every constant that two or more inform. A campaign that cannot be used is reported and stops
+    none of the others.
+    """
+    from tqdm import tqdm
+
+    from fitting.characterise.batch import Member, characterise_batch
+    from fitting.cli._common import done, notice, prepare
+    from fitting.report.publish import check_free
+
+    check_free(out, force)
+    prepare()
+    files: list[Path] = []
+    with tqdm(total=len(campaigns), desc="campaigns", leave=False, disable=None) as bar:
+
+        def finished(member: Member) -> None:
+            bar.update()
+            if member.result is None:
+                notice(f"{member.name}: {member.problem}")
+            else:
+                files.extend(member.result.save(out / member.name, force))
+
+        batch = characterise_batch(campaigns, finished, bar.set_postfix_str, seed=seed)
+    files += batch.save(out, force=True)
+    click.echo(batch.report())
+    click.echo()
+    done(files)
