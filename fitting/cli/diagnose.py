@@ -11,19 +11,21 @@ import click
 @click.argument("campaign", type=click.Path(path_type=Path))
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of everything random.")
+@click.option("--model", metavar="FILE", help="Model to start from, as --model of simulate takes it.")
+@click.option("--thorough", is_flag=True, help="Fit twice as many candidates; takes about twice as long.")
 @click.option("--json", "as_json", is_flag=True, help="Print report.json to stdout.")
 @click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
-def diagnose_command(campaign: Path, out: Path, seed: int, as_json: bool, force: bool) -> None:
+def diagnose_command(
+    campaign: Path, out: Path, seed: int, model: str | None, thorough: bool, as_json: bool, force: bool
+) -> None:
     """Compare CAMPAIGN (a folder of recordings, or one CSV) with the model and explain the mismatch.
 
     Refits the base model within its tolerances, tells whether what remains is more than noise, tries every
-    effect
-    of the catalogue that such recordings can show, and proves what it finds on recordings that were not
-    fitted.
-    Writes report.html, report.json, augmented.toml (a model that every other command takes with --model) and
-    figures.
+    effect of the catalogue that such recordings can show, and proves what it finds on recordings that were
+    not fitted. Writes report.html, report.json, augmented.toml (a model that every other command takes with
+    --model) and figures.
     """
-    from fitting.augmented.files import render_model
+    from fitting.augmented.files import load_model, render_model
     from fitting.cli._common import done, notice, prepare
     from fitting.recordings import read_campaign
     from fitting.report.publish import check_free, publish
@@ -39,9 +41,11 @@ def diagnose_command(campaign: Path, out: Path, seed: int, as_json: bool, force:
     from fitting.diagnosis.words import verdict_sentences
     from fitting.report.figures import png
 
-    command = f"pneusma diagnose {shlex.quote(str(campaign))} --out {shlex.quote(str(out))} --seed {seed}"
+    words = ["pneusma", "diagnose", str(campaign), "--out", str(out), "--seed", str(seed)]
+    words += (["--model", model] if model else []) + (["--thorough"] if thorough else [])
+    command = shlex.join(words)
     with _progress() as told:
-        conclusion = diagnose(recordings, seed, told)
+        conclusion = diagnose(recordings, seed, told, load_model(model) if model else None, thorough)
     figures = {"recordings": recordings_figure(conclusion), "probabilities": probability_figure(conclusion)}
     report = json.dumps(report_of(conclusion), indent=1)
     documents = {

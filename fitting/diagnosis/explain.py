@@ -110,7 +110,10 @@ def reduced(program: Program, fit: Fit, chosen: np.ndarray) -> float:
 
 
 def explain(
-    program: Program, rng: np.random.Generator, progress: Callable[[str], None] = lambda _: None
+    program: Program,
+    rng: np.random.Generator,
+    progress: Callable[[str], None] = lambda _: None,
+    effort: int = 1,
 ) -> Explanation:
     """Search for up to three effects.
 
@@ -118,6 +121,7 @@ def explain(
         program: of the campaign.
         rng: of simulated nulls.
         progress: told what happens, in words.
+        effort: 1; 2 tries twice as many candidates, and follows twice as many to the end.
     """
     progress("refitting the base model within its tolerances")
     program, base = _settled_fit(program, (), None, rounds=2)
@@ -143,7 +147,7 @@ def explain(
             and reduced(program, current, program.fitted) < ENOUGH
         ):
             break
-        stage.trials, fits = _trials(program, current, found, judge, progress)
+        stage.trials, fits = _trials(program, current, found, judge, progress, effort)
         tries += fits
         best = _choice(
             program, current, stage, judge, None if len(stages) == 1 else reduced(base_program, base, judge)
@@ -174,13 +178,18 @@ def _settled_fit(
 
 
 def _trials(
-    program: Program, current: Fit, found: Screen, judge: np.ndarray, progress: Callable[[str], None]
+    program: Program,
+    current: Fit,
+    found: Screen,
+    judge: np.ndarray,
+    progress: Callable[[str], None],
+    effort: int,
 ) -> tuple[list[Trial], int]:
     """The candidates that the screen ranks first, fitted together with everything that is present."""
     refitter = Refitter(program)
     refitter._base = _columns(refitter, current)
     nominal = refitter._base
-    likely = [s for s in found.scores if s.p_value < 0.01][:TRIED]
+    likely = [s for s in found.scores if s.p_value < 0.01][: effort * TRIED]
     starts = {score.slug: _starts(refitter, current, score) for score in likely}
 
     def fitted(job: tuple[str, np.ndarray, int]) -> tuple[str, Fit]:
@@ -191,7 +200,7 @@ def _trials(
 
     progress(f"fitting {len(likely)} candidates")
     best = dict(_side_by_side(fitted, [(slug, pair[0], FIRST_ROUNDS) for slug, pair in starts.items()]))
-    ahead = sorted(best, key=lambda slug: best[slug].objective)[:PURSUED]
+    ahead = sorted(best, key=lambda slug: best[slug].objective)[: effort * PURSUED]
     progress(f"fitting {', '.join(ahead)} to the end")
     jobs = [(slug, start, MOST_ROUNDS) for slug in ahead for start in (best[slug].u, starts[slug][1])]
     for slug, fit in _side_by_side(fitted, jobs):

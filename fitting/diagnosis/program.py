@@ -6,14 +6,19 @@ else
 in a diagnosis is linear algebra on its whitened results.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fitting.augmented import AugmentedModel
 from fitting.models.rows import Rows, stack
 from fitting.recordings import Campaign, Recording
+from pneusma_jax.calibration_model import Quantity
+from pneusma_jax.chain import Effect
 from pneusma_jax.errors import InputError
 
 from .kinds import Kind, candidates, kind_module
@@ -52,16 +57,33 @@ class Program:
     evaluations: int = field(default=0)
 
     @classmethod
-    def of(cls, campaign: Campaign, kind: str, slugs: list[str] | None = None) -> "Program":
-        """Build a program; nothing is compiled yet.
+    def of(
+        cls,
+        campaign: Campaign,
+        kind: str,
+        slugs: list[str] | None = None,
+        model: AugmentedModel | None = None,
+    ) -> "Program":
+        """Build a program.
+
+        Args:
+            campaign: recordings of one kind.
+            kind: that kind.
+            slugs: effects to try; all of the kind if None.
+            model: base model to start from: its numbers are nominal, its effects are always there.
 
         Raises:
             InputError: if the recordings cannot be used together.
         """
         module = kind_module(kind)
         rows = module.rows_for(thinned(campaign, getattr(module, "MOST_ROWS", MOST_ROWS)))
+        model = model or AugmentedModel()
+        there = tuple(added.slug for added in model.added)
+        tried = [slug for slug in (candidates(kind) if slugs is None else slugs) if slug not in there]
+        known = {name: q for table in model.base.values() for name, q in table.items()}
+        rows = [_with_numbers(r, known) for r in rows]
         stacked = stack(rows)
-        unknowns = Unknowns(module.parameters_for(campaign), candidates(kind) if slugs is None else slugs)
+        unknowns = Unknowns(module.parameters_for(campaign), tried, known)
         if hasattr(module, "prepared"):
             stacked = module.prepared(unknowns.values(np.zeros(len(unknowns))), stacked)
         size = stacked.mask.shape[1]
@@ -79,7 +101,7 @@ class Program:
         if not fitted.any():
             raise InputError(f"{campaign.path}: every recording has role validation; nothing is left to fit")
         program = cls(kind, list(campaign.recordings), stacked, channels, unknowns, fitted, rows)
-        program._compile(module)
+        program._compile(module, model.effects)
         program.settle(unknowns.neutral)
         return program
 
@@ -95,12 +117,12 @@ class Program:
         self.rows = module.settled(self.rows, drivers)
         self.stacked = stack(self.rows, self.stacked)
 
-    def _compile(self, module: Kind) -> None:
+    def _compile(self, module: Kind, always: tuple[Effect, ...]) -> None:
         unknowns = self.unknowns
 
         def outputs(u: jax.Array, stacked: Rows) -> dict:
-            one = lambda rows: module.predict(unknowns.values(u), unknowns.effects(u), rows)  # noqa: E731
-            return jax.vmap(one)(stacked)
+            effects = (*always, *unknowns.effects(u))
+            return jax.vmap(lambda rows: module.predict(unknowns.values(u), effects, rows))(stacked)
 
         @jax.jit
         def evaluate(u: jax.Array, directions: jax.Array, stacked: Rows) -> tuple:
@@ -154,6 +176,14 @@ class Program:
     def observations(self, chosen: np.ndarray) -> int:
         """Measured values of some recordings, given by a mask."""
         return sum(channel.count for k in np.flatnonzero(chosen) for channel in self.channels[k])
+
+
+def _with_numbers(rows: Rows, known: Mapping[str, Quantity]) -> Rows:
+    """A recording whose model has these numbers."""
+    base = {
+        name: np.asarray(float(known[name].value)) if name in known else x for name, x in rows.base.items()
+    }
+    return eqx.tree_at(lambda r: r.base, rows, base)
 
 
 @dataclass(frozen=True)

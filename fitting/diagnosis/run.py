@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from fitting.augmented import AugmentedModel
 from fitting.models.registry import kind_of
 from fitting.recordings import Campaign
 from pneusma_jax.errors import InputError
@@ -17,7 +18,11 @@ FEWEST = 20
 
 
 def diagnose(
-    campaign: Campaign, seed: int = 0, progress: Callable[[str], None] = lambda _: None
+    campaign: Campaign,
+    seed: int = 0,
+    progress: Callable[[str], None] = lambda _: None,
+    model: AugmentedModel | None = None,
+    thorough: bool = False,
 ) -> Conclusion:
     """Compare a campaign with the base model, and say what physics it leaves out.
 
@@ -25,6 +30,8 @@ def diagnose(
         campaign: recordings of one kind.
         seed: of simulated nulls.
         progress: told what happens, in words.
+        model: base model to start from, instead of the published one.
+        thorough: fit twice as many candidates, and follow twice as many to the end.
 
     Raises:
         InputError: if the recordings cannot be used: of several kinds, without variation, or too few values.
@@ -32,13 +39,13 @@ def diagnose(
     kind = kind_of(campaign)
     _check(campaign)
     progress("building the model of the campaign")
-    program = Program.of(campaign, kind)
+    program = Program.of(campaign, kind, model=model)
     count = program.observations(program.fitted)
     if count < FEWEST:
         raise InputError(
             f"{campaign.path}: {count} values to fit are too few to diagnose; {FEWEST} are needed"
         )
-    explanation = explain(program, np.random.default_rng(seed), progress)
+    explanation = explain(program, np.random.default_rng(seed), progress, 2 if thorough else 1)
     progress("scoring recordings that were not fitted")
     return conclude(explanation)
 

@@ -5,13 +5,14 @@ In scaled units a base constant is 0 at its nominal value and 1 a standard devia
 parameter of an effect is 0 where the effect is absent.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Array
 
-from fitting.parameters import Parameters
+from fitting.parameters import Parameters, Prior
+from pneusma_jax.calibration_model import Quantity
 from pneusma_jax.effects import CATALOGUE, Effect
 
 CUT = 4.0
@@ -64,11 +65,14 @@ class Unknowns:
     Args:
         base: free constants with priors.
         slugs: candidate effects.
+        known: numbers that are nominal instead of the parameters' own, by name.
     """
 
-    def __init__(self, base: Parameters, slugs: Sequence[str]):
+    def __init__(self, base: Parameters, slugs: Sequence[str], known: Mapping[str, Quantity] | None = None):
         self.slugs = tuple(slugs)
-        self.items = tuple([*_base_unknowns(base), *(u for slug in slugs for u in _effect_unknowns(slug))])
+        self.items = tuple(
+            [*_base_unknowns(base, known or {}), *(u for slug in slugs for u in _effect_unknowns(slug))]
+        )
         self.base = np.array([k for k, item in enumerate(self.items) if not item.effect], int)
         self.low = np.array([item.low for item in self.items])
         self.high = np.array([item.high for item in self.items])
@@ -110,10 +114,13 @@ class Unknowns:
         return tuple(made)
 
 
-def _base_unknowns(base: Parameters) -> list[Unknown]:
+def _base_unknowns(base: Parameters, known: Mapping[str, Quantity]) -> list[Unknown]:
     found = []
     for name, parameter in base.items():
         prior = parameter.prior
+        if name in known:
+            own = known[name].prior
+            prior = Prior(known[name].value, own.sd if own else prior.sd, prior.min, prior.max)
         logarithmic = parameter.scale == "log"
         scale = prior.sd / prior.mean if logarithmic else prior.sd
         at = (lambda x, p=prior, s=scale: np.log(x / p.mean) / s) if logarithmic else (
