@@ -26,7 +26,7 @@ from .noise import FAILED, Channel, channels_of
 from .thin import thinned
 from .unknowns import Unknowns
 
-MOST_ROWS = 256
+MOST_ROWS = 1024
 """Rows of a recording; longer ones are averaged over blocks."""
 WIDTH = 8
 """Directions of one evaluation."""
