@@ -95,12 +95,14 @@ def test_a_long_history_is_differentiable_at_the_cost_of_a_few_simulations():
     def seconds(f):
         best = np.inf
         for _ in range(7):
-            begin = time.perf_counter()
+            begin = time.process_time()  # not the clock on the wall: the machine may be busy
             jax.block_until_ready(f(numbers))
-            best = min(best, time.perf_counter() - begin)
+            best = min(best, time.process_time() - begin)
         return best
 
-    print(f"gradient of 400 rows costs {seconds(slope) / seconds(run):.1f} forward simulations")
+    cost = seconds(slope) / seconds(run)
+    print(f"gradient of 400 rows costs {cost:.1f} forward simulations")
+    assert cost <= 4.0
 
 
 def test_spring_on_a_stand_keeps_a_residual_strain_and_loses_it_by_heating():
