@@ -57,7 +57,7 @@ class PressureLag(Effect):
         So the slope over tau at tau = 0 is minus the pressure's rate: the screen sees the effect.
         """
         before, excess = memory
-        interval, tau = at["interval"], jnp.maximum(self.tau, 0.0)
+        interval, tau = at["interval"], jnp.where(self.tau >= 0.0, self.tau, 0.0)
         quick = interval > 30.0 * tau
         ratio = interval / jnp.where(quick | (tau == 0.0), 1.0, tau)
         kept = jnp.where(quick, 0.0, jnp.exp(-ratio))

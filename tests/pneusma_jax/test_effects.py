@@ -52,12 +52,14 @@ def test_an_effect_says_what_it_is_in_plain_numbers(slug):
 def test_neutral_is_absent_and_its_signature_is_finite(kind):
     bare, (with_all, slopes) = without(kind), run(kind)
     for channel, values in bare.items():
-        scale = max(np.max(np.abs(values)), 1e-3)
+        scale = max(np.max(np.abs(values)), 1e-2)
         np.testing.assert_allclose(with_all[channel], values, rtol=1e-11, atol=1e-12 * scale, err_msg=channel)
     for k, (slug, name, spec) in enumerate(names(kind)):
         moved = {channel: np.asarray(slope)[..., k] for channel, slope in slopes.items()}
         assert all(np.all(np.isfinite(values)) for values in moved.values()), (slug, name)
-        shares = [np.max(np.abs(x)) / max(np.max(np.abs(bare[c])), 1e-3) for c, x in moved.items()]
+        # no instrument shows a tube's bend
+        shown = {channel: x for channel, x in moved.items() if channel != "true_bend"}
+        shares = [np.max(np.abs(x)) / max(np.max(np.abs(bare[c])), 1e-3) for c, x in shown.items()]
         size = max(shares) * abs(spec.typical - spec.neutral)
         if spec.shape:
             assert max(shares) < 1e-9, f"{slug}.{name} is no shape: it acts while the effect is absent"

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from effect_programs import PROTOCOLS, ROWS, TIME, UP_AND_DOWN, seen, specimen, without
+from effect_programs import PROTOCOLS, ROWS, TIME, UP_AND_DOWN, names, run, seen, specimen, without
 
 import pneusma_jax as pj
 
@@ -27,6 +27,15 @@ def test_a_chamber_lags_a_ramp_by_its_time_constant():
     found = seen("T", {"pressure_lag.tau": 3.0}, pressure=RAMP)["length"]
     behind = 3.0 * (1.0 - np.exp(-TIME / 3.0))
     close(found, without("T", pressure=RAMP - 300.0 * behind)["length"])
+
+
+def test_the_signature_of_a_lag_is_the_rate_of_the_pressure():
+    slopes = run("T", pressure=RAMP)[1]["length"]
+    slugs = [f"{slug}.{name}" for slug, name, _ in names("T")]
+    lag, offset = (
+        np.asarray(slopes)[:, slugs.index(name)] for name in ("pressure_lag.tau", "pressure_calibration.offset")
+    )
+    close(lag[1:], -300.0 * offset[1:])
 
 
 def test_a_wider_bore_pushes_as_a_higher_pressure_would():
