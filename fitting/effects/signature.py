@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import pneusma_jax as pj
-from pneusma_jax.effects import find_effect, specs_of
+from pneusma_jax.effects import Effect, find_effect, specs_of
 from pneusma_jax.units import from_si
 
 KINDS = {"A": "actuator", "S": "spring", "W": "wire", "E": "elastomer", "T": "tube"}
@@ -138,7 +138,7 @@ def _wire() -> tuple[dict[str, np.ndarray], Simulate]:
     ohms = pj.WireResistance(2.0 + np.asarray(wire.martensite_fraction_at(temperature)), 3.0, 2.0)
 
     def simulate(effects: tuple) -> dict[str, np.ndarray]:
-        read = any(type(e).wire_resistance is not pj.Effect.wire_resistance for e in effects)
+        read = any(type(e).wire_resistance is not Effect.wire_resistance for e in effects)
         history = pj.simulate_wire(
             wire, stress=stress, temperature=temperature, resistance=ohms if read else None,
             time=TIME, effects=effects,

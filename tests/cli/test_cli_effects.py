@@ -39,6 +39,12 @@ def test_a_signature_is_drawn_with_its_numbers(tmp_path):
     assert max(below) < 0.95 and min(first) == pytest.approx(1.0)
 
 
+def test_leads_show_on_a_wire_whose_resistance_is_read(tmp_path):
+    told = run("series_resistance", "--plot", "--kind", "wire", "--out", str(tmp_path))
+    (line,) = [line for line in told.splitlines() if "largest change of strain" in line]
+    assert float(line.split()[-1]) > 1e-4
+
+
 @pytest.mark.parametrize(
     ("words", "says"),
     [
