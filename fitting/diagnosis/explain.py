@@ -130,7 +130,10 @@ def explain(
     current, p_value, bound, tries = base, 1.0, False, 1
     held = ~program.fitted
     judge = held if held.any() else program.fitted
+    original = reduced(program, base, judge)
     while len(current.slugs) < MOST_EFFECTS:
+        if stages and not _much_left(program, current, judge, original):
+            break
         progress(f"screening {len(program.unknowns.slugs) - len(current.slugs)} effects")
         refitter = Refitter(program)
         refitter._base = _columns(refitter, current)
@@ -141,17 +144,9 @@ def explain(
         stages.append(stage)
         if found.p_value > LEVEL:
             break
-        if (
-            stages[1:]
-            and reduced(program, current, judge) < ENOUGH
-            and reduced(program, current, program.fitted) < ENOUGH
-        ):
-            break
         stage.trials, fits = _trials(program, current, found, judge, progress, effort)
         tries += fits
-        best = _choice(
-            program, current, stage, judge, None if len(stages) == 1 else reduced(base_program, base, judge)
-        )
+        best = _choice(program, current, stage, judge, None if len(stages) == 1 else original)
         if best is None:
             break
         stage.chosen = best.slug
@@ -159,6 +154,14 @@ def explain(
         if len(current.slugs) > 1:
             program, current = _pruned(program, current)
     return Explanation(program, base_program, first, current, stages, p_value, bound, tries)
+
+
+def _much_left(program: Program, current: Fit, judge: np.ndarray, original: float) -> bool:
+    """Whether a further effect could take away enough to be believed."""
+    left = reduced(program, current, judge)
+    if left - 1.0 < OF_ALL * (original - 1.0):
+        return False
+    return max(left, reduced(program, current, program.fitted)) >= ENOUGH
 
 
 def _columns(refitter: Refitter, fit: Fit) -> np.ndarray:
