@@ -25,7 +25,12 @@ from .root_find import BALANCED
 
 CLOSE = 1e-10
 """Newton step in scaled unknowns after which one more, differentiated, ends it."""
-MOST_STEPS = 25
+MOST_STEPS = 40
+PATIENCE = 6
+"""Steps after which every other one is shorter: laws with corners (friction, contact) send Newton's method to and fro
+between two sides of one."""
+SHORTER = 0.35
+"""Part of such a step that is taken."""
 LONGEST = 0.3
 """Longest Newton step of a scaled unknown."""
 
@@ -131,7 +136,8 @@ def _settled(problem: Problem, guess: Array) -> Equilibrium:
         twice = lambda z: (residual(z, frozen),) * 2  # noqa: E731
         slope, excess = jax.jacfwd(twice, has_aux=True)(unknowns)
         step = jnp.clip(solve_small(slope, excess), -LONGEST, LONGEST)
-        return unknowns - step, slope, jnp.max(jnp.abs(step)), count + 1
+        share = jnp.where((count < PATIENCE) | (count % 2 == 0), 1.0, SHORTER)
+        return unknowns - share * step, slope, jnp.max(jnp.abs(step)), count + 1
 
     guess = jax.lax.stop_gradient(guess)
     first = (guess, jnp.eye(guess.size), jnp.asarray(1.0), 0)

@@ -10,7 +10,7 @@ from fitting.models.channels import LEAST_NOISE, serial_correlation
 from fitting.models.rows import Rows
 from fitting.recordings import Recording
 
-FAILED = 10.0
+FAILED = 30.0
 """Standard deviations that a row counts for in which the model has no answer."""
 
 

@@ -62,8 +62,8 @@ class WrapFriction(Effect):
     specs: ClassVar[dict[str, Spec]] = {
         "constant": Spec(0.0, 0.0, 2e-3, 2e-4, "N m", "friction moment without pressure"),
         "per_pressure": Spec(0.0, 0.0, 5e-8, 5e-9, "N m/Pa", "friction moment per pressure"),
-        "slip": Spec(0.1, 0.005, 0.8, 0.1, "rad", "bend over which the friction builds up", True),
-        "spread": Spec(0.5, 0.0, 2.0, 0.5, "1", "spread of the elements' slips", True),
+        "slip": Spec(0.1, 0.02, 0.8, 0.1, "rad", "bend over which the friction builds up", True),
+        "spread": Spec(0.5, 0.0, 1.2, 0.5, "1", "spread of the elements' slips", True),
     }
 
     def begin(self, at: Known) -> tuple[Array, Array, Array]:
