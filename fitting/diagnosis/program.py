@@ -21,7 +21,7 @@ from pneusma_jax.calibration_model import Quantity
 from pneusma_jax.chain import Effect
 from pneusma_jax.errors import InputError
 
-from .kinds import Kind, candidates, kind_module
+from .kinds import LETTERS, Kind, candidates, kind_module
 from .noise import FAILED, Channel, channels_of
 from .thin import thinned
 from .unknowns import Unknowns
@@ -83,7 +83,7 @@ class Program:
         known = {name: q for table in model.base.values() for name, q in table.items()}
         rows = [_with_numbers(r, known) for r in rows]
         stacked = stack(rows)
-        unknowns = Unknowns(module.parameters_for(campaign), tried, known)
+        unknowns = Unknowns(module.parameters_for(campaign), tried, LETTERS[kind], known)
         if hasattr(module, "prepared"):
             stacked = module.prepared(unknowns.values(np.zeros(len(unknowns))), stacked)
         size = stacked.mask.shape[1]

@@ -13,7 +13,7 @@ from jaxtyping import Array
 
 from fitting.parameters import Parameters, Prior
 from pneusma_jax.calibration_model import Quantity
-from pneusma_jax.effects import CATALOGUE, Effect
+from pneusma_jax.effects import CATALOGUE, Effect, specs_of
 
 CUT = 4.0
 """Standard deviations at which the prior of a base constant ends."""
@@ -65,13 +65,23 @@ class Unknowns:
     Args:
         base: free constants with priors.
         slugs: candidate effects.
+        letter: of the kind of recording; only parameters that act in it are unknown.
         known: numbers that are nominal instead of the parameters' own, by name.
     """
 
-    def __init__(self, base: Parameters, slugs: Sequence[str], known: Mapping[str, Quantity] | None = None):
+    def __init__(
+        self,
+        base: Parameters,
+        slugs: Sequence[str],
+        letter: str,
+        known: Mapping[str, Quantity] | None = None,
+    ):
         self.slugs = tuple(slugs)
         self.items = tuple(
-            [*_base_unknowns(base, known or {}), *(u for slug in slugs for u in _effect_unknowns(slug))]
+            [
+                *_base_unknowns(base, known or {}),
+                *(u for slug in slugs for u in _effect_unknowns(slug, letter)),
+            ]
         )
         self.base = np.array([k for k, item in enumerate(self.items) if not item.effect], int)
         self.low = np.array([item.low for item in self.items])
@@ -133,9 +143,9 @@ def _base_unknowns(base: Parameters, known: Mapping[str, Quantity]) -> list[Unkn
     return found
 
 
-def _effect_unknowns(slug: str) -> list[Unknown]:
+def _effect_unknowns(slug: str, letter: str) -> list[Unknown]:
     found = []
-    for name, spec in CATALOGUE[slug].specs.items():
+    for name, spec in specs_of(CATALOGUE[slug], letter).items():
         scale = abs(spec.typical - spec.neutral) or 0.25 * (spec.high - spec.low)
         low, high = (spec.low - spec.neutral) / scale, (spec.high - spec.neutral) / scale
         start = (spec.typical - spec.neutral) / scale
