@@ -1,0 +1,137 @@
+"""Recovery over many simulated campaigns: bias, coverage of 90 % intervals, simulation-based calibration.
+
+    python benchmarks/recovery.py spring|tube|wire|actuator [--campaigns 100] [--posterior] [--file FILE]
+
+Every campaign's truth is drawn from the very priors that its fit uses (the tolerances in its sidecars; those
+of wires are only tolerances of the simulation, narrower than the table's priors), so the ranks of the truths
+in the posteriors are uniform if all is right (Talts et al., arXiv:1804.06788). With `--posterior` emcee is run
+too; without it ranks and intervals are those of the fit's Gaussian (Laplace). Finished campaigns are
+kept in the file, so an interrupted run goes on; a partial count is reported with its own 95 % interval.
+"""
+
+import argparse
+import json
+import os
+import tempfile
+import time
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+from posterior_coverage import LEVEL, wilson
+
+BINS = 10
+FIRST_SEED = 1000
+WISHES = {
+    "spring": {"interval_s": 2.0},
+    "tube": {"tolerance": {"wall_thickness_mm": 0.03, "silicone_stiffness": 0.05}},
+    "wire": {},
+    "actuator": {},
+}
+OPTIONS = {"spring": {"starts": 1, "profile": 0}, "tube": {"starts": 1}, "wire": {"starts": 1}}
+
+
+def truths(record: dict, names: list[str]) -> dict[str, float]:
+    """True values of fitted parameters, in the units of files."""
+    specimens = list(record.get("specimens", {"": record}).values())
+    found = {}
+    for name in names:
+        stem, _, number = name.partition("__")
+        own = specimens[int(number or 1) - 1]
+        if stem in record.get("parameters", {}):
+            found[name] = record["parameters"][stem]["value"]
+        elif stem in own:
+            found[name] = own[stem]["value"]
+        elif f"{stem}_mm" in own.get("geometry", {}):
+            found[name] = own["geometry"][f"{stem}_mm"]["value"]
+    return found
+
+
+def one_campaign(kind: str, seed: int, posterior: bool) -> dict:
+    """Simulate and fit one campaign; for each parameter its error and the truth's place in the posterior."""
+    from scipy.stats import norm
+
+    from fitting.characterise import characterise
+    from fitting.synthesise import synthesise, write_synthetic
+
+    began = time.perf_counter()
+    with tempfile.TemporaryDirectory() as folder:
+        write_synthetic(synthesise(kind, seed=seed, **WISHES[kind]), Path(folder) / "made")
+        record = json.loads((Path(folder) / "made" / "truth.json").read_text())
+        fit = characterise(Path(folder) / "made", **OPTIONS.get(kind, {}))
+    entry = {"seed": seed, "z": {}, "laplace": {}, "emcee": {}, "seconds": 0.0, "converged": True}
+    real = truths(record, list(fit.parameters))
+    for name, truth in real.items():
+        e = fit.parameters[name]
+        entry["z"][name] = float((e.value - truth) / e.sd)
+        entry["laplace"][name] = float(norm.cdf((truth - e.value) / e.sd))
+    if posterior:
+        from pneusma_jax.units import to_si
+
+        sampled = fit.posterior(seed=seed, ensembles=2, max_steps=20000, progress=False)
+        entry["converged"] = bool(sampled.converged)
+        for name, truth in real.items():
+            unit = fit.parameters[name].unit
+            draws = np.asarray(sampled.posterior.draws[name])
+            entry["emcee"][name] = float(np.mean(draws < to_si(truth, unit, unit == "K")))
+    entry["seconds"] = time.perf_counter() - began
+    return entry
+
+
+def report(kind: str, done: list[dict]) -> None:
+    """Print bias, coverage and calibration of each parameter."""
+    from scipy.stats import chisquare
+
+    names = list(done[0]["z"])
+    seconds = np.median([entry["seconds"] for entry in done])
+    print(f"{kind}: {len(done)} campaigns, {seconds:.1f} s each (median)")
+    for method in ("laplace", "emcee"):
+        usable = [e for e in done if e[method] and (method == "laplace" or e["converged"])]
+        if not usable:
+            continue
+        print(f"  {method}, {len(usable)} campaigns")
+        every = []
+        for name in names:
+            z = np.array([e["z"][name] for e in usable])
+            place = np.array([e[method][name] for e in usable])
+            every += list(place)
+            inside = int(np.sum(np.abs(place - 0.5) < 0.5 * LEVEL))
+            low, high = wilson(inside, len(usable))
+            counts = np.histogram(place, bins=BINS, range=(0.0, 1.0))[0]
+            p = chisquare(counts).pvalue if len(usable) >= 5 * BINS else float("nan")
+            print(
+                f"    {name:22s} bias {z.mean():+.2f} +/- {z.std(ddof=1) / len(z) ** 0.5:.2f} sd, 90 % "
+                "intervals hold "
+                f"{100 * inside / len(usable):.0f} % ({100 * low:.0f} to {100 * high:.0f} %), ranks "
+                f"uniform p = {p:.3f}"
+            )
+        inside = int(np.sum(np.abs(np.array(every) - 0.5) < 0.5 * LEVEL))
+        print(f"    all parameters together: 90 % intervals hold {100 * inside / len(every):.1f} %")
+
+
+def main() -> None:
+    """Run what is missing, then report."""
+    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    arguments.add_argument("kind", choices=list(WISHES))
+    arguments.add_argument("--campaigns", type=int, default=100)
+    arguments.add_argument("--posterior", action="store_true", help="sample by emcee, too")
+    arguments.add_argument("--file", type=Path, help="results so far; KIND_recovery.jsonl by default")
+    arguments.add_argument("--report", action="store_true", help="only report what is in the file")
+    given = arguments.parse_args()
+    from pneusma_jax import enable_float64
+
+    enable_float64()
+    file = given.file or Path(f"{given.kind}_recovery.jsonl")
+    done = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
+    known = {entry["seed"] for entry in done}
+    for seed in range(FIRST_SEED, FIRST_SEED + given.campaigns):
+        if seed not in known and not given.report:
+            done.append(one_campaign(given.kind, seed, given.posterior))
+            with file.open("a") as stream:
+                stream.write(json.dumps(done[-1]) + "\n")
+    report(given.kind, done)
+
+
+if __name__ == "__main__":
+    main()
