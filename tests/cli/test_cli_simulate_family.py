@@ -18,7 +18,7 @@ def _json(run, *arguments):
     return json.loads(result.stdout)
 
 
-@pytest.mark.parametrize("design", ["rectangular", "pneuflex_weighed"])
+@pytest.mark.parametrize("design", [pytest.param("rectangular", marks=pytest.mark.slow), "pneuflex_weighed"])
 def test_a_table_by_name_and_by_path_is_what_python_solves(run, tmp_path, design):
     path = Path(shutil.copy(DESIGNS / f"{design}.toml", tmp_path / "mine.toml"))
     body = pj.make_actuator(design)

@@ -1,6 +1,7 @@
 """Protocols: sampled as written, what happens is what the model says, what cannot be is refused."""
 
 import csv
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from click.testing import CliRunner
 import pneusma_jax as pj
 from fitting.cli import main
 from fitting.protocols import load_protocol, protocol_examples
+from pneusma_jax.chain_designs import chain_examples
 
 RAMP = """schema = "pneusma-protocol/1"
 name = "ramp"
@@ -108,7 +110,7 @@ duty_2 = 0.1
 [[step]]
 duration_s = 40.0
 """
-    mean = simulated("--protocol", written(tmp_path, text), "--out", tmp_path / "mean")
+    simulated("--protocol", written(tmp_path, text), "--out", tmp_path / "mean")
     simulated(
         "--protocol",
         written(tmp_path, text.replace("[start]", "period_s = 1.0\n[start]")),
@@ -154,3 +156,10 @@ def test_what_cannot_be_is_refused(tmp_path, old, new, words):
     assert result.exit_code == 2 and len(lines) == 1, result.output
     assert words in lines[0] and "ramp.toml" in lines[0]
     assert not (tmp_path / "o").exists()
+
+
+def test_the_pages_name_what_is_shipped():
+    docs = Path(pj.__file__).resolve().parents[1] / "docs"
+    told, actuators = ((docs / f"{name}.md").read_text() for name in ("protocols", "actuators"))
+    assert all(f"`{name}`" in told for name in protocol_examples())
+    assert all(f"`{name}`" in actuators for name in chain_examples())
