@@ -4,7 +4,7 @@
 
 Every campaign's truth is drawn from the very priors that its fit uses (the tolerances in its sidecars; those
 of wires are only tolerances of the simulation, narrower than the table's priors), so the ranks of the truths
-in the posteriors are uniform if all is right (Talts et al., arXiv:1804.06788). With `--posterior` emcee is run
+in the posteriors are uniform if all is right (Talts et al., arXiv:1804.06788). With `--posterior` emcee runs
 too; without it ranks and intervals are those of the fit's Gaussian (Laplace). Finished campaigns are
 kept in the file, so an interrupted run goes on; a partial count is reported with its own 95 % interval.
 """
