@@ -10,6 +10,7 @@ from pneusma_jax.effects import CATALOGUE
 from .explain import CLOSE, ENOUGH, LEVEL, Explanation, Stage, Trial, reduced
 from .locate import Place, locate
 from .prove import HeldOut, held_out
+from .remainder import Remainder, remainder
 
 UNMODELLED = "unmodelled"
 SET = 0.95
@@ -59,6 +60,7 @@ class Conclusion:
     before: HeldOut
     after: HeldOut
     next_experiment: dict | None
+    remainder: Remainder | None
 
 
 def conclude(explanation: Explanation) -> Conclusion:
@@ -91,6 +93,7 @@ def conclude(explanation: Explanation) -> Conclusion:
         explanation, mismatch, place, _component(explanation, found, place), found, candidates, nothing,
         unknown,
         _set(candidates, unknown) if mismatch else [], before, after, _next(explanation, candidates, found),
+        remainder(explanation, place) if mismatch and unknown > 0.5 else None,
     )  # fmt: skip
 
 

@@ -56,6 +56,7 @@ def report_of(conclusion: Conclusion) -> dict:
         },
         "base_parameters": _base(conclusion),
         "not_testable_here": explanation.stages[0].screen.untestable if explanation.stages else [],
+        "remainder": _remainder(conclusion),
         "tries": explanation.tries,
         "next_experiment": conclusion.next_experiment,
     }
@@ -75,6 +76,20 @@ def _score(conclusion: Conclusion, score: HeldOut) -> dict:
         if column is not None:
             rmse[column] = float(from_si(value, schema.quantity_and_unit(column)[1]))
     return {"rmse": rmse, "reduced_chi2": _finite(score.reduced_chi2)}
+
+
+def _remainder(conclusion: Conclusion) -> dict | None:
+    """What is unmodelled, described by what it goes with; SI, unknown outside the range of its knots."""
+    rest = conclusion.remainder
+    if rest is None:
+        return None
+    return {
+        "quantity": rest.quantity,
+        "driver": rest.driver,
+        "knots": rest.knots.tolist(),
+        "correction": rest.values.tolist(),
+        "reduced_chi2": {"before": _finite(rest.before), "after": _finite(rest.after)},
+    }
 
 
 def _base(conclusion: Conclusion) -> dict:

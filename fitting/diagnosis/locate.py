@@ -36,7 +36,7 @@ class Place:
 def locate(explanation: Explanation) -> Place:
     """Find the drivers, the region and the rows of the base model's misfit."""
     program, fit = explanation.base_program, explanation.base
-    drivers = _drivers(program, fit)
+    drivers = drivers_of(program, fit)
     misfit, valid = _misfit(program, fit)
     shares = {}
     for name, values in drivers.items():
@@ -51,7 +51,7 @@ def locate(explanation: Explanation) -> Place:
     return Place(ranked, shares, regions, rows)
 
 
-def _drivers(program: Program, fit: Fit) -> dict[str, np.ndarray]:
+def drivers_of(program: Program, fit: Fit) -> dict[str, np.ndarray]:
     """Everything that rows differ in, by the names that reports use, (recordings, rows)."""
     count = len(program.recordings)
     found = {name: np.asarray(values)[:count] for name, values in fit.evaluation.drivers.items()}

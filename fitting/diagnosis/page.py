@@ -47,6 +47,7 @@ def page_of(conclusion: Conclusion, title: str, command: str, figures: Mapping[s
         _scores(conclusion),
         html.heading("What the base model's constants absorbed"),
         _base(conclusion),
+        *_remainder(conclusion),
         html.heading("Next experiment"),
         html.paragraph(
             conclusion.next_experiment["text"] if conclusion.next_experiment else "None is needed."
@@ -58,6 +59,23 @@ def page_of(conclusion: Conclusion, title: str, command: str, figures: Mapping[s
     if untestable:
         parts.insert(-4, html.paragraph(f"Not testable with these recordings: {', '.join(untestable)}."))
     return html.page(f"Diagnosis: {title}", parts, f"{x.tries} models were fitted.")
+
+
+def _remainder(conclusion: Conclusion) -> list[str]:
+    rest = conclusion.remainder
+    if rest is None:
+        return []
+    text = (
+        f"A smooth function of {rest.driver} between {rest.knots[0]:.4g} and {rest.knots[-1]:.4g} (SI), added "
+        f"to {rest.quantity}, takes the reduced chi-square from {rest.before:.3g} to {rest.after:.3g}. It describes "
+        "and does not explain; outside that range it is unknown."
+    )
+    rows = [(f"{x:.4g}", f"{y:.4g}") for x, y in zip(rest.knots, rest.values, strict=True)]
+    return [
+        html.heading("What remains, described"),
+        html.paragraph(text),
+        html.table((rest.driver, f"correction of {rest.quantity}"), rows),
+    ]
 
 
 def _effects(conclusion: Conclusion) -> list[str]:

@@ -1,57 +1,9 @@
 """Small campaigns of coupons whose truth is known, written in another form than the candidates'."""
 
-import numpy as np
 import pytest
+from diagnosis_coupons import curve, softened, write
 
 from fitting.recordings import read_campaign
-
-NOISE = 0.25  # kPa
-SIDECAR = """kind = "elastomer"
-role = "{role}"
-specimen = "E"
-real = false
-[noise]
-stress_kPa = {noise}
-[tolerance]
-silicone_stiffness = 0.05
-"""
-
-
-def curve(strain):
-    """Order-4 base curve of the source's silicone, kPa, by the package's own law (the truth differs beyond it)."""
-    from pneusma_jax.silicone import load_silicone
-
-    return np.asarray(load_silicone("dragon_skin_10_fast")(strain)) / 1e3
-
-
-def course(levels, rows=90):
-    """Strain that goes up to each level and back to zero."""
-    corners = np.concatenate([[0.0], *([level, 0.0] for level in levels)])
-    return np.interp(np.linspace(0, len(corners) - 1, rows), np.arange(len(corners)), corners)
-
-
-def softened(strain, depth):
-    """Stress that is lower by up to `depth` below the largest strain so far, linearly in the distance to it."""
-    most = np.maximum.accumulate(strain)
-    return (
-        curve(strain)
-        * 1.03
-        * (1.0 - depth * np.where(most > 0.0, 1.0 - strain / np.where(most > 0, most, 1.0), 0.0))
-    )
-
-
-def write(folder, law, seed=3):
-    rng = np.random.default_rng(seed)
-    folder.mkdir(parents=True, exist_ok=True)
-    for k, levels in enumerate(([0.5, 0.5, 0.8], [0.3, 0.6], [0.8, 0.8], [0.4, 0.7, 0.7]), 1):
-        strain = course(levels)
-        stress = law(strain) + NOISE * rng.standard_normal(strain.size)
-        time = np.linspace(0.0, 120.0, strain.size)
-        lines = [f"{t:.4f},{e:.6f},{s:.5f}" for t, e, s in zip(time, strain, stress, strict=True)]
-        (folder / f"pull_{k}.csv").write_text("time_s,strain,stress_kPa\n" + "\n".join(lines) + "\n")
-        role = "validation" if k == 4 else "fit"
-        (folder / f"pull_{k}.toml").write_text(SIDECAR.format(role=role, noise=NOISE))
-    return folder
 
 
 @pytest.fixture(scope="session")

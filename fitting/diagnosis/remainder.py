@@ -1,0 +1,78 @@
+"""What no named effect explains, as a smooth function of what it goes with: described, not explained.
+
+It holds within the range of the drivers that were recorded, and is never extrapolated: beyond, it is unknown.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .explain import Explanation, reduced
+from .locate import Place, drivers_of
+
+KNOTS = 8
+RIDGE = 1e-3
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """A piecewise linear correction of the first channel.
+
+    Attributes:
+        quantity: channel that it adds to.
+        driver: what it is a function of.
+        knots: of the driver, ascending; the correction is unknown outside.
+        values: correction at each knot, SI.
+        before, after: reduced chi-square on recordings that decide, without and with it.
+    """
+
+    quantity: str
+    driver: str
+    knots: np.ndarray
+    values: np.ndarray
+    before: float
+    after: float
+
+
+def remainder(explanation: Explanation, place: Place) -> Remainder | None:
+    """Describe what the final model leaves by the driver that describes it best on the fitted recordings."""
+    program, fit = explanation.program, explanation.final
+    held = ~program.fitted
+    judge = held if held.any() else program.fitted
+    drivers = drivers_of(program, fit)
+    best = None
+    for name in place.drivers:
+        knots = np.unique(np.quantile(np.nan_to_num(drivers[name]), np.linspace(0.0, 1.0, KNOTS)))
+        if len(knots) < 3:
+            continue
+        A, r = _columns(explanation, drivers[name], knots, program.fitted)
+        values = -np.linalg.solve(
+            A.T @ A + RIDGE * np.trace(A.T @ A) / len(knots) * np.eye(len(knots)), A.T @ r
+        )
+        misfit = float(np.sum((r + A @ values) ** 2))
+        if best is None or misfit < best[0]:
+            best = (misfit, name, knots, values)
+    if best is None:
+        return None
+    _, name, knots, values = best
+    B, s = _columns(explanation, drivers[name], knots, judge)
+    others = fit.evaluation.chi2(judge.astype(float)) - float(s @ s)
+    after = (others + float(np.sum((s + B @ values) ** 2))) / max(program.observations(judge), 1)
+    quantity = program.channels[0][0].quantity
+    return Remainder(quantity, name, knots, values, reduced(program, fit, judge), after)
+
+
+def _columns(
+    explanation: Explanation, driver: np.ndarray, knots: np.ndarray, chosen: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Whitened hat functions of a driver, and whitened misfit of the first channel, of some recordings."""
+    program, fit = explanation.program, explanation.final
+    blocks, misfit = [], []
+    for k in np.flatnonzero(chosen):
+        channel = program.channels[k][0]
+        x = np.clip(np.nan_to_num(driver[k]), knots[0], knots[-1])
+        hats = np.stack([np.interp(x, knots, row) for row in np.eye(len(knots))])
+        there = np.isfinite(channel.sigma)
+        blocks.append(channel.whitened(np.where(there, hats, 0.0)).T)
+        misfit.append(fit.evaluation.misfit[k][: len(channel.measured)])
+    return np.concatenate(blocks), np.concatenate(misfit)
