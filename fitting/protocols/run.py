@@ -10,7 +10,15 @@ import pneusma_jax as pj
 from fitting.augmented import AugmentedModel
 from fitting.recordings import Recording, resistance_range
 from fitting.simulation.cautions import actuator_cautions, silicone_cautions, spring_cautions
-from fitting.simulation.specimen import BASE, actuator_of, full_geometry, geometry_of, law_of, spring_of
+from fitting.simulation.specimen import (
+    BASE,
+    actuator_of,
+    full_geometry,
+    geometry_of,
+    gravity_of,
+    law_of,
+    spring_of,
+)
 from pneusma_jax.errors import InputError
 from pneusma_jax.nitinol.thermal import duty_cycle_current
 from pneusma_jax.tube_history import make_tube, simulate_tube
@@ -105,9 +113,11 @@ def _actuator(protocol: Protocol, specimen: Recording, model: AugmentedModel) ->
     _check_springs(protocol, [actuator])
     prestrain = full_geometry(specimen, model)["prestrain"] if actuator.springs else 0.0
     states = tuple(pj.SpringState.fresh(prestrain) for _ in actuator.springs)
+    driven = drives(protocol, actuator)
     history = pj.simulate_history(
-        actuator, protocol.channels["pressure"], drives(protocol, actuator), states,
-        time=protocol.time, effects=model.effects,
+        actuator, protocol.channels["pressure"], driven, states, time=protocol.time, effects=model.effects,
+        currents=tuple(drive.current if isinstance(drive, pj.Heating) else None for drive in driven),
+        ambient=protocol.channels.get("ambient"), gravity=gravity_of(specimen),
     )  # fmt: skip
     outputs, known = _described(actuator, history)
     notices = actuator_cautions(actuator, history.rows, specimen.geometry.get("tip_to_base_clearance_deg"))

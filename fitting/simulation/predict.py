@@ -24,6 +24,7 @@ from .specimen import (
     actuator_of,
     full_geometry,
     geometry_of,
+    gravity_of,
     law_of,
     named_table,
     place,
@@ -67,6 +68,8 @@ def predict(recording: Recording, denoise: bool = True, model: AugmentedModel = 
     if not complete.any():
         raise pj.InputError(f"{place(recording)}: no row has all of {', '.join(drivers)}")
     inputs = {name: recording.si(name)[complete] for name in drivers}
+    if model.added:
+        inputs |= _read_by_effects(recording, complete, inputs)
     prediction = _PREDICTORS[recording.kind](recording, inputs, denoise, model)
     outputs = {name: prediction.outputs[name] for name in recording.outputs if name in prediction.outputs}
     prediction.outputs = {name: _spread(values, complete) for name, values in outputs.items()}
@@ -86,6 +89,20 @@ def _drivers(recording: Recording) -> tuple[str, ...]:
         return names
     numbers = pj.layout(recording.full_geometry()["design"]).spring_numbers
     return (*names, *(f"resistance_{n}" for n in numbers))
+
+
+def _read_by_effects(
+    recording: Recording, complete: np.ndarray, inputs: dict[str, np.ndarray]
+) -> dict[str, np.ndarray]:
+    """Currents and temperature, which drive nothing in the base model; interpolated where missing."""
+    names = [name for name in ("temperature", *(f"current_{k}" for k in (1, 2, 3))) if recording.has(name)]
+    found = {}
+    for name in names:
+        values = recording.si(name)[complete]
+        held = np.isfinite(values)
+        if name not in inputs and held.any():
+            found[name] = np.interp(inputs["time"], inputs["time"][held], values[held])
+    return found
 
 
 def _spread(values: np.ndarray, complete: np.ndarray) -> np.ndarray:
@@ -112,8 +129,11 @@ def _predict_actuator(
             notices.append(f"the resistance of spring {n} was not recorded: it is taken as cold (xi0 = 1)")
     pressure = _smoothed(inputs, "pressure", denoise)
     history = pj.simulate_history(
-        actuator, pressure, tuple(activations), states, time=inputs["time"], effects=model.effects
-    )
+        actuator, pressure, tuple(activations), states, time=inputs["time"], effects=model.effects,
+        currents=tuple(inputs.get(f"current_{n}") for n in actuator.spring_numbers),
+        ambient=inputs.get("temperature"),
+        gravity=gravity_of(recording),
+    )  # fmt: skip
     read = found = history.rows
     seen = history.seen
     if denoise and not model.added and any(isinstance(a, pj.Resistance) for a in activations):
@@ -166,8 +186,9 @@ def _predict_spring(
     state = pj.SpringState.fresh(full_geometry(recording, model)["prestrain"])
     ohms = _smoothed(inputs, "resistance", denoise and model.added)
     history = pj.simulate_spring(
-        spring, inputs["elongation"], pj.Resistance(ohms), state, time=inputs["time"], effects=model.effects
-    )
+        spring, inputs["elongation"], pj.Resistance(ohms), state, time=inputs["time"], effects=model.effects,
+        temperature=inputs.get("temperature") if model.added else None,
+    )  # fmt: skip
     read = history.rows
     if denoise and not model.added:
         xi0 = martensite_fraction(spring, inputs["time"], inputs["resistance"], np.asarray(read.gamma))

@@ -3,6 +3,8 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 import pneusma_jax as pj
 from fitting.augmented import AugmentedModel
 from fitting.recordings import Recording, schema
@@ -36,6 +38,11 @@ def geometry_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Geomet
 def full_geometry(recording: Recording, model: AugmentedModel = BASE) -> dict[str, Any]:
     """What a recording and the model say of the specimen; the model, which was fitted, has the last word."""
     return recording.full_geometry() | model.geometry(recording.specimen)
+
+
+def gravity_of(recording: Recording) -> np.ndarray:
+    """Acceleration of gravity in the base frame [m/s2], for effects: the base model has no weight."""
+    return pj.gravity_vector(recording.full_geometry().get("orientation", schema.ORIENTATIONS[0]))
 
 
 def alloy_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Alloy:

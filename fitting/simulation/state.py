@@ -17,7 +17,7 @@ from fitting.recordings import Recording, check_recording, resistance_range, sch
 from pneusma_jax.units import from_si
 
 from .cautions import actuator_cautions
-from .specimen import BASE, actuator_of, full_geometry, place
+from .specimen import BASE, actuator_of, full_geometry, gravity_of, place
 
 
 def read_geometry(path: str | Path) -> dict[str, Any]:
@@ -236,7 +236,7 @@ def actuator_state(
         return described_state(specimen, actuator, found, drive)
     history = pj.simulate_history(
         actuator, np.array([pressure]), drive.activations, drive.states,
-        time=np.zeros(1), effects=model.effects,
+        time=np.zeros(1), effects=model.effects, gravity=gravity_of(specimen),
     )  # fmt: skip
     found, seen = jax.tree.map(lambda x: np.asarray(x)[0], (history.rows, history.seen))
     if not actuator.planar:  # the instruments show the plane of sides 1 and 2; free bending has a size
