@@ -84,12 +84,19 @@ def channels_of(recording: Recording, rows: Rows, outputs: tuple[str, ...], size
         more = np.where(
             there, 1.0 / np.where(there, weight, 1.0) ** 2 - 1.0 / np.where(there, bare, 1.0) ** 2, 0.0
         )
-        if block > 1:  # the mean of a block of correlated samples
-            sigma *= np.sqrt((1.0 + correlation) / (1.0 - correlation) / block)
-            correlation = correlation**block
+        if block > 1:
+            sigma, correlation = block_noise(sigma, correlation, block)
         total = np.full(size, np.inf)
         total[: len(there)] = np.where(there, np.sqrt(sigma**2 + np.maximum(more, 0.0)), np.inf)
         full = np.zeros(size)
         full[: len(values)] = values
         found.append(Channel(quantity, full, total, float(correlation)))
     return found
+
+
+def block_noise(sigma: float, correlation: float, block: int) -> tuple[float, float]:
+    """Standard deviation of the means of blocks of samples with first-order noise, and their correlation."""
+    lags = np.arange(1, block)
+    variance = (block + 2.0 * np.sum((block - lags) * correlation**lags)) / block**2
+    ladder = np.sum(correlation ** np.arange(block))
+    return sigma * float(np.sqrt(variance)), float(correlation * ladder**2 / block**2 / variance)

@@ -65,10 +65,11 @@ def _remainder(conclusion: Conclusion) -> list[str]:
     rest = conclusion.remainder
     if rest is None:
         return []
+    span = f"between {rest.knots[0]:.4g} and {rest.knots[-1]:.4g} (SI)"
     text = (
-        f"A smooth function of {rest.driver} between {rest.knots[0]:.4g} and {rest.knots[-1]:.4g} (SI), added "
-        f"to {rest.quantity}, takes the reduced chi-square from {rest.before:.3g} to {rest.after:.3g}. It describes "
-        "and does not explain; outside that range it is unknown."
+        f"A smooth function of {rest.driver} {span}, added to {rest.quantity}, takes the reduced chi-square "
+        f"from {rest.before:.3g} to {rest.after:.3g}. It describes and does not explain; outside that range it "
+        "is unknown."
     )
     rows = [(f"{x:.4g}", f"{y:.4g}") for x, y in zip(rest.knots, rest.values, strict=True)]
     return [

@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from fitting.augmented import load_model
 from fitting.cli import main
 from fitting.diagnosis.document import model_of, report_of
-from fitting.diagnosis.noise import Channel
+from fitting.diagnosis.noise import Channel, block_noise
 from pneusma_jax.effects import CATALOGUE
 
 
@@ -99,3 +99,16 @@ def test_whitening_leaves_independent_errors():
     white = Channel("stress", np.zeros(e.size), np.full(e.size, sigma), rho).whitened(sigma * e)
     assert np.std(white) == pytest.approx(1.0, abs=0.05)
     assert abs(np.corrcoef(white[1:], white[:-1])[0, 1]) < 0.05
+
+
+@pytest.mark.parametrize(("rho", "block"), [(0.0, 2), (0.5, 2), (0.8, 5)])
+def test_noise_of_block_means(rho, block):
+    rng = np.random.default_rng(1)
+    e = np.zeros(200_000)
+    shocks = np.sqrt(1 - rho**2) * rng.standard_normal(e.size)
+    for k in range(1, e.size):
+        e[k] = rho * e[k - 1] + shocks[k]
+    means = e.reshape(-1, block).mean(axis=1)
+    sigma, correlation = block_noise(1.0, rho, block)
+    assert sigma == pytest.approx(np.std(means), rel=0.02)
+    assert correlation == pytest.approx(np.corrcoef(means[1:], means[:-1])[0, 1], abs=0.02)
