@@ -27,8 +27,8 @@ CLOSE = 1e-10
 """Newton step in scaled unknowns after which one more, differentiated, ends it."""
 MOST_STEPS = 40
 PATIENCE = 6
-"""Steps after which every other one is shorter: laws with corners (friction, contact) send Newton's method to and fro
-between two sides of one."""
+"""Steps after which every other one is shorter: laws with corners (friction, contact) send Newton's method to
+and fro between two sides of one."""
 SHORTER = 0.35
 """Part of such a step that is taken."""
 LONGEST = 0.3

@@ -68,8 +68,8 @@ def _remainder(conclusion: Conclusion) -> list[str]:
     span = f"between {rest.knots[0]:.4g} and {rest.knots[-1]:.4g} (SI)"
     text = (
         f"A smooth function of {rest.driver} {span}, added to {rest.quantity}, takes the reduced chi-square "
-        f"from {rest.before:.3g} to {rest.after:.3g}. It describes and does not explain; outside that range it "
-        "is unknown."
+        f"from {rest.before:.3g} to {rest.after:.3g}. It describes and does not explain; outside that range "
+        "it is unknown."
     )
     rows = [(f"{x:.4g}", f"{y:.4g}") for x, y in zip(rest.knots, rest.values, strict=True)]
     return [
