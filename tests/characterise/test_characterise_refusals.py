@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from fitting.characterise import characterise
+from fitting.characterise import PIPELINES, characterise
 from fitting.cli import main
 from fitting.recordings import read_campaign, write_recording
 from fitting.report.publish import publish
@@ -83,7 +83,8 @@ def test_a_test_that_does_not_move(folder, refused):
     assert "pull_1.csv" in line and "column strain" in line
 
 
-def test_a_kind_without_a_pipeline(tmp_path, refused):
+def test_a_kind_without_a_pipeline(tmp_path, refused, monkeypatch):
+    monkeypatch.delitem(PIPELINES, "tube")
     file = tmp_path / "campaign" / "inflation.csv"
     file.parent.mkdir()
     file.write_text("time_s,pressure_kPa,length_mm\n" + "".join(f"{k},{k},{50 + k}\n" for k in range(20)))
