@@ -18,6 +18,8 @@ TRIED = 10
 """Candidates that are fitted together with the base, of those that the screen ranks first."""
 FIRST_ROUNDS = 4
 """Trial steps of every candidate; the better ones go on."""
+POLISHING = 30
+"""Most trial steps of a model that was chosen."""
 PURSUED = 4
 """Candidates that are fitted to the end, from two starts each."""
 SETTLED = 2
@@ -150,7 +152,7 @@ def explain(
         if best is None:
             break
         stage.chosen = best.slug
-        program, current = best.program, best.fit
+        program, current = _polished(best.program, best.fit)
         if len(current.slugs) > 1:
             program, current = _pruned(program, current)
     return Explanation(program, base_program, first, current, stages, p_value, bound, tries)
@@ -322,6 +324,18 @@ def _choice(
             continue
         return trial
     return None
+
+
+def _polished(program: Program, fit: Fit) -> tuple[Program, Fit]:
+    """A chosen model fitted once more: from nominal base constants, too, in case the others held it back."""
+    home = fit.u.copy()
+    home[program.unknowns.base] = 0.0
+    options = _side_by_side(lambda u: Refitter(program).fit(fit.slugs, u, POLISHING), [fit.u, home])
+    best = min([fit, *options], key=lambda f: f.objective)
+    if hasattr(_module(program), "settled"):
+        settled_program = settle(program, best.u)
+        return settled_program, Refitter(settled_program).fit(fit.slugs, best.u, POLISHING)
+    return program, best
 
 
 def _pruned(program: Program, fit: Fit) -> tuple[Program, Fit]:
