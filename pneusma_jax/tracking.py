@@ -122,9 +122,11 @@ def track_history(
 def _settled(problem: Problem, guess: Array) -> Equilibrium:
     """Equilibrium near a guess; where there is none, its status says so and the rest is NaN.
 
+    An activation that has `held` (its phase without what strain does to it) is held in the iterations
+    and let go in the last step.
+
     Newton's iterations carry no derivatives. One more step does, which gives those of the implicit
-    function; so the
-    row's laws are compiled three times and not once for every use.
+    function; so the row's laws are compiled three times and not once for every use.
     """
     frozen, body = jax.lax.stop_gradient(problem), problem.actuator
 
@@ -139,15 +141,20 @@ def _settled(problem: Problem, guess: Array) -> Equilibrium:
         share = jnp.where((count < PATIENCE) | (count % 2 == 0), 1.0, SHORTER)
         return unknowns - share * step, slope, jnp.max(jnp.abs(step)), count + 1
 
+    held = tuple(getattr(a, "held", lambda a=a: a)() for a in problem.activations)
+    frozen = eqx.tree_at(lambda p: p.activations, frozen, jax.lax.stop_gradient(held))
     guess = jax.lax.stop_gradient(guess)
     first = (guess, jnp.eye(guess.size), jnp.asarray(1.0), 0)
     root, slope, _, count = jax.lax.while_loop(go_on, advance, first)
     root, slope = jax.lax.stop_gradient((root, slope))
+    size = jnp.max(jnp.abs(residual(root, frozen)))
+    if any(hasattr(a, "held") for a in problem.activations):
+        full = jax.lax.stop_gradient(problem)
+        slope = jax.lax.stop_gradient(jax.jacfwd(lambda z: residual(z, full))(root))
     excess = residual(root, problem)
     unknowns = root - solve_small(slope, excess)
     centre, bend = configuration(body, unknowns)
     side_1, side_2 = body.section.sides(jnp.asarray(body.side_direction))
-    size = jax.lax.stop_gradient(jnp.max(jnp.abs(excess)))
     shortest = (centre - jnp.abs(bend @ jnp.asarray(body.side_direction)) * side_1) / body.length
     status = jnp.select(
         [~(size < BALANCED), shortest < SHORTEST],

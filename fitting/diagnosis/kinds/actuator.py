@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
@@ -28,6 +29,11 @@ NUDGE = 0.02
 """Change of a fraction by which the resistance's slope over it is taken."""
 LONGEST = 0.1
 """Longest step of a fraction in one round; near full heat the tangent would throw it anywhere."""
+FOLD = 0.08
+"""Slope of the whole answer over that at a fixed strain below which a resistance is not followed: two
+configurations of one resistance meet there."""
+BLIND = 0.05
+"""1-sigma of a fraction from which its resistance is not followed."""
 FLATTEST = 1e-6
 """Of a wire's resistance: least slope over the fraction, relative."""
 parameters_for = actuator.parameters_for
@@ -66,29 +72,33 @@ def _recorded(recording: Recording, rows: Rows, names: list[str]) -> dict[str, n
 
 
 class FollowedPhase(eqx.Module):
-    """A martensite fraction known from a smoothed resistance, that follows sensors and resistivities as far
-    as the
-    resistance tells it: not at all where a hot wire's resistance is blind to it.
+    """A martensite fraction known from a smoothed resistance, that follows sensors, resistivities and strain as
+    far as the resistance tells it: not at all where a hot wire's resistance is blind to it.
 
-    How strain moves the reading is left to `settled`: inside a row, strain and fraction would chase each
-    other to
-    another configuration of the same resistance.
+    Strain moves the reading only in the last step of a row: iterated, strain and fraction would chase
+    each other to another configuration of the same resistance. `settled` starts that step near its end.
 
     Attributes:
-        xi0: smoothed fraction [1]; ohms: its resistance [ohm]; gain: fraction per resistance [1/ohm];
-        gamma: the
-            strain at which it was read [1].
+        xi0: smoothed fraction [1]; ohms: its resistance [ohm]; gain: fraction per resistance [1/ohm].
+        gamma: strain at which it was read [1].
+        strained: whether strain moves the reading.
     """
 
     xi0: Array
     ohms: Array
     gain: Array
     gamma: Array
+    strained: bool = eqx.field(static=True, default=True)
+
+    def held(self) -> "FollowedPhase":
+        """The same at the strain at which it was read."""
+        return FollowedPhase(self.xi0, self.ohms, self.gain, self.gamma, False)
 
     def read(self, alloy: Alloy, gamma: Array, wire_length: Array, chain: Chain = PLAIN) -> PhaseReading:
         """Fraction by one step from the smoothed one."""
         wire = chain.through("wire_resistance", self.ohms)
-        surplus = wire - alloy.resistivity(self.xi0, self.gamma) * wire_length
+        at = gamma if self.strained else self.gamma
+        surplus = wire - alloy.resistivity(self.xi0, at) * wire_length
         no = jnp.zeros((), bool)
         return PhaseReading(jnp.clip(self.xi0 + self.gain * surplus, 0.0, 1.0), no, no)
 
@@ -105,6 +115,7 @@ def settled(recordings: list[Rows], evaluate: Callable[[list[Rows]], dict[str, n
     wired = [(k, n) for k, n in enumerate(layout.spring_numbers) if f"resistance_{n}" in recordings[0].inputs]
     if not wired:
         return recordings
+    slopes: dict[int, np.ndarray] = {}
     held = [_put(rows, gain=tuple(0.0 * np.asarray(g) for g in rows.extra["gain"])) for rows in recordings]
     for _ in range(ROUNDS):
         here = evaluate(held)
@@ -112,6 +123,7 @@ def settled(recordings: list[Rows], evaluate: Callable[[list[Rows]], dict[str, n
             there = evaluate([_moved(rows, k) for rows in held])
             slope = (there[f"ohms_{n}"] - here[f"ohms_{n}"]) / (there[f"xi0_{n}"] - here[f"xi0_{n}"])
             held = [_read(rows, k, n, here[f"ohms_{n}"][j], slope[j]) for j, rows in enumerate(held)]
+            slopes[k] = slope
     here = evaluate(held)
     found = []
     for j, rows in enumerate(held):
@@ -120,8 +132,25 @@ def settled(recordings: list[Rows], evaluate: Callable[[list[Rows]], dict[str, n
             name: tuple(np.nan_to_num(here[f"{name}_{n}"][j, :count]) for n in layout.spring_numbers)
             for name in ("ohms", "gamma")
         }
-        found.append(_put(rows, gain=recordings[j].extra["gain"], **told))
+        gain = [np.zeros(count) for _ in layout.spring_numbers]
+        for k, n in wired:
+            gain[k] = _gain(rows, k, n, told["gamma"][k], np.nan_to_num(slopes[k][j, :count]))
+        found.append(_put(rows, gain=tuple(gain), **told))
     return found
+
+
+def _gain(rows: Rows, k: int, number: int, gamma: np.ndarray, total: np.ndarray) -> np.ndarray:
+    """Fraction per resistance at a fixed strain, less where noise or a fold of the whole answer blinds it."""
+    noise = float(rows.extra[f"noise_resistance_{number}"])
+    if not noise > 0.0:
+        return np.zeros(len(gamma))
+    spring = body_of(numbers({}, rows), rows).springs[k]
+    law = lambda x: spring.alloy.resistivity(x, jnp.asarray(gamma)) * spring.geometry.wire_length  # noqa: E731
+    xi0 = jnp.asarray(rows.extra["xi0"][k])
+    partial = np.asarray(jax.jvp(law, (xi0,), (jnp.ones_like(xi0),))[1])
+    square = np.where(total * partial > 0.0, total**2, 0.0)
+    trust = square / (square + (FOLD * partial) ** 2 + (noise / BLIND) ** 2)
+    return trust / np.where(partial == 0.0, np.inf, partial)
 
 
 def _put(rows: Rows, **columns: tuple[np.ndarray, ...]) -> Rows:
