@@ -3,8 +3,7 @@ and over.
 
 `history.simulate_history` looks further where a row is hard; here a row starts from its neighbour and plain
 Newton does the rest, so that a program with many effects compiles in a fraction of the time and its
-derivatives
-along many directions are cheap.
+derivatives along many directions are cheap.
 """
 
 from typing import Any
@@ -73,8 +72,7 @@ def track_history(
         ask for
             it: `currents` [A] by the spring's number, `temperature` of the air [degC], `gravity` [m/s2].
         guess: phases at which the first row's configuration is sought before `activations` take over: a
-        resistance
-            may be that of two configurations, and from the wrong one no row finds back.
+            resistance may be that of two configurations, and from the wrong one no row finds back.
     """
     recorded = recorded or {}
     fixed = dict(actuator=actuator, fibres=actuator.fibres()) if effects else {}

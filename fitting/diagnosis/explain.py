@@ -34,8 +34,7 @@ HELD_OUT_SHARE = 0.1
 """Of the misfit of recordings that were not fitted, what every effect must take away."""
 OF_ALL = 0.05
 """Of the base model's own misfit, what a further effect must take away: the imperfect form of a true effect
-leaves a
-remainder that something else fits."""
+leaves a remainder that something else fits."""
 CLOSE = 4.0
 """Log Bayes factor within which two explanations are not told apart."""
 ENOUGH = 1.25

@@ -2,8 +2,7 @@
 absent.
 
 One evaluation gives the outputs of all recordings and their derivatives along a few directions. Everything
-else
-in a diagnosis is linear algebra on its whitened results.
+else in a diagnosis is linear algebra on its whitened results.
 """
 
 from collections.abc import Mapping
@@ -203,8 +202,7 @@ class Evaluation:
     drivers: dict[str, np.ndarray]
 
     def joined(self, weight: np.ndarray | list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-        """Misfit and Jacobian (values, columns) of recordings, weighed by a number or a mask of values
-        each."""
+        """Misfit and Jacobian (values, columns) of recordings, each weighed by a number or a mask."""
         r = np.concatenate([w * m for w, m in zip(weight, self.misfit, strict=True)])
         J = np.concatenate([w * j for w, j in zip(weight, self.jacobian, strict=True)], axis=1)
         return r, J.T

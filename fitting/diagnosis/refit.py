@@ -1,8 +1,8 @@
 """Least squares of base constants and effects together, on whitened recordings, within physical bounds.
 
 Levenberg's method in scaled unknowns. Derivatives by the base constants change little over a diagnosis, so
-they
-are computed once and kept; those of the effects are those of the current point. A last step with fresh ones
+they are computed once and kept; those of the effects are those of the current point. A last step with fresh
+ones
 ends
 every fit.
 """

@@ -2,8 +2,8 @@
 them.
 
 The signature of an effect is the derivative of the outputs at its absence, freed of what the base constants
-could
-absorb. Where it depends on a shape (a threshold, a time constant), several shapes are tried; where the
+could absorb. Where it depends on a shape (a threshold, a time constant), several shapes are tried; where
+the
 derivative
 vanishes, the difference that a typical effect makes stands in for it.
 """

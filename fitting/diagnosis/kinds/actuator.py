@@ -72,8 +72,8 @@ def _recorded(recording: Recording, rows: Rows, names: list[str]) -> dict[str, n
 
 
 class FollowedPhase(eqx.Module):
-    """A martensite fraction known from a smoothed resistance, that follows sensors, resistivities and strain as
-    far as the resistance tells it: not at all where a hot wire's resistance is blind to it.
+    """A martensite fraction known from a smoothed resistance, that follows sensors, resistivities and
+    strain as far as the resistance tells it: not at all where a hot wire's resistance is blind to it.
 
     Strain moves the reading only in the last step of a row: iterated, strain and fraction would chase
     each other to another configuration of the same resistance. `settled` starts that step near its end.

@@ -1,8 +1,7 @@
 """Springs on a test stand in a diagnosis: elongation in; force and resistance out, from one hidden phase.
 
 The martensite fraction behind a resistance is read with every candidate's own sensors and strains,
-smoothed, and
-must then reproduce the resistance: what bends a resistance cannot hide in the phase.
+smoothed, and must then reproduce the resistance: what bends a resistance cannot hide in the phase.
 """
 
 from collections.abc import Mapping
