@@ -60,7 +60,7 @@ def drivers_of(program: Program, fit: Fit) -> dict[str, np.ndarray]:
     for name, values in found.items():
         if name == "strain" and "max_strain" not in found:
             found = found | {"max_strain": np.maximum.accumulate(np.nan_to_num(values), axis=1)}
-    break
+            break
     return found
 
 
