@@ -95,6 +95,7 @@ def test_nothing_but_bad_specimens_is_refused(tmp_path):
         characterise_batch([tmp_path])
 
 
+@pytest.mark.slow
 def test_the_command_writes_each_and_all(tmp_path, capsys):
     shutil.copytree(SHIPPED / "tube", tmp_path / "tube")
     (tmp_path / "bad").mkdir()

@@ -99,6 +99,7 @@ def test_several_kinds_together(folder, refused):
     assert "one kind at a time" in refused(folder)
 
 
+@pytest.mark.slow
 def test_results_are_not_replaced_without_force(folder, tmp_path):
     out = tmp_path / "out"
     runner = CliRunner()

@@ -18,6 +18,8 @@ from fitting.synthesise import synthesise, write_synthetic
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import to_si
 
+pytestmark = pytest.mark.slow
+
 SHIPPED = Path(str(resources.files("calibration_data"))) / "examples" / "spring"
 
 

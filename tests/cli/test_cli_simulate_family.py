@@ -18,6 +18,7 @@ def _json(run, *arguments):
     return json.loads(result.stdout)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("design", [pytest.param("rectangular", marks=pytest.mark.slow), "pneuflex_weighed"])
 def test_a_table_by_name_and_by_path_is_what_python_solves(run, tmp_path, design):
     path = Path(shutil.copy(DESIGNS / f"{design}.toml", tmp_path / "mine.toml"))
@@ -66,6 +67,7 @@ def _numbers(state):
     return {name: value for name, value in state.items() if isinstance(value, float)}
 
 
+@pytest.mark.slow
 def test_a_chain_is_its_segments(run, tmp_path):
     printed = _json(
         run, "--design", "orthogonal_chain", "--pressure-kPa", 15, "--xi0", "2.1=0.4", "--out", tmp_path / "o"

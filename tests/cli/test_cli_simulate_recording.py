@@ -32,6 +32,7 @@ def test_elastomer_gets_the_law_of_its_material(run, tmp_path):
     assert list(table) == [*header.split(","), "model_stress_kPa"]
 
 
+@pytest.mark.slow
 def test_actuator_follows_its_own_model_to_the_noise(run, heated, tmp_path):
     result = run("simulate", heated, "--out", tmp_path / "out")
     assert result.exit_code == 0, result.output
@@ -65,6 +66,7 @@ def test_reading_through_the_smoother_beats_reading_sample_by_sample():
     assert rmse[0] < rmse[1]
 
 
+@pytest.mark.slow
 def test_rows_with_a_missing_input_are_passed_over():
     recording = heated_recording(61)
     recording.columns["pressure_kPa"][5] = np.nan
@@ -74,6 +76,7 @@ def test_rows_with_a_missing_input_are_passed_over():
     assert any("1 of 61 rows" in sentence for sentence in prediction.notices)
 
 
+@pytest.mark.slow
 def test_spring_and_tube(tmp_path, run):
     spring = pj.Spring(
         pj.SpringGeometry(0.25e-3, 0.9e-3, 0.269e-3, 52.0, 14e-3), pj.load_alloy("krl35"), 14e-3
@@ -171,6 +174,7 @@ ohms = {value = 0.05, unit = "ohm", status = "fitted", source = "a test"}
 """
 
 
+@pytest.mark.slow
 def test_a_model_on_disk_is_used_with_its_numbers_and_effects(run, tmp_path):
     recording = heated_recording(noise=False)
     body = pj.make_actuator("pneusma2", pj.load_alloy(_stiffer()))

@@ -224,6 +224,7 @@ def test_priors_are_residuals():
         fit_least_squares(weighted, parameters, data=(X, y), use_priors=True, scale_covariance=True)
 
 
+@pytest.mark.slow
 def test_coverage_of_standard_errors():
     """1000 noisy lines: two standard errors of Student's t with 8 degrees of freedom hold 95 % of the truth."""
     x = np.linspace(-1, 1, 10)

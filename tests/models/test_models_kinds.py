@@ -53,6 +53,7 @@ def test_at_the_truth_only_noise_is_left(kind):
     assert np.all(reduced(kind, nominal, rows) > 5.0)
 
 
+@pytest.mark.slow
 def test_an_actuators_phases_are_read_from_resistance_near_full_heat_too():
     campaign, model = read_campaign(SHIPPED / "actuator"), model_of("actuator")
     parameters = model.parameters_for(campaign)

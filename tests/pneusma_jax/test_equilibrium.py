@@ -78,6 +78,7 @@ def test_twenty_thousand_random_problems():
     assert np.all(np.isfinite(found.curvature))
 
 
+@pytest.mark.slow
 def test_measured_resistances_converge_or_say_why():
     rng, rows = np.random.default_rng(7), 2_000
     drive = tuple(pj.Resistance(jnp.asarray(rng.uniform(3.2, 3.75, rows))) for _ in range(2))

@@ -118,6 +118,7 @@ def test_spring_on_a_stand_keeps_a_residual_strain_and_loses_it_by_heating():
     np.testing.assert_allclose(held.rows.resistance[:20], 3.4, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_current_heats_bends_and_cools():
     body = pj.make_actuator("pneusma2")
     t = np.linspace(0.0, 60.0, 241)

@@ -46,6 +46,7 @@ def test_positive_planar_bend_goes_towards_side_2():
     np.testing.assert_allclose(kin.position(frame), [0.0, -2 * L0 / np.pi, 2 * L0 / np.pi], atol=1e-15)
 
 
+@pytest.mark.slow
 def test_straight_tube_has_the_derivatives_of_the_limit():
     """Position is L (-theta/2 + ..., 1 - |theta|^2 / 6) and the tangent (-theta, 1 - |theta|^2 / 2) to second order."""
     zero = jnp.zeros(2)
@@ -59,6 +60,7 @@ def test_straight_tube_has_the_derivatives_of_the_limit():
     np.testing.assert_allclose(jax.hessian(ahead)(zero)[2], -np.eye(2), atol=1e-15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bend", BENDS)
 def test_derivatives_are_right_and_join_across_the_series(bend):
     bend, step = jnp.asarray(bend), 1e-5

@@ -72,6 +72,7 @@ def test_a_held_triad_takes_the_projection_of_what_pulls_aside():
     assert abs(float(force)) < 1e-9 and abs(float(moment[1])) < 1e-11 and abs(float(moment[0])) > 1e-5
 
 
+@pytest.mark.slow
 def test_a_planar_pair_set_free_stays_planar():
     held, free = pj.make_actuator("pneusma2"), built(dataclasses.replace(pj.layout("pneusma2"), bending_plane=None))
     one, other = (pj.solve(body, 25e3, phases(1.0, 0.4)) for body in (held, free))
@@ -108,6 +109,7 @@ def test_alternating_orthogonal_pairs_are_one_layout_turned():
     np.testing.assert_allclose(found.curvature, straight.curvature, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_two_crossed_pairs_on_one_segment_bend_where_they_are_heated():
     crossed = pj.Layout((1, 2, 3, 4), (90.0, 270.0, 0.0, 180.0), bending_plane=None)
     body = built(crossed)
@@ -169,6 +171,7 @@ def test_what_examples_are_shipped():
     assert examples() == EXAMPLES
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_examples_round_trip_and_balance(name, tmp_path):
     table = load_calibration(name)

@@ -75,6 +75,7 @@ def test_stumpff_functions_obey_their_definition():
             assert c[k] + w * c[k + 2] == pytest.approx(1.0 / factorial, rel=1e-13)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("load", [GENERAL, SIDEWAYS], ids=["gravity", "tip_force"])
 @pytest.mark.parametrize("bend", BENDS)
 def test_generalised_force_is_the_gradient_and_has_one(load, bend):
@@ -152,6 +153,7 @@ def test_the_whole_balance_is_the_gradient_of_an_energy():
         np.testing.assert_allclose(jacobian, jacobian.T, rtol=1e-7, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_linear_tube_rests_at_the_minimum_of_its_energy():
     """Against a minimiser that knows only energies: strain energy of the beam, pressure's and the loads' potential."""
     from scipy.optimize import minimize
@@ -177,6 +179,7 @@ def test_no_load_and_zero_load_are_the_same():
     np.testing.assert_allclose(one.curvature, other.curvature, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_turning_loads_with_the_layout_turns_the_answer():
     r = np.array([[np.cos(0.9), -np.sin(0.9)], [np.sin(0.9), np.cos(0.9)]])
     geometry = pj.design_geometry("pneusma2")
@@ -217,6 +220,7 @@ def test_gradients_over_loads_and_dimensions():
     np.testing.assert_allclose(exact, numeric, rtol=1e-6, atol=1e-6 * np.abs(exact).max())
 
 
+@pytest.mark.slow
 def test_a_heavy_load_is_still_solved():
     """Ten times the tube's own weight on the tip, base down: Newton from the usual start may fail, steps do not."""
     found = pj.solve_batch(pj.make_actuator("pneuflex_s").with_loads(

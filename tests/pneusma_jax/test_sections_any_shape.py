@@ -137,6 +137,7 @@ def test_polygon_converges_to_the_annulus_with_second_order():
     np.testing.assert_allclose(order[-1], 2.0, atol=0.01)
 
 
+@pytest.mark.slow
 def test_curvature_of_a_polygonal_actuator_converges_to_the_round_one():
     law, arrangement, geometry = pj.load_silicone(), pj.layout("pneuflex_s"), pj.design_geometry("pneuflex_s")
     exact = float(pj.solve(pj.make_actuator("pneuflex_s"), 20e3).curvature)
@@ -182,6 +183,7 @@ def test_turning_figure_and_bend_turns_the_moment():
         np.testing.assert_allclose(m, r @ np.asarray(moment), rtol=1e-9, atol=1e-13)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("build", "dimensions"),
     [

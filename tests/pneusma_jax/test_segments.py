@@ -51,6 +51,7 @@ def test_a_segment_is_a_chain_of_one():
         np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_segments_of_a_chain_do_not_know_of_each_other():
     """Two of one kind in one batch, one of another kind: each as if solved alone."""
     two, one = pj.make_actuator("pneusma2"), pj.make_actuator("pneusma1")
@@ -126,6 +127,7 @@ def test_clearance_within_a_segment(bend):
     assert float(found.smallest) == float(found.within[0]) and found.pairs == ()
 
 
+@pytest.mark.slow
 def test_clearance_between_segments_by_hand():
     straight = shape_of([[0.0, 0.0]] * 3, connectors=4e-3).clearance()
     np.testing.assert_allclose(straight.within, LENGTH - 2 * RADIUS, atol=1e-9)

@@ -113,6 +113,7 @@ def test_strain_drive_is_the_inverse_of_stress_drive():
     np.testing.assert_allclose(by_strain.states.prestrain, by_stress.states.prestrain, rtol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wire", [load_wire(), fold()], ids=["monotone", "folded"])
 def test_gradients_of_a_history_agree_with_central_differences(wire):
     """d(sum of squared strains) over every constant, stress and temperature, through states and root-find."""

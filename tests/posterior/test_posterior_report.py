@@ -115,6 +115,7 @@ def call(*arguments):
     return left.value.code or 0
 
 
+@pytest.mark.slow
 def test_the_command_says_that_it_has_not_converged_and_resumes(example, tmp_path, capsys):
     out = tmp_path / "out"
     arguments = ("posterior", example, "--out", out, "--law", "neo_hookean")
@@ -132,6 +133,7 @@ def test_the_command_says_that_it_has_not_converged_and_resumes(example, tmp_pat
     assert "run with seed = 0, not 5" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_table_of_constants_gives_priors(example, fit, tmp_path, capsys):
     table = tmp_path / "material.toml"
     write_calibration(material(fit.whole, fit.samples, fit.title), table)

@@ -99,6 +99,7 @@ def test_a_spring_test_is_what_python_says(tmp_path):
     assert rows["model_resistance_ohm"] == pytest.approx(3.4, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_duty_cycle_in_curvature_out(tmp_path):
     text = """schema = "pneusma-protocol/1"
 interval_s = 0.1

@@ -191,6 +191,7 @@ def test_the_true_actuator_explains_its_runs():
     np.testing.assert_allclose(history.rows.springs[1].resistance, recording.si("resistance_2"), atol=5e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("design", ["pneuflex_w", "triad"])
 def test_every_arrangement_can_be_simulated(design):
     made = synthesise("actuator", design=design, tests=1, interval_s=3.0, spread="none")
@@ -223,6 +224,7 @@ def drawn(seed, **wishes):
     return unknowns.alloy(table, CONSTANTS, lambda values: True)
 
 
+@pytest.mark.slow
 def test_draws_within_tolerance_share_the_scatter_of_the_moduli():
     many = [drawn(seed) for seed in range(1500)]
     z = {k: np.array([m[k] / v - 1.0 for m in many]) / s for k, v, s in (("G_m", 3e9, 0.05), ("G_a", 8.25e9, 0.05), ("a", 7.8613, 0.02))}
