@@ -19,7 +19,7 @@ NOTHING_LEFT = 0.05
 """Share of the misfit that a right explanation may leave."""
 MUCH_LEFT = 0.35
 """Share from which what is left is called something else."""
-FAINT = 1.15
+FAINT = 1.4
 """Reduced chi-square up to which a misfit that no effect explains is not held against the model."""
 
 

@@ -18,6 +18,8 @@ TRIED = 10
 """Candidates that are fitted together with the base, of those that the screen ranks first."""
 FIRST_ROUNDS = 4
 """Trial steps of every candidate; the better ones go on."""
+PROMISING = 2
+"""Candidates that are fitted to the end because the screen ranks them first, however they began."""
 POLISHING = 30
 """Most trial steps of a model that was chosen."""
 PURSUED = 4
@@ -205,6 +207,7 @@ def _trials(
     progress(f"fitting {len(likely)} candidates")
     best = dict(_side_by_side(fitted, [(slug, pair[0], FIRST_ROUNDS) for slug, pair in starts.items()]))
     ahead = sorted(best, key=lambda slug: best[slug].objective)[: effort * PURSUED]
+    ahead += [score.slug for score in likely[:PROMISING] if score.slug not in ahead]
     progress(f"fitting {', '.join(ahead)} to the end")
     jobs = [(slug, start, MOST_ROUNDS) for slug in ahead for start in (best[slug].u, starts[slug][1])]
     for slug, fit in _side_by_side(fitted, jobs):

@@ -149,7 +149,7 @@ def _shapes(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> list[np.ndarr
                     value = typical * 10.0 ** (2.0 * share - 1.0)
                 else:
                     value = low + (high - low) * share
-                u[k] = (value - item.reference) / item.scale
+                u[k] = item.scaled(value)
         points.append(u)
     return points
 

@@ -15,6 +15,10 @@ from fitting.parameters import Parameters, Prior
 from pneusma_jax.calibration_model import Quantity
 from pneusma_jax.effects import CATALOGUE, Effect, specs_of
 
+WIDE = 20.0
+"""Ratio of its bounds from which a positive shape parameter is fitted by its logarithm."""
+DECADES = 5.0
+"""Scaled units between the bounds of such a parameter."""
 CUT = 4.0
 """Standard deviations at which the prior of a base constant ends."""
 
@@ -53,6 +57,12 @@ class Unknown:
         if self.logarithmic:
             return self.reference * np.e ** (self.scale * u)
         return self.reference + self.scale * u
+
+    def scaled(self, value: float) -> float:
+        """Scaled number of an SI value."""
+        if self.logarithmic:
+            return float(np.log(value / self.reference) / self.scale)
+        return (value - self.reference) / self.scale
 
     def spread(self, u: float, sd: float) -> float:
         """Standard deviation in SI of a scaled one."""
@@ -146,6 +156,13 @@ def _base_unknowns(base: Parameters, known: Mapping[str, Quantity]) -> list[Unkn
 def _effect_unknowns(slug: str, letter: str) -> list[Unknown]:
     found = []
     for name, spec in specs_of(CATALOGUE[slug], letter).items():
+        if spec.shape and spec.low > 0.0 and spec.high > WIDE * spec.low:  # a time constant, say
+            scale = np.log(spec.high / spec.low) / DECADES
+            low, high = (float(np.log(x / spec.typical) / scale) for x in (spec.low, spec.high))
+            found.append(
+                Unknown(name, slug, spec.typical, scale, low, high, 0.0, spec.unit, spec.text, True, True)
+            )
+            continue
         scale = abs(spec.typical - spec.neutral) or 0.25 * (spec.high - spec.low)
         low, high = (spec.low - spec.neutral) / scale, (spec.high - spec.neutral) / scale
         start = (spec.typical - spec.neutral) / scale

@@ -15,7 +15,7 @@ from pneusma_jax.tracking import track_history
 from pneusma_jax.tube_history import make_tube
 
 OUTPUTS = ("length",)
-MOST_ROWS = 128
+MOST_ROWS = 512
 """Rows of a recording: every one is an equilibrium."""
 rows_for = tube.rows_for
 parameters_for = tube.parameters_for
