@@ -11,6 +11,7 @@ from .explain import CLOSE, ENOUGH, LEVEL, Explanation, Stage, Trial, reduced
 from .locate import Place, locate
 from .prove import HeldOut, held_out
 from .remainder import Remainder, remainder
+from .words import separating
 
 UNMODELLED = "unmodelled"
 SET = 0.95
@@ -66,8 +67,7 @@ class Conclusion:
 def conclude(explanation: Explanation) -> Conclusion:
     """Weigh a search."""
     program = explanation.program
-    held = ~program.fitted
-    judge = held if held.any() else program.fitted
+    judge = program.judge
     base = [reduced(explanation.base_program, explanation.base, mask) for mask in (program.fitted, judge)]
     last = [reduced(program, explanation.final, mask) for mask in (program.fitted, judge)]
     named = bool(explanation.final.slugs)
@@ -90,9 +90,9 @@ def conclude(explanation: Explanation) -> Conclusion:
     place = locate(explanation)
     before, after = held_out(explanation)
     return Conclusion(
-        explanation, mismatch, place, _component(explanation, found, place), found, candidates, nothing,
+        explanation, mismatch, place, _component(explanation, found), found, candidates, nothing,
         unknown,
-        _set(candidates, unknown) if mismatch else [], before, after, _next(explanation, candidates, found),
+        _set(candidates, unknown) if mismatch else [], before, after, _next(explanation, found),
         remainder(explanation, place) if mismatch and unknown > 0.5 else None,
     )  # fmt: skip
 
@@ -194,13 +194,13 @@ def _set(candidates: dict[str, tuple[float, float]], unknown: float) -> list[str
     return chosen
 
 
-def _component(explanation: Explanation, found: list[Found], place: Place) -> str:
+def _component(explanation: Explanation, found: list[Found]) -> str:
     """Where a report locates the misfit; springs of an actuator by their number."""
     if not found:
         return "none"
     named = [f.slug for f in found if f.slug != UNMODELLED]
     if not named or found[0].slug == UNMODELLED:
-        return _guess(explanation, place)
+        return _guess(explanation)
     component = CATALOGUE[named[0]].component
     if component == "spring" and explanation.program.kind == "wire":
         return "wire"
@@ -215,7 +215,7 @@ def _component(explanation: Explanation, found: list[Found], place: Place) -> st
     return component
 
 
-def _guess(explanation: Explanation, place: Place) -> str:
+def _guess(explanation: Explanation) -> str:
     """Component of a misfit that no effect explains: that of the best candidate."""
     stage = explanation.stages[0] if explanation.stages else None
     if stage and stage.trials:
@@ -226,10 +226,8 @@ def _guess(explanation: Explanation, place: Place) -> str:
     return "unknown"
 
 
-def _next(explanation: Explanation, candidates: dict, found: list[Found]) -> dict | None:
+def _next(explanation: Explanation, found: list[Found]) -> dict | None:
     """The experiment that separates the best explanation from its nearest rival."""
-    from .words import separating
-
     stage = explanation.stages[0] if explanation.stages else None
     if not stage or not stage.trials or not found:
         return None

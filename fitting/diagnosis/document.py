@@ -133,10 +133,9 @@ def model_of(conclusion: Conclusion, source: str) -> AugmentedModel:
         place = own.setdefault(specimens[int(number) - 1], {}) if number else common
         place.setdefault(kind, {})[name] = quantity
     first = program.recordings[0]
-    names = {"design": "design", "alloy": "alloy", "material": "material"}
     tables = {
         key: str(first.full_geometry()[key])
-        for key in names
+        for key in ("design", "alloy", "material")
         if first.full_geometry().get(key) not in (None, "fit")
     }
     return AugmentedModel(common, tuple(_added(conclusion, source)), tables, own, "augmented", source)

@@ -3,12 +3,12 @@ explains."""
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .program import Program
-from .refit import MOST_ROUNDS, Fit, Refitter
+from .refit import MOST_ROUNDS, SHAPE_SD, Fit, Refitter
 from .screen import Score, Screen, screen
 
 MOST_EFFECTS = 3
@@ -96,7 +96,6 @@ class Explanation:
     p_value: float
     p_is_bound: bool
     tries: int = 0
-    notes: list[str] = field(default_factory=list)
 
 
 def settle(program: Program, u: np.ndarray) -> Program:
@@ -131,8 +130,7 @@ def explain(
     base_program, first = program, base
     stages: list[Stage] = []
     current, p_value, bound, tries = base, 1.0, False, 1
-    held = ~program.fitted
-    judge = held if held.any() else program.fitted
+    judge = program.judge
     original = reduced(program, base, judge)
     while len(current.slugs) < MOST_EFFECTS:
         if stages and not _much_left(program, current, judge, original):
@@ -177,7 +175,7 @@ def _settled_fit(
 ) -> tuple[Program, Fit]:
     """A fit whose hidden phases are those of the fitted model."""
     fit = Refitter(program).fit(slugs, start) if not slugs else None
-    for _ in range(rounds if hasattr(_module(program), "settled") else 0):
+    for _ in range(rounds if program.has_phases else 0):
         program = settle(program, fit.u if fit else start)
         fit = Refitter(program).fit(slugs, fit.u if fit else start)
     return program, fit
@@ -216,7 +214,7 @@ def _trials(
     fits = len(likely) + len(jobs)
     trials = [Trial(slug, fit, 0.0, np.nan, np.nan, program) for slug, fit in best.items()]
     trials.sort(key=lambda t: t.fit.objective)
-    if hasattr(_module(program), "settled"):
+    if program.has_phases:
         progress(f"reading hidden phases under {', '.join(t.slug for t in trials[:SETTLED])}")
         again = _side_by_side(lambda t: _settled_fit(program, t.fit.slugs, t.fit.u), trials[:SETTLED])
         for trial, (settled_program, fit) in zip(trials, again, strict=False):
@@ -226,7 +224,7 @@ def _trials(
         trial.held_out = reduced(trial.program, trial.fit, judge)
         base = program.unknowns.base
         trial.returned = float(np.max(np.abs(trial.fit.u[base]), initial=0.0))
-    _weigh(program, current, trials, found)
+    _weigh(program, current, trials)
     trials.sort(key=lambda t: -t.bayes)
     return trials, fits
 
@@ -235,12 +233,6 @@ def _side_by_side(function: Callable, jobs: list) -> list:
     """Results in the order of the jobs; compiled programs run without Python's lock, two at a time."""
     with ThreadPoolExecutor(SIDE_BY_SIDE) as pool:
         return list(pool.map(function, jobs))
-
-
-def _module(program: Program):
-    from .kinds import kind_module
-
-    return kind_module(program.kind)
 
 
 def _starts(refitter: Refitter, current: Fit, score: Score) -> list[np.ndarray]:
@@ -262,7 +254,7 @@ def _starts(refitter: Refitter, current: Fit, score: Score) -> list[np.ndarray]:
     return [first, nominal]
 
 
-def _weigh(program: Program, current: Fit, trials: list[Trial], found: Screen) -> None:
+def _weigh(program: Program, current: Fit, trials: list[Trial]) -> None:
     """Log Bayes factors over the current model, deflated by what the best model leaves unexplained."""
     if not trials:
         return
@@ -282,7 +274,7 @@ def _occam(program: Program, current: Fit, trial: Trial) -> float:
     total = 0.5 * (current.log_det - trial.fit.log_det)
     for k in program.unknowns.of([trial.slug]):
         item = program.unknowns.items[k]
-        width = 1.5 * np.sqrt(2.0 * np.pi) if item.shape else item.high - item.low
+        width = SHAPE_SD * np.sqrt(2.0 * np.pi) if item.shape else item.high - item.low
         total += 0.5 * np.log(2.0 * np.pi) - np.log(width)
     return min(total, 0.0)
 
@@ -334,7 +326,7 @@ def _polished(program: Program, fit: Fit) -> tuple[Program, Fit]:
     home[program.unknowns.base] = 0.0
     options = _side_by_side(lambda u: Refitter(program).fit(fit.slugs, u, POLISHING), [fit.u, home])
     best = min([fit, *options], key=lambda f: f.objective)
-    if hasattr(_module(program), "settled"):
+    if program.has_phases:
         settled_program = settle(program, best.u)
         return settled_program, Refitter(settled_program).fit(fit.slugs, best.u, POLISHING)
     return program, best

@@ -16,8 +16,6 @@ BASE, AFTER, DATA = "#c2410c", "#1d4ed8", "#334155"
 
 def recordings_figure(conclusion: Conclusion) -> Figure:
     """Each recording with the refitted base model and the final one, and the residuals of both below."""
-    x = conclusion.explanation
-    program = x.program
     shown = _shown(conclusion)
     with style():
         columns = min(3, len(shown))
@@ -37,7 +35,6 @@ def recordings_figure(conclusion: Conclusion) -> Figure:
             axes[2 * (place // columns) + 1, place % columns].axis("off")
         handles, labels = axes[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False)
-    del program
     return figure
 
 

@@ -13,7 +13,6 @@ DRIVERS = 3
 """Most drivers that are reported."""
 WINDOW = 0.2
 """Part of a recording in which its misfit is looked for."""
-TIME_LIKE = ("time",)
 
 
 @dataclass(frozen=True)

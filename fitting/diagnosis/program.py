@@ -104,16 +104,25 @@ class Program:
         program.settle(unknowns.neutral)
         return program
 
+    @property
+    def judge(self) -> np.ndarray:
+        """Mask of the recordings that decide: those that are not fitted, or all where every one is."""
+        return self.fitted if self.fitted.all() else ~self.fitted
+
+    @property
+    def has_phases(self) -> bool:
+        """Whether the kind has hidden phases, which `settle` reads anew."""
+        return hasattr(kind_module(self.kind), "settled")
+
     def settle(self, u: np.ndarray) -> None:
         """Read hidden phases anew at the strains of the model at `u`, where the kind has them."""
-        module = kind_module(self.kind)
-        if not hasattr(module, "settled"):
+        if not self.has_phases:
             return
 
         def drivers(rows: list[Rows]) -> dict[str, np.ndarray]:
             return self.evaluate(u, self.unknowns.base[:0], stack(rows, self.stacked)).drivers
 
-        self.rows = module.settled(self.rows, drivers)
+        self.rows = kind_module(self.kind).settled(self.rows, drivers)
         self.stacked = stack(self.rows, self.stacked)
 
     def _compile(self, module: Kind, always: tuple[Effect, ...]) -> None:

@@ -44,8 +44,8 @@ def held_out(explanation: Explanation) -> tuple[HeldOut, HeldOut]:
         names = [r.name for r, f in zip(program.recordings, program.fitted, strict=True) if not f]
         found = [_score(p, [(f.evaluation, chosen)], names, "validation") for p, f in (before, after)]
         return found[0], found[1]
-    folds, names, how = _folds(after[1])
-    names = names or [r.name for r in program.recordings]
+    folds, how = _folds(after[1])
+    names = [r.name for r in program.recordings]
     found = []
     for p, fit in (before, after):
         parts = []
@@ -56,17 +56,17 @@ def held_out(explanation: Explanation) -> tuple[HeldOut, HeldOut]:
     return found[0], found[1]
 
 
-def _folds(fit: Fit) -> tuple[list[list[np.ndarray]], list[str], str]:
+def _folds(fit: Fit) -> tuple[list[list[np.ndarray]], str]:
     """Masks of the values that are left out, one list by recording for every fold."""
     sizes = [len(m) for m in fit.evaluation.misfit]
     if len(sizes) > 1:
         groups = np.array_split(np.arange(len(sizes)), min(len(sizes), MOST_FOLDS))
         folds = [[np.full(size, float(k in group)) for k, size in enumerate(sizes)] for group in groups]
-        return folds, [], "left out in turn"
+        return folds, "left out in turn"
     edges = np.linspace(0, sizes[0], BLOCKS + 1).astype(int)
     place = np.arange(sizes[0])
     folds = [[((place >= a) & (place < b)).astype(float)] for a, b in zip(edges[:-1], edges[1:], strict=True)]
-    return folds, [], "within-recording"
+    return folds, "within-recording"
 
 
 def _score(

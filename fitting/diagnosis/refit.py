@@ -90,7 +90,7 @@ class Refitter:
         now = self._at(u, free if fresh else extra, extra)
         damping, failures = 1e-3, 0
         for _ in range(rounds):
-            step, predicted = self._step(u, now, free, damping)
+            step = self._step(u, now, free, damping)
             trial = np.clip(u + step, unknowns.low, unknowns.high)
             if np.max(np.abs(trial - u), initial=0.0) < 1e-6:
                 break
@@ -109,7 +109,7 @@ class Refitter:
                     break
         if not fresh:
             now = self._at(u, free, extra)
-            step, _ = self._step(u, now, free, 1e-6)
+            step = self._step(u, now, free, 1e-6)
             trial = np.clip(u + step, unknowns.low, unknowns.high)
             then = self._at(trial, free, extra)
             if then[0] < now[0]:
@@ -135,7 +135,7 @@ class Refitter:
         sd = np.array([1.0 if not i.effect else SHAPE_SD if i.shape else np.inf for i in items])
         return u[free] - mean, sd
 
-    def _step(self, u: np.ndarray, now: tuple, free: np.ndarray, damping: float) -> tuple[np.ndarray, float]:
+    def _step(self, u: np.ndarray, now: tuple, free: np.ndarray, damping: float) -> np.ndarray:
         _, r, J, _ = now
         departure, sd = self._prior(u, free)
         H = J.T @ J + np.diag(sd**-2)
@@ -158,7 +158,7 @@ class Refitter:
                 break
         full = np.zeros(len(u))
         full[free] = np.clip(step, -3.0, 3.0)
-        return full, 0.0
+        return full
 
     def _finished(self, u: np.ndarray, free: np.ndarray, slugs: tuple[str, ...], now: tuple) -> Fit:
         objective, _, J, evaluation = now

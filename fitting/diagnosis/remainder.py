@@ -37,8 +37,7 @@ class Remainder:
 def remainder(explanation: Explanation, place: Place) -> Remainder | None:
     """Describe what the final model leaves by the driver that describes it best on the fitted recordings."""
     program, fit = explanation.program, explanation.final
-    held = ~program.fitted
-    judge = held if held.any() else program.fitted
+    judge = program.judge
     drivers = drivers_of(program, fit)
     best = None
     for name in place.drivers:

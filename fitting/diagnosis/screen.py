@@ -93,9 +93,6 @@ def screen(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Ge
     r, A = here.joined(weight)
     departure, sd = refitter._prior(fit.u, fit.free)
     project = _Projector(A, sd**-2.0)
-    counted = int(
-        np.sum(np.concatenate([w * np.ones_like(m) for w, m in zip(weight, here.misfit, strict=True)]) > 0)
-    )
     scale = _fast(here, weight)
     left = project(r[:, None])[:, 0] / scale
     tried: list[tuple[str, np.ndarray, np.ndarray, np.ndarray]] = []  # slug, Q, start u, indices
@@ -122,7 +119,7 @@ def screen(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Ge
     scores, pool = _scores(tried, left, strength)
     slow = _slow(here, weight, project)
     pool.append((None, slow))
-    p_value, bound = _chance(pool, left, counted, rng)
+    p_value, bound = _chance(pool, left, rng)
     seen = {score.slug for score in scores}
     return Screen(scores, p_value, bound, [s for s in slugs if s not in seen], scale)
 
@@ -222,9 +219,7 @@ def _slow(here: Evaluation, weight: np.ndarray, project: _Projector) -> np.ndarr
     return Q[:, np.abs(np.diag(R)) > 1e-8]
 
 
-def _chance(
-    pool: list[tuple], left: np.ndarray, counted: int, rng: np.random.Generator
-) -> tuple[float, bool]:
+def _chance(pool: list[tuple], left: np.ndarray, rng: np.random.Generator) -> tuple[float, bool]:
     """P-value of the strongest result among all, by simulation of independent unit errors."""
 
     def smallest(R: np.ndarray) -> np.ndarray:
