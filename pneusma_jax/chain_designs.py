@@ -21,6 +21,7 @@ from .actuator import Actuator
 from .calibration import load_calibration
 from .calibration_toml import read_quantity
 from .designs import make_actuator
+from .documents import read_document
 from .errors import InputError, nearest
 from .segments import SegmentChain, chain_of
 
@@ -81,23 +82,10 @@ def load_chain(name_or_path: str | Path) -> ChainDesign:
     path = Path("calibration_data", "examples", "chains", f"{name_or_path}.toml") if shipped else None
     place = _EXAMPLES.joinpath(f"{name_or_path}.toml") if shipped else Path(name_or_path)
     path = path or Path(name_or_path)
-    try:
-        document = tomllib.loads(place.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read as a text file ({error})") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: not a TOML file: {error}") from None
-    return _chain(document, path)
+    return _chain(read_document(place, path, "a chain", SCHEMA, TOP), path)
 
 
 def _chain(document: dict[str, Any], path: Path) -> ChainDesign:
-    if document.get("schema") != SCHEMA:
-        raise InputError(f"{path}: schema is {document.get('schema')!r}, but a chain has {SCHEMA!r}")
-    for key in document:
-        if key not in TOP:
-            raise InputError(f"{path}: unknown key {key!r}, {nearest(key, TOP)}")
     entries = document.get("segment")
     if not isinstance(entries, list) or not entries:
         raise InputError(f"{path}: a chain needs at least one segment, a table [[segment]] with a design")

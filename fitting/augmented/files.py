@@ -17,7 +17,6 @@ the kind comes first: `"silicone.density"`. `[specimen."NAME"]` holds numbers of
 """
 
 import dataclasses
-import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -29,6 +28,7 @@ from pneusma_jax.calibration_keys import KINDS, QUANTITIES
 from pneusma_jax.calibration_model import Quantity
 from pneusma_jax.calibration_toml import quantity_entry, read_quantity
 from pneusma_jax.chain import Effect
+from pneusma_jax.documents import read_document
 from pneusma_jax.effects import find_effect
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.units import TEMPERATURE, TEMPERATURE_DIFFERENCE, UNITS
@@ -86,19 +86,7 @@ def load_model(path: str | Path) -> AugmentedModel:
 
 
 def _read(path: Path) -> dict[str, Any]:
-    try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read as a text file ({error})") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: not a TOML file: {error}") from None
-    if document.get("schema") != SCHEMA:
-        raise InputError(f"{path}: schema is {document.get('schema')!r}, but a model has {SCHEMA!r}")
-    for key in document:
-        if key not in TOP:
-            raise InputError(f"{path}: unknown key {key!r}, {nearest(key, TOP)}")
+    document = read_document(path, path, "a model", SCHEMA, TOP)
     for key in ("name", "description"):
         if not isinstance(document.get(key, ""), str):
             raise InputError(f"{path}: {key} must be text, but it is {document[key]!r}")

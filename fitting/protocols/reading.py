@@ -23,7 +23,6 @@ the right kind will do.
 
 import math
 import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
@@ -32,6 +31,7 @@ from typing import Any
 
 import numpy as np
 
+from pneusma_jax.documents import read_document
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.units import dimension_of, to_si, unit_of_column
 
@@ -122,23 +122,10 @@ def load_protocol(name_or_path: str | Path) -> Protocol:
         path = place = Path(name)
     else:
         raise InputError(f"there is no protocol {name!r}, {nearest(name, protocol_examples())}")
-    try:
-        document = tomllib.loads(place.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read as a text file ({error})") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: not a TOML file: {error}") from None
-    return _protocol(document, path)
+    return _protocol(read_document(place, path, "a protocol", SCHEMA, TOP), path)
 
 
 def _protocol(document: dict[str, Any], path: Path) -> Protocol:
-    if document.get("schema") != SCHEMA:
-        raise InputError(f"{path}: schema is {document.get('schema')!r}, but a protocol has {SCHEMA!r}")
-    for key in document:
-        if key not in TOP:
-            raise InputError(f"{path}: unknown key {key!r}, {nearest(key, TOP)}")
     kind = document.get("kind", "actuator")
     if kind not in KINDS:
         raise InputError(f"{path}: kind is {kind!r}, {nearest(str(kind), KINDS)}")
