@@ -1,0 +1,97 @@
+"""Numbered cases of the blind trial: what each conceals follows from its seed and is written nowhere."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from .generator import registry
+from .generator.building import build
+from .generator.writing import write
+
+KINDS = ("actuator", "spring", "wire", "elastomer", "tube")
+WEAKER = (6.0, 15.0, 30.0, 100.0)
+"""Post-refit log Bayes factors of the ladder; strong effects are drawn from 30 to 3000."""
+STRONG = (30.0, 3000.0)
+
+
+@dataclass(frozen=True)
+class Case:
+    """One campaign to come. `strength` is a target of the post-refit log Bayes factor of the true form, or None."""
+
+    name: str
+    kind: str
+    group: str
+    slugs: tuple
+    strength: float | None
+    seed: int
+
+
+def _pairs(rng, count):
+    """Pairs of one kind whose members are not two names of one place."""
+    out = []
+    while len(out) < count:
+        kind = str(rng.choice(KINDS, p=[0.45, 0.2, 0.1, 0.1, 0.15]))
+        slugs = sorted(s for k, s in registry.NAMED if k == kind)
+        if len(slugs) < 2:
+            continue
+        two = tuple(str(s) for s in rng.choice(slugs, 2, replace=False))
+        first, second = (registry.NAMED[kind, s] for s in two)
+        clash = any(first.wants.get(k, v) != v for k, v in second.wants.items())
+        if not clash and first.__name__ != second.__name__:
+            out.append((kind, two))
+    return out
+
+
+def _strong(rng):
+    return float(np.exp(rng.uniform(*np.log(STRONG))))
+
+
+def _cycle(rng, options, count):
+    """`count` draws that go through all options before any comes again."""
+    order = []
+    while len(order) < count:
+        order += [options[k] for k in rng.permutation(len(options))]
+    return order[:count]
+
+
+SIZES = {"development": (10, 24, 8, 5, 5, 6), "fixed": (8, 8, 2, 2, 2, 2), "full": (320, 150, 200, 48, 48, 48)}
+"""Nulls, strong singles, weaker singles, pairs, masked, outside."""
+
+
+def case_list(plan, seed):
+    """The cases of a plan ("development", "fixed" or "full") in an order whose every prefix is a fair sample.
+
+    The same plan and seed give the same list. Names say nothing of the truth. Raises ValueError for another plan.
+    """
+    if plan not in SIZES:
+        raise ValueError(f"plan must be one of {', '.join(SIZES)}, but is {plan!r}")
+    rng = np.random.default_rng([seed, 7])
+    nulls, strong, weaker, pairs, masked, outside = SIZES[plan]
+    named, beyond = sorted(registry.NAMED), sorted(registry.OUTSIDE)
+    hidden = sorted(key for key, cls in registry.NAMED.items() if cls.maskable)
+    rows = [(kind, "null", (), None) for kind in _cycle(rng, KINDS, nulls)]
+    rows += [(kind, "single", (slug,), _strong(rng)) for kind, slug in _cycle(rng, named, strong)]
+    rows += [
+        (kind, "single", (slug,), WEAKER[n % len(WEAKER)]) for n, (kind, slug) in enumerate(_cycle(rng, named, weaker))
+    ]
+    rows += [(kind, "pair", two, _strong(rng)) for kind, two in _pairs(rng, pairs)]
+    rows += [(kind, "masked", (slug,), None) for kind, slug in _cycle(rng, hidden, masked)] if hidden else []
+    rows += [(kind, "outside", (name,), _strong(rng)) for kind, name in _cycle(rng, beyond, outside)] if beyond else []
+    seeds = np.random.SeedSequence([seed, 11]).generate_state(len(rows))
+    order = rng.permutation(len(rows))
+    return [Case(f"c{n:04d}", *rows[k], int(seeds[k])) for n, k in enumerate(order)]
+
+
+def write_case(case, folder):
+    """Write the campaign of a case into `folder` (made if absent) and return its truth; the truth is not written."""
+    folder = Path(folder)
+    bench, recorded, truth = build(case.kind, case.group, case.slugs, case.strength, case.seed)
+    folder.mkdir(parents=True, exist_ok=True)
+    write(bench, recorded, folder)
+    return {"name": case.name} | truth
+
+
+def truth_of(case):
+    """The truth of a case, found again from its seed."""
+    return {"name": case.name} | build(case.kind, case.group, case.slugs, case.strength, case.seed)[2]

@@ -1,0 +1,63 @@
+"""A campaign before it is simulated: what was planned, what the laboratory believes, how its instruments behave."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+
+@dataclass
+class Take:
+    """One planned recording: its drives by name (N,), its clock, its part, and how many rows were kept."""
+
+    name: str
+    role: str
+    time: np.ndarray
+    drive: dict
+    rows: int
+
+
+@dataclass
+class Bench:
+    """A campaign: `nominal` numbers, `tolerance` (relative 1 sigma), `noise` (1 sigma by column), and the sidecar."""
+
+    kind: str
+    recordings: list
+    nominal: dict
+    tolerance: dict
+    noise: dict
+    flavour: str
+    geometry: dict = field(default_factory=dict)
+    specimen: str = "A"
+    drives: tuple = ()
+    inputs: tuple = ()
+    outputs: tuple = ()
+    extra: tuple = ()
+    noise_stated: bool = True
+
+    @property
+    def times(self):
+        """Clocks (K, N)."""
+        return np.stack([take.time for take in self.recordings])
+
+    @property
+    def measured(self):
+        """Columns that are written."""
+        return self.inputs + self.outputs + self.extra
+
+    @property
+    def scored(self):
+        """Columns in which the base can be wrong: a spring's resistance must be one that it can have."""
+        return self.outputs + (("resistance_ohm",) if self.kind == "spring" else ())
+
+    def stack(self, name):
+        """A drive of all recordings (K, N)."""
+        return np.stack([take.drive[name] for take in self.recordings])
+
+    def kept(self):
+        """Rows that were kept (K, N)."""
+        count = np.array([take.rows for take in self.recordings])
+        return np.arange(self.times.shape[1]) < count[:, None]
+
+    def fitted(self):
+        """Recordings that may be fitted (K,)."""
+        return np.array([take.role == "fit" for take in self.recordings])

@@ -1,0 +1,109 @@
+"""How strongly the data speak against the base model once its parameters have been refitted within their tolerances.
+
+The strength of a case is the log Bayes factor that the true form would reach: half the chi-square that the refitted
+base leaves above the truth's, less an Occam term for an amplitude whose prior is as wide as the amplitude itself.
+"""
+
+import numpy as np
+
+from . import stand
+from .noise import Whitener
+
+STEP = 1e-3
+
+
+def _numbers(bench, z):
+    """Numbers at standardised parameters z (B, P)."""
+    out = {name: np.full(len(z), value) for name, value in bench.nominal.items()}
+    for column, name in enumerate(sorted(bench.tolerance)):
+        out[name] = out[name] * (1.0 + bench.tolerance[name] * z[:, column])
+    return out
+
+
+def _first(columns):
+    return {name: np.asarray(value)[:1] for name, value in columns.items()}
+
+
+class Judge:
+    """Refits the base to one set of noise-free recorded columns (1, K, N) with one draw of noise added."""
+
+    def __init__(self, bench, instruments, recorded, noise, true_z, chosen):
+        self.bench, self.recorded, self.true_z = bench, _first(recorded), true_z
+        self.noise = {c: noise[c][None] if c in noise else 0.0 for c in bench.scored}
+        reference = {c: self.recorded[c][0] for c in bench.scored}
+        self.whiten = Whitener(instruments, reference, self._indirect(), chosen)
+        clean = {c: np.broadcast_to(self.noise[c], (1,) + reference[c].shape) for c in bench.scored}
+        self.whitened_noise = self.whiten(clean)[0]
+
+    def _indirect(self):
+        """Variance (K, N) by scored column that the noise of measured inputs brings through the base."""
+        bench = self.bench
+        noisy = [c for c in bench.inputs if c in bench.noise]
+        columns = {c: np.repeat(v, len(noisy) + 1, axis=0) for c, v in self.recorded.items()}
+        for number, channel in enumerate(noisy):
+            columns[channel][number + 1] += bench.noise[channel]
+        predicted = stand.base(bench, _numbers(bench, np.tile(self.true_z, (len(noisy) + 1, 1))), columns)
+        out = {}
+        for c in bench.scored:
+            moved = predicted[c][1:] - predicted[c][:1]
+            out[c] = np.sum(moved**2, axis=0) if c not in bench.inputs else np.zeros_like(moved[0] if len(moved) else predicted[c][0])
+        return out
+
+    def residuals(self, z):
+        """Whitened residuals (B, M) of the base at z (B, P)."""
+        predicted = stand.base(self.bench, _numbers(self.bench, z), self.recorded)
+        return self.whiten({c: self.recorded[c] + self.noise[c] - predicted[c] for c in self.bench.scored})
+
+    def linearise(self, z):
+        """Residual (M,) and its derivative (M, P) at z (P,)."""
+        values = self.residuals(np.vstack([z, z + STEP * np.eye(len(z))]))
+        return values[0], (values[1:] - values[0]).T / STEP
+
+    def refit(self, start=None, rounds=6):
+        """Gauss-Newton from a start: best z, its cost (chi-square plus prior) and chi-square, its derivative."""
+        z = np.array(self.true_z if start is None else start, float)
+        r, j = self.linearise(z)
+        cost = r @ r + z @ z
+        for _ in range(rounds):
+            step = np.linalg.solve(j.T @ j + np.eye(len(z)), -(j.T @ r + z))
+            for share in (1.0, 0.4, 0.1):
+                trial = np.clip(z + share * step, -4.0, 4.0)
+                r_new, j_new = self.linearise(trial)
+                cost_new = r_new @ r_new + trial @ trial
+                if cost_new < cost:
+                    break
+            else:
+                break
+            gained, z, r, j, cost = cost - cost_new, trial, r_new, j_new, cost_new
+            if gained < 0.05:
+                break
+        return z, cost, r @ r, j
+
+    def truth_cost(self, j):
+        """Cost of the true form after its own refit, linear in the base parameters."""
+        n, z = self.whitened_noise, self.true_z
+        step = np.linalg.solve(j.T @ j + np.eye(len(z)), -(j.T @ n + z))
+        rest = n + j @ step
+        return rest @ rest + (z + step) @ (z + step)
+
+
+def occam(gain, effects=1):
+    """What an amplitude costs whose prior is as wide as itself and which the data fix to 1 / sqrt(2 gain)."""
+    return 0.5 * effects * np.log1p(2.0 * max(gain, 0.0))
+
+
+def verdict(bench, instruments, recorded, noise, true_z, effects=1):
+    """Post-refit log Bayes factor and reduced chi-squares of the refitted base, as a dictionary."""
+    judge = Judge(bench, instruments, recorded, noise, true_z, bench.fitted())
+    fits = [judge.refit(), judge.refit(start=np.zeros_like(true_z))]
+    z, cost, chi2, j = min(fits, key=lambda fit: fit[1])
+    gain = 0.5 * (cost - judge.truth_cost(j))
+    held = Judge(bench, instruments, recorded, noise, true_z, ~bench.fitted())
+    left = held.residuals(z[None])[0]
+    return {
+        "log_bayes": float(gain - occam(gain, effects)),
+        "fit_chi2": float(chi2 / judge.whiten.size),
+        "validation_chi2": float(left @ left / max(held.whiten.size, 1)),
+        "validation_gain": float(0.5 * (left @ left - held.whitened_noise @ held.whitened_noise)),
+        "absorbed_sd": [round(float(v), 3) for v in z - true_z],
+    }

@@ -1,0 +1,130 @@
+"""Row after row through a campaign: what every kind of stand shares.
+
+Arrays run over (parameter sets B, recordings K); a series adds the rows as its last axis, (B, K, N). Every recording
+starts at rest in a fresh state.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+
+@dataclass
+class Row:
+    """What is known of one row before its equilibrium is solved; arrays (B, K) or (K,)."""
+
+    index: int
+    time: np.ndarray
+    step: np.ndarray
+    drive: dict = field(default_factory=dict)
+    state: dict = field(default_factory=dict)
+
+
+def rows(times, drives):
+    """Rows of series: `times` (K, N), `drives` name -> (B, K, N)."""
+    for n in range(times.shape[-1]):
+        step = times[:, n] - times[:, n - 1] if n else np.zeros(times.shape[0])
+        yield Row(n, times[:, n], step, {name: series[..., n] for name, series in drives.items()})
+
+
+def columns(numbers):
+    """Numbers as arrays (B, 1), so that they broadcast over recordings."""
+    size = max(np.size(value) for value in numbers.values())
+    return {k: np.broadcast_to(np.reshape(np.asarray(v, float), (-1, 1)), (size, 1)) for k, v in numbers.items()}
+
+
+def batch(series, size):
+    """Series (K, N) or (B, K, N) as (size, K, N)."""
+    series = np.asarray(series, float)
+    series = series[None] if series.ndim == 2 else series
+    return np.broadcast_to(series, (size,) + series.shape[1:])
+
+
+class Effect:
+    """Physics added to the base: the hooks that a stand calls, each of which changes nothing here.
+
+    `amplitude` is (B, 1) and zero means absent. Hooks inside the root search must be free of side effects; what an
+    effect remembers changes in the `close_` hooks only, once a row is solved.
+    """
+
+    slug = "none"
+    kinds = ()
+    component = "unknown"
+    drivers = ()
+    ceiling = 1.0
+    wants = {}
+    maskable = False
+
+    def where(self, bench):
+        """The component that a report should name."""
+        if self.component == "spring":
+            return {"spring": "spring", "wire": "wire"}.get(bench.kind, "spring_2")
+        return self.component
+
+    def __init__(self, rng, bench):
+        self.amplitude = np.zeros((1, 1))
+        self.draw(rng, bench)
+
+    def draw(self, rng, bench):
+        """Draw the shape of this effect in this specimen."""
+
+    def begin(self, shape, numbers, bench):
+        """Forget everything; `shape` is (B, K)."""
+
+    def drives(self, bench, series):
+        """Change the true inputs before the march."""
+        return series
+
+    def fibre(self, strain, stress, row):
+        """Stress of silicone fibres (..., B, K, points)."""
+        return stress
+
+    def close_fibre(self, strain, stress, row):
+        """Remember a solved row's fibres and the stress that this effect was given there."""
+
+    def opening(self, strain, row, which):
+        """Spring strain that the metal sees for the strain of the geometry."""
+        return strain
+
+    def phase(self, xi0, stress, row, q):
+        """Zero-stress martensite fraction of a wire."""
+        return xi0
+
+    def shear(self, gamma, row, which):
+        """Shear (or axial) strain that the law sees."""
+        return gamma
+
+    def metal(self, gamma, stress, xi0, row, which):
+        """Stress of the metal [Pa]."""
+        return stress
+
+    def lever(self, strain, factor, row, which):
+        """Force per stress [N/Pa]."""
+        return factor
+
+    def pull(self, strain, force, row, which):
+        """Force of a spring [N]."""
+        return force
+
+    def close_metal(self, strain, gamma, xi0, row, which):
+        """Remember a solved row's spring or wire."""
+
+    def resistance(self, ohm, gamma, xi0, row, which, memory):
+        """Resistance of a spring [ohm] in a solved row."""
+        return ohm
+
+    def load(self, body, row):
+        """Extra (force, moment about side 2) that resist the pressure; `body` holds the trial configuration."""
+        return 0.0, 0.0
+
+    def close_load(self, body, row):
+        """Remember a solved row's configuration."""
+
+    def record(self, bench, series):
+        """Change what the instruments write down: series by column (B, K, N)."""
+        return series
+
+    def describe(self):
+        """Numbers of the truth: scalars of this effect."""
+        plain = {k: v for k, v in vars(self).items() if isinstance(v, (int, float, str)) and not k.startswith("_")}
+        return plain | {"amplitude": float(np.ravel(self.amplitude)[0])}

@@ -1,0 +1,14 @@
+"""Which effects there are, by kind and name."""
+
+from . import effects_silicone
+
+MODULES = (effects_silicone,)
+NAMED = {(kind, cls.slug): cls for module in MODULES for cls in module.EFFECTS for kind in cls.kinds}
+"""(kind, slug) -> class, effects of the catalogue."""
+OUTSIDE = {}
+"""(kind, name) -> class, physics that the catalogue does not hold."""
+
+
+def effect_class(kind, name):
+    """The class of an effect, named in the catalogue or not."""
+    return NAMED.get((kind, name)) or OUTSIDE[kind, name]

@@ -1,0 +1,43 @@
+"""The generator's own root finder: Newton with difference quotients, many small problems at once."""
+
+import numpy as np
+
+
+def _newton_step(jacobian, value):
+    size = value.shape[-1]
+    if size == 1:
+        return value / jacobian[..., 0]
+    if size == 2:
+        a, b, c, d = (jacobian[..., i, j] for i, j in ((0, 0), (0, 1), (1, 0), (1, 1)))
+        det = a * d - b * c
+        first = (d * value[..., 0] - b * value[..., 1]) / det
+        second = (a * value[..., 1] - c * value[..., 0]) / det
+        return np.stack([first, second], axis=-1)
+    return np.linalg.solve(jacobian, value[..., None])[..., 0]
+
+
+def solve(residual, guess, *, shift=1e-6, longest=0.15, tolerance=1e-9, rounds=80):
+    """Roots x (..., n) of residual(x) -> (..., n), started at `guess`.
+
+    The n displaced points are evaluated in one call: `residual` receives (n + 1, ..., n). After a dozen rounds the
+    steps are shortened, because at a kink the full step can go back and forth for ever. Raises ArithmeticError when
+    a problem is not solved.
+    """
+    x = np.array(guess, dtype=float)
+    size = x.shape[-1]
+    offsets = np.vstack([np.zeros((1, size)), shift * np.eye(size)]).reshape((size + 1,) + (1,) * (x.ndim - 1) + (size,))
+    for count in range(rounds):
+        values = residual(x[None] + offsets)
+        jacobian = np.moveaxis((values[1:] - values[0]) / shift, 0, -1)
+        step = _newton_step(jacobian, values[0])
+        worst = np.max(np.abs(step))
+        if not np.isfinite(worst):
+            raise ArithmeticError("the equilibrium has a singular or infinite step")
+        damping = 1.0 if count < 12 else 0.6 if count < 30 else 0.25
+        length = np.max(np.abs(step), axis=-1, keepdims=True)
+        x = x - damping * step * np.minimum(1.0, longest / np.maximum(length, 1e-300))
+        if worst < tolerance:
+            return x
+    if worst < 1e-5:  # back and forth over a kink, closer than any instrument sees
+        return x
+    raise ArithmeticError(f"no equilibrium after {rounds} rounds; the last step was {worst:.2e}")

@@ -1,0 +1,18 @@
+"""Which simulation and which base prediction belong to which kind."""
+
+from . import actuator, coil, tube, wire
+
+TRUTH = {"elastomer": tube.elastomer_truth, "tube": tube.tube_truth, "spring": coil.spring_truth,
+         "wire": wire.wire_truth, "actuator": actuator.actuator_truth}  # fmt: skip
+BASE = {"elastomer": tube.elastomer_base, "tube": tube.tube_base, "spring": coil.spring_base,
+        "wire": wire.wire_base, "actuator": actuator.actuator_base}  # fmt: skip
+
+
+def truth(bench, numbers, effects=()):
+    """Noise-free columns of a specimen with its concealed physics, (B, K, N) each."""
+    return TRUTH[bench.kind](bench, numbers, effects)
+
+
+def base(bench, numbers, recorded):
+    """Noise-free predictions of the published model from noise-free recorded inputs."""
+    return BASE[bench.kind](bench, numbers, recorded)
