@@ -16,12 +16,14 @@ class TransformationHysteresis(Effect):
 
     The base curve is the loading one; the gap may differ between the phases, and closes again below a strain
     `closed` [1], as the loop of an unstrained wire has no height. Where temperature drives, the base curve is
-    the cooling one, and the heating one lies `gap_T` [K] above it, reached over `gap_T` and `width_T` more.
+    the cooling one. The heating one lies `gap_T` [K] above it, `1 + sharper` times as steep; it is reached over
+    `gap_T` and `width_T` more.
     """
 
     gap_m: Array = eqx.field(converter=jnp.asarray, default=0.0)
     gap_a: Array = eqx.field(converter=jnp.asarray, default=0.0)
     gap_T: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    sharper: Array = eqx.field(converter=jnp.asarray, default=0.0)
     width: Array = eqx.field(converter=jnp.asarray, default=0.02)
     closed: Array = eqx.field(converter=jnp.asarray, default=0.02)
     width_T: Array = eqx.field(converter=jnp.asarray, default=3.0)
@@ -35,6 +37,7 @@ class TransformationHysteresis(Effect):
         "gap_m": Spec(0.0, 0.0, 80e6, 15e6, "Pa", "stress gap of the martensite"),
         "gap_a": Spec(0.0, 0.0, 80e6, 30e6, "Pa", "stress gap of the austenite"),
         "gap_T": Spec(0.0, 0.0, 50.0, 15.0, "K", "gap between heating and cooling", kinds="W"),
+        "sharper": Spec(0.0, -0.7, 3.0, 0.5, "1", "steepness of heating over cooling, less one", kinds="W"),
         "width": Spec(0.02, 0.003, 0.06, 0.02, "1", "strain over which the stress gap opens", True),
         "closed": Spec(0.02, 1e-4, 0.08, 0.02, "1", "strain below which the gap closes again", True),
         "width_T": Spec(3.0, 0.5, 30.0, 3.0, "K", "temperature past the gap over which they join", True, "W"),
@@ -55,7 +58,9 @@ class TransformationHysteresis(Effect):
 
     def temperature(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.temperature`."""
-        return value - self.gap_T * (1.0 - self._cooling(value, memory[at["number"]]))
+        mid = law_of(at).T_mid
+        below = self.gap_T - self.sharper * (value - self.gap_T - mid)
+        return value - below * (1.0 - self._cooling(value, memory[at["number"]]))
 
     def stress(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.stress`."""

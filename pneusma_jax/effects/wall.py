@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array
 
 from ..chain import Effect, Known
-from ..silicone.hyperelastic import yeoh_stress
+from ..silicone.hyperelastic import first_invariant, neo_hookean_stress, yeoh_stress
 from ._spec import Spec
 
 
@@ -48,9 +48,9 @@ class ViscoelasticRelaxation(Effect):
     sentence: ClassVar[str] = "The silicone relaxes: its stress depends on how fast and when it was strained."
     literature: ClassVar[str] = "J. C. Simo, Comput. Methods Appl. Mech. Eng. 60 (1987) 153"
     specs: ClassVar[dict[str, Spec]] = {
-        "g_1": Spec(0.0, 0.0, 0.6, 0.1, "1", "overstress over slow stress, first term"),
-        "g_2": Spec(0.0, 0.0, 0.6, 0.1, "1", "overstress over slow stress, second term"),
-        "g_3": Spec(0.0, 0.0, 0.6, 0.1, "1", "overstress over slow stress, third term"),
+        "g_1": Spec(0.0, 0.0, 2.0, 0.1, "1", "overstress over slow stress, first term"),
+        "g_2": Spec(0.0, 0.0, 2.0, 0.1, "1", "overstress over slow stress, second term"),
+        "g_3": Spec(0.0, 0.0, 2.0, 0.1, "1", "overstress over slow stress, third term"),
         "tau_1": Spec(10.0, 0.05, 2000.0, 10.0, "s", "relaxation time of the first term", True),
         "tau_2": Spec(1.0, 0.05, 2000.0, 1.0, "s", "relaxation time of the second term", True),
         "tau_3": Spec(100.0, 0.05, 2000.0, 100.0, "s", "relaxation time of the third term", True),
@@ -165,27 +165,34 @@ class PermanentSet(Effect):
 class StrainStiffening(Effect):
     """Yeoh's higher terms on the base law: `2 (l - l^-2) (2 c_2 J + 3 c_3 J^2)`, J = I_1 - 3; c_2, c_3 [Pa].
 
-    Gent's law is their series with `c_2 = mu / (4 J_m)`, `c_3 = mu / (6 J_m^2)`.
+    Gent's law is their series with `c_2 = mu / (4 J_m)`, `c_3 = mu / (6 J_m^2)`. A coupon may also stiffen from
+    the start and then ever more slowly, as silicones do that are pulled to ten times their length:
+    `c_log ln(I_1 / 3)`, c_log [Pa], in the same bracket, is a limit of Lopez-Pamies' powers of I_1.
     """
 
     c_2: Array = eqx.field(converter=jnp.asarray, default=0.0)
     c_3: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    c_log: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "strain_stiffening"
     component: ClassVar[str] = "elastomer"
     kinds: ClassVar[str] = "AET"
     sentence: ClassVar[str] = "The silicone stiffens at large stretch more than its base law says."
-    literature: ClassVar[str] = "O. H. Yeoh, Rubber Chem. Technol. 66 (1993) 754"
+    literature: ClassVar[str] = (
+        "O. H. Yeoh, Rubber Chem. Technol. 66 (1993) 754; O. Lopez-Pamies, C. R. Mecanique 338 (2010) 3"
+    )
     specs: ClassVar[dict[str, Spec]] = {
         "c_2": Spec(0.0, -5e3, 2e4, 2e3, "Pa", "second constant of Yeoh's law"),
         "c_3": Spec(0.0, -5e2, 5e3, 2e2, "Pa", "third constant of Yeoh's law"),
+        "c_log": Spec(0.0, 0.0, 2e5, 1e4, "Pa", "constant of ln(I_1 / 3)", kinds="E"),
     }
 
     def wall(self, value: Array, at: Known, memory: Any) -> Array:
         """See `Effect.wall`."""
         stretch = jnp.maximum(1.0 + at["strain"], 0.2)
         zero = jnp.zeros_like(self.c_2)
-        return value + yeoh_stress(stretch, zero, self.c_2, self.c_3)
+        slow = 2.0 * self.c_log * jnp.log(first_invariant(stretch) / 3.0)
+        return value + yeoh_stress(stretch, zero, self.c_2, self.c_3) + neo_hookean_stress(stretch, slow)
 
 
 class ThickWall(Effect):
