@@ -16,8 +16,8 @@ class TransformationHysteresis(Effect):
 
     The base curve is the loading one; the gap may differ between the phases, and closes again below a strain
     `closed` [1], as the loop of an unstrained wire has no height. Where temperature drives, the base curve is
-    the cooling one. The heating one lies `gap_T` [K] above it, `1 + sharper` times as steep; it is reached over
-    `gap_T` and `width_T` more.
+    the cooling one. The heating one lies `gap_T` [K] above it, `1 + sharper` times as steep; it is reached
+    over `gap_T` and `width_T` more.
     """
 
     gap_m: Array = eqx.field(converter=jnp.asarray, default=0.0)

@@ -165,8 +165,8 @@ class PermanentSet(Effect):
 class StrainStiffening(Effect):
     """Yeoh's higher terms on the base law: `2 (l - l^-2) (2 c_2 J + 3 c_3 J^2)`, J = I_1 - 3; c_2, c_3 [Pa].
 
-    Gent's law is their series with `c_2 = mu / (4 J_m)`, `c_3 = mu / (6 J_m^2)`. A coupon may also stiffen from
-    the start and then ever more slowly, as silicones do that are pulled to ten times their length:
+    Gent's law is their series with `c_2 = mu / (4 J_m)`, `c_3 = mu / (6 J_m^2)`. A coupon may also stiffen
+    from the start and then ever more slowly, as silicones do that are pulled to ten times their length:
     `c_log ln(I_1 / 3)`, c_log [Pa], in the same bracket, is a limit of Lopez-Pamies' powers of I_1.
     """
 
