@@ -3,14 +3,14 @@
 import numpy as np
 
 from . import stand
-from .detectability import occam, verdict
+from .detectability import linear_gains, occam, verdict
 from .noise import Instruments
 from .plans import plan, true_numbers
 from .registry import effect_class
 
 MASKED_CHI2 = 1.22
 """Reduced chi-square that a masked case may leave in what is fitted: it looks acceptable."""
-LADDER = np.geomspace(3e-3, 1.0, 9)
+LADDER = np.geomspace(2e-3, 1.0, 8)
 
 
 class Specimen:
@@ -27,6 +27,8 @@ class Specimen:
         self.instruments = Instruments(self.bench, stream(3))
         self.effects = [cls(stream(10 + n), self.bench) for n, cls in enumerate(classes)]
         self.clean = {c: v[0] for c, v in stand.truth(self.bench, self.numbers).items()}
+        for number, effect in enumerate(self.effects):
+            effect.prepare(stream(30 + number), self.bench, self.clean)
         draws = stream(4)
         self.noise = {c: self.instruments.draw(c, self.clean[c], draws) for c in sorted(self.bench.noise)}
         names = sorted(self.bench.tolerance)
@@ -39,11 +41,25 @@ class Specimen:
             effect.amplitude = (effect.ceiling * column)[:, None]
         return stand.truth(self.bench, self.numbers, self.effects)
 
-    def judge(self, amplitudes):
+    def judge(self, amplitudes, starts=None):
         """The verdict on one set of amplitudes."""
         columns = {c: v[:1] for c, v in self.columns([amplitudes]).items()}
-        active = int(np.count_nonzero(amplitudes))
-        return verdict(self.bench, self.instruments, columns, self.noise, self.true_z, max(active, 1))
+        active = max(int(np.count_nonzero(amplitudes)), 1)
+        return verdict(self.bench, self.instruments, columns, self.noise, self.true_z, active, starts)
+
+    def ladder(self, direction):
+        """Amplitudes along a direction and, to first order, the gains that they bring; empty where none has a state."""
+        for top in (1.0, 0.3, 0.08, 0.02):
+            shares = top * LADDER
+            try:
+                with np.errstate(all="ignore"):
+                    columns = self.columns(np.outer(shares, direction))
+                    gains = linear_gains(self.bench, self.instruments, self.clean, self.noise, self.true_z, columns)
+            except (ArithmeticError, np.linalg.LinAlgError):
+                continue
+            if np.all(np.isfinite(gains)):
+                return shares, np.maximum(gains, 1e-6)
+        return np.array([]), np.array([])
 
 
 def _safe(function, *arguments):
@@ -56,47 +72,66 @@ def _safe(function, *arguments):
     return found if np.isfinite(found["log_bayes"]) else None
 
 
-def _height(found, masked):
-    """What is brought to its target: evidence; of a masked case what a validation recording shows."""
-    if masked:
-        return min(found["validation_gain"], 1e3 * max(MASKED_CHI2 - found["fit_chi2"], -0.01))
-    return found["log_bayes"]
+def _share_for(shares, gains, gain):
+    """Amplitude at which a ladder first reaches a gain; its top where it never does."""
+    above = np.flatnonzero(gains >= gain)
+    if len(above) == 0:
+        return shares[-1]
+    n = above[0]
+    if n == 0:
+        return shares[0] * np.sqrt(gain / gains[0])
+    position = np.log(gain / gains[n - 1]) / np.log(gains[n] / gains[n - 1])
+    return shares[n - 1] * (shares[n] / shares[n - 1]) ** position
 
 
 def _reach(specimen, direction, target):
-    """Amplitude along `direction` whose post-refit evidence comes closest to a target, and its verdict."""
-    low, high, best = 0.0, 1.0, None
-    share = 0.25
-    for _ in range(9):
-        found = _safe(specimen.judge, share * direction)
+    """Amplitude along `direction` whose post-refit evidence comes closest to a target, and its verdict.
+
+    A linear ladder gives the start; refits correct it, because a base that gives way further than to first order
+    leaves less.
+    """
+    shares, gains = specimen.ladder(direction)
+    if len(shares) == 0:
+        return None, None
+    goal = target + occam(target)
+    aim, best, starts = goal, None, [specimen.true_z]
+    for _ in range(4):
+        share = _share_for(shares, gains, aim)
+        found = _safe(specimen.judge, share * direction, starts)
         if found is None:
-            high, share = share, 0.35 * share + 0.65 * low
+            aim *= 0.3
             continue
-        gain = max(found["log_bayes"] + occam(max(found["log_bayes"], 0.0)), 0.05)
-        if best is None or abs(np.log(gain / target)) < abs(np.log(best[0] / target)):
-            best = (gain, share, found)
-        if abs(found["log_bayes"] / target - 1.0) < 0.12 or (share >= 1.0 and gain < target):
+        gain = max(found["log_bayes"] + occam(max(found["log_bayes"], 0.0)), 0.1)
+        miss = abs(np.log(gain / goal))
+        if best is None or miss < best[0]:
+            best = (miss, share, found)
+        if miss < 0.2 or (share >= shares[-1] and gain < goal):
             break
-        low, high = (share, high) if found["log_bayes"] < target else (low, share)
-        wanted = share * np.clip(np.sqrt(target / gain), 0.15, 6.0)
-        inside = low < wanted < high
-        share = wanted if inside else high if wanted >= high and high == 1.0 else 0.5 * (low + high)
-    return (None, None) if best is None else (best[1], best[2])
+        starts = [found["z"]]
+        aim *= np.clip(goal / gain, 0.1, 10.0)
+    if best is None:
+        return None, None
+    return best[1], _safe(specimen.judge, best[1] * direction, [best[2]["z"], np.zeros_like(specimen.true_z)])
 
 
 def _reach_masked(specimen, direction):
     """The largest amplitude that still looks acceptable in what is fitted."""
-    low, high, best = 0.0, 1.0, (None, None)
-    share = 0.1
-    for _ in range(10):
-        found = _safe(specimen.judge, share * direction)
+    shares, gains = specimen.ladder(direction)
+    if len(shares) == 0:
+        return None, None
+    rows = int(np.sum(specimen.bench.kept()[specimen.bench.fitted()])) * len(specimen.bench.scored)
+    aim, best = 0.5 * rows * (MASKED_CHI2 - 1.0), (None, None)
+    for _ in range(5):
+        share = _share_for(shares, gains, aim)
+        found = _safe(specimen.judge, share * direction, [specimen.true_z])
         if found is not None and found["fit_chi2"] < MASKED_CHI2:
-            best, low = (share, found), share
-            if share >= 1.0 or found["validation_gain"] > 2000.0:
+            if best[0] is None or share > best[0]:
+                best = (share, found)
+            if share >= shares[-1] or found["fit_chi2"] > MASKED_CHI2 - 0.1:
                 break
+            aim *= 2.0
         else:
-            high = share
-        share = min(3.0 * share, 1.0) if high == 1.0 and share < 1.0 else np.sqrt(max(low, 1e-3) * high)
+            aim *= 0.5
     return best
 
 
@@ -174,6 +209,6 @@ def _truth(specimen, group, slugs, strength, found, each):
         "parameters": {e.slug: e.describe() for e in effects},
         "base": {name: specimen.numbers[name] for name in sorted(specimen.bench.tolerance)},
         "flavour": specimen.bench.flavour,
-        "refitted_base": {k: v for k, v in (found or {}).items() if k != "log_bayes"},
+        "refitted_base": {k: v for k, v in (found or {}).items() if k not in ("log_bayes", "z")},
     }
     return _rounded(truth)

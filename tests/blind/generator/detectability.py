@@ -31,23 +31,26 @@ class Judge:
         self.bench, self.recorded, self.true_z = bench, _first(recorded), true_z
         self.noise = {c: noise[c][None] if c in noise else 0.0 for c in bench.scored}
         reference = {c: self.recorded[c][0] for c in bench.scored}
-        self.whiten = Whitener(instruments, reference, self._indirect(), chosen)
+        indirect, felt = self._indirect(noise)
+        self.whiten = Whitener(instruments, reference, indirect, chosen)
+        self.noise = {c: self.noise[c] + felt[c] for c in bench.scored}
         clean = {c: np.broadcast_to(self.noise[c], (1,) + reference[c].shape) for c in bench.scored}
         self.whitened_noise = self.whiten(clean)[0]
 
-    def _indirect(self):
-        """Variance (K, N) by scored column that the noise of measured inputs brings through the base."""
+    def _indirect(self, noise):
+        """What the noise of measured inputs does to the base's predictions: variance and draw (K, N) by column."""
         bench = self.bench
         noisy = [c for c in bench.inputs if c in bench.noise]
         columns = {c: np.repeat(v, len(noisy) + 1, axis=0) for c, v in self.recorded.items()}
         for number, channel in enumerate(noisy):
             columns[channel][number + 1] += bench.noise[channel]
         predicted = stand.base(bench, _numbers(bench, np.tile(self.true_z, (len(noisy) + 1, 1))), columns)
-        out = {}
+        variance, felt = {}, {}
         for c in bench.scored:
-            moved = predicted[c][1:] - predicted[c][:1]
-            out[c] = np.sum(moved**2, axis=0) if c not in bench.inputs else np.zeros_like(moved[0] if len(moved) else predicted[c][0])
-        return out
+            moved = (predicted[c][1:] - predicted[c][:1]) * (c not in bench.inputs)
+            draws = np.stack([noise[x] / bench.noise[x] for x in noisy]) if noisy else moved
+            variance[c], felt[c] = np.sum(moved**2, axis=0), -np.sum(moved * draws, axis=0)
+        return variance, felt
 
     def residuals(self, z):
         """Whitened residuals (B, M) of the base at z (B, P)."""
@@ -68,7 +71,10 @@ class Judge:
             step = np.linalg.solve(j.T @ j + np.eye(len(z)), -(j.T @ r + z))
             for share in (1.0, 0.4, 0.1):
                 trial = np.clip(z + share * step, -4.0, 4.0)
-                r_new, j_new = self.linearise(trial)
+                try:
+                    r_new, j_new = self.linearise(trial)
+                except ArithmeticError:  # too far off for an equilibrium
+                    continue
                 cost_new = r_new @ r_new + trial @ trial
                 if cost_new < cost:
                     break
@@ -92,10 +98,11 @@ def occam(gain, effects=1):
     return 0.5 * effects * np.log1p(2.0 * max(gain, 0.0))
 
 
-def verdict(bench, instruments, recorded, noise, true_z, effects=1):
+def verdict(bench, instruments, recorded, noise, true_z, effects=1, starts=None):
     """Post-refit log Bayes factor and reduced chi-squares of the refitted base, as a dictionary."""
     judge = Judge(bench, instruments, recorded, noise, true_z, bench.fitted())
-    fits = [judge.refit(), judge.refit(start=np.zeros_like(true_z))]
+    starts = [true_z, np.zeros_like(true_z)] if starts is None else starts
+    fits = [judge.refit(start=start) for start in starts]
     z, cost, chi2, j = min(fits, key=lambda fit: fit[1])
     gain = 0.5 * (cost - judge.truth_cost(j))
     held = Judge(bench, instruments, recorded, noise, true_z, ~bench.fitted())
@@ -106,4 +113,16 @@ def verdict(bench, instruments, recorded, noise, true_z, effects=1):
         "validation_chi2": float(left @ left / max(held.whiten.size, 1)),
         "validation_gain": float(0.5 * (left @ left - held.whitened_noise @ held.whitened_noise)),
         "absorbed_sd": [round(float(v), 3) for v in z - true_z],
+        "z": z,
     }
+
+
+def linear_gains(bench, instruments, clean, noise, true_z, columns):
+    """Half the noise-free chi-square (B,) that columns (B, K, N) leave once the base has been refitted, to first order."""
+    judge = Judge(bench, instruments, {c: clean[c][None] for c in clean}, noise, true_z, bench.fitted())
+    _, j = judge.linearise(true_z)
+    size = len(next(iter(columns.values())))
+    predicted = stand.base(bench, _numbers(bench, np.tile(true_z, (size, 1))), columns)
+    left = judge.whiten({c: columns[c] - predicted[c] for c in bench.scored})
+    inner = np.linalg.solve(j.T @ j + np.eye(len(true_z)), j.T @ left.T)
+    return 0.5 * (np.sum(left**2, axis=1) - np.sum((left @ j) * inner.T, axis=1))

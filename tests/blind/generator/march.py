@@ -71,6 +71,9 @@ class Effect:
     def begin(self, shape, numbers, bench):
         """Forget everything; `shape` is (B, K)."""
 
+    def prepare(self, rng, bench, clean):
+        """Fit the shape to what this specimen does without any effect: `clean` columns (K, N)."""
+
     def drives(self, bench, series):
         """Change the true inputs before the march."""
         return series
@@ -86,8 +89,12 @@ class Effect:
         """Spring strain that the metal sees for the strain of the geometry."""
         return strain
 
-    def phase(self, xi0, stress, row, q):
-        """Zero-stress martensite fraction of a wire."""
+    def warmth(self, temperature, stress, row, q):
+        """Temperature of a wire that its phases feel [degC]."""
+        return temperature
+
+    def phase(self, xi0, temperature, row, q):
+        """Zero-stress martensite fraction of a wire; called once a row."""
         return xi0
 
     def shear(self, gamma, row, which):

@@ -1,8 +1,8 @@
 """Which effects there are, by kind and name."""
 
-from . import effects_silicone
+from . import effects_body, effects_pressure, effects_sensor, effects_silicone
 
-MODULES = (effects_silicone,)
+MODULES = (effects_silicone, effects_pressure, effects_body, effects_sensor)
 NAMED = {(kind, cls.slug): cls for module in MODULES for cls in module.EFFECTS for kind in cls.kinds}
 """(kind, slug) -> class, effects of the catalogue."""
 OUTSIDE = {}

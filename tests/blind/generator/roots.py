@@ -16,11 +16,24 @@ def _newton_step(jacobian, value):
     return np.linalg.solve(jacobian, value[..., None])[..., 0]
 
 
-def solve(residual, guess, *, shift=1e-6, longest=0.15, tolerance=1e-9, rounds=80):
+SHARES = np.array([1.0, 0.5, 0.25, 0.12, 0.05, 0.015, 0.004])
+
+
+def _best_of(residual, x, step):
+    """The share of a step that leaves least, problem by problem."""
+    shares = SHARES.reshape((-1,) + (1,) * x.ndim)
+    trials = x[None] - shares * step
+    left = np.sum(residual(trials) ** 2, axis=-1)
+    chosen = np.argmin(left, axis=0)
+    return np.take_along_axis(trials, chosen[None, ..., None], axis=0)[0]
+
+
+def solve(residual, guess, *, shift=1e-6, longest=0.15, tolerance=1e-9, rounds=60):
     """Roots x (..., n) of residual(x) -> (..., n), started at `guess`.
 
-    The n displaced points are evaluated in one call: `residual` receives (n + 1, ..., n). After a dozen rounds the
-    steps are shortened, because at a kink the full step can go back and forth for ever. Raises ArithmeticError when
+    The n displaced points are evaluated in one call: `residual` receives (n + 1, ..., n). After some rounds
+    a step is searched along its length, because at a kink, or where a power has a vertical tangent, full steps go back
+    and forth for ever. Raises ArithmeticError when
     a problem is not solved.
     """
     x = np.array(guess, dtype=float)
@@ -30,14 +43,14 @@ def solve(residual, guess, *, shift=1e-6, longest=0.15, tolerance=1e-9, rounds=8
         values = residual(x[None] + offsets)
         jacobian = np.moveaxis((values[1:] - values[0]) / shift, 0, -1)
         step = _newton_step(jacobian, values[0])
-        worst = np.max(np.abs(step))
+        length = np.max(np.abs(step), axis=-1, keepdims=True)
+        worst = np.max(length)
         if not np.isfinite(worst):
             raise ArithmeticError("the equilibrium has a singular or infinite step")
-        damping = 1.0 if count < 12 else 0.6 if count < 30 else 0.25
-        length = np.max(np.abs(step), axis=-1, keepdims=True)
-        x = x - damping * step * np.minimum(1.0, longest / np.maximum(length, 1e-300))
+        step = step * np.minimum(1.0, longest / np.maximum(length, 1e-300))
         if worst < tolerance:
-            return x
+            return x - step
+        x = x - step if count < 6 else _best_of(residual, x, step)
     if worst < 1e-5:  # back and forth over a kink, closer than any instrument sees
         return x
     raise ArithmeticError(f"no equilibrium after {rounds} rounds; the last step was {worst:.2e}")

@@ -28,8 +28,9 @@ class Annulus:
         centre = outer + shift * wall
         full = outer[..., None] * (1.0 + np.sin(angle)), outer[..., None] ** 2 * rule
         hole = centre[..., None] + high[..., None] * np.sin(angle), (high * wide)[..., None] * rule
-        self.height = np.concatenate([full[0], hole[0]], axis=-1)
-        self.area = np.concatenate([full[1], -hole[1]], axis=-1)
+        points = np.broadcast_arrays(full[0], full[1], hole[0], hole[1])
+        self.height = np.concatenate([points[0], points[2]], axis=-1)
+        self.area = np.concatenate([points[1], -points[3]], axis=-1)
         self.diameter = 2.0 * outer
         self.bore_area = np.pi * high * wide
         self.bore_height = centre

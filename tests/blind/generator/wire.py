@@ -21,9 +21,12 @@ def _wire(bench, numbers, series, effects):
     x = None
     for row in rows(bench.times, series):
         wanted = MEGA * row.drive["stress_MPa"]
-        xi0 = nitinol.fraction_from_temperature(q, row.drive["temperature_degC"])
+        temperature = row.drive["temperature_degC"]
         for effect in effects:
-            xi0 = effect.phase(xi0, wanted, row, q)
+            temperature = effect.warmth(temperature, wanted, row, q)
+        xi0 = nitinol.fraction_from_temperature(q, temperature)
+        for effect in effects:
+            xi0 = effect.phase(xi0, temperature, row, q)
         xi0 = np.broadcast_to(xi0, shape)
 
         def residual(x, row=row, wanted=wanted, xi0=xi0):
