@@ -22,7 +22,7 @@ from .nitinol.spring import Activation
 from .result import SHORTEST, Equilibrium, Status
 from .root_find import BALANCED
 
-CLOSE = 1e-10
+CLOSE = 3e-6
 """Newton step in scaled unknowns after which one more, differentiated, ends it."""
 MOST_STEPS = 40
 PATIENCE = 6

@@ -101,7 +101,7 @@ class Explanation:
 def settle(program: Program, u: np.ndarray) -> Program:
     """The program with hidden phases as a model reads them; the original is left alone."""
     copy = replace(program)
-    copy._evaluate = program._evaluate
+    copy._evaluate, copy._always = program._evaluate, program._always
     copy.settle(u)
     return copy
 

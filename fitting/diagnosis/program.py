@@ -14,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.augmented import AugmentedModel
+from fitting.kept import kept
 from fitting.models.rows import Rows, stack
 from fitting.recordings import Campaign, Recording
 from pneusma_jax.calibration_model import Quantity
@@ -126,20 +127,25 @@ class Program:
         self.stacked = stack(self.rows, self.stacked)
 
     def _compile(self, module: Kind, always: tuple[Effect, ...]) -> None:
-        unknowns = self.unknowns
+        """One program for every campaign of these shapes: what a campaign states are arguments."""
+        unknowns, count = self.unknowns, len(self.unknowns.base)
 
-        def outputs(u: jax.Array, stacked: Rows) -> dict:
-            effects = (*always, *unknowns.effects(u))
-            return jax.vmap(lambda rows: module.predict(unknowns.values(u), effects, rows))(stacked)
+        def outputs(base: dict, own: jax.Array, always: tuple, stacked: Rows) -> tuple:
+            rows = eqx.tree_at(lambda r: r.base, stacked, base)
+            effects = (*always, *unknowns.effects(jnp.concatenate([jnp.zeros(count), own])))
+            return jax.vmap(lambda row: module.predict({}, effects, row))(rows)
 
-        @jax.jit
-        def evaluate(u: jax.Array, directions: jax.Array, stacked: Rows) -> tuple:
-            along = lambda v: jax.jvp(lambda x: outputs(x, stacked)[0], (u,), (v,))[1]  # noqa: E731
-            slopes = jax.vmap(along)(directions)
-            found, drivers = outputs(u, stacked)
-            return found, slopes, drivers
+        def evaluate(
+            base: dict, own: jax.Array, along_base: dict, along_own: jax.Array, always: tuple, stacked: Rows
+        ) -> tuple:
+            def along(base_step: dict, own_step: jax.Array) -> tuple:
+                lead = lambda base, own: outputs(base, own, always, stacked)  # noqa: E731
+                return jax.jvp(lead, (base, own), (base_step, own_step), has_aux=True)
 
-        self._evaluate = evaluate
+            return jax.vmap(along, out_axes=(None, 0, None))(along_base, along_own)
+
+        self._always = always
+        self._evaluate = kept(evaluate, f"diagnosis of {self.kind}: {' '.join(unknowns.slugs)}")
 
     def evaluate(self, u: np.ndarray, columns: np.ndarray, stacked: Rows | None = None) -> "Evaluation":
         """Whitened misfit of every recording, and its derivative by some of the unknowns.
@@ -151,13 +157,22 @@ class Program:
         """
         stacked = self.stacked if stacked is None else stacked
         columns = np.asarray(columns, int)
+        unknowns = self.unknowns
+        u = np.asarray(u, float)
+        base = unknowns.stated(u, stacked)
         found, parts, drivers = None, [], None
         for first in range(0, max(len(columns), 1), WIDTH):
             chunk = columns[first : first + WIDTH]
-            directions = np.zeros((WIDTH, len(self.unknowns)))
-            directions[np.arange(len(chunk)), chunk] = 1.0
+            along_own = np.zeros((WIDTH, len(unknowns) - len(unknowns.base)))
+            along_base = {name: np.zeros((WIDTH, *value.shape)) for name, value in base.items()}
+            for row, k in enumerate(chunk):
+                if k < len(unknowns.base):
+                    stem, share = unknowns.slope(u, k, stacked)
+                    along_base[stem][row] = share
+                else:
+                    along_own[row, k - len(unknowns.base)] = 1.0
             found, slopes, drivers = jax.device_get(
-                self._evaluate(jnp.asarray(u, float), jnp.asarray(directions), stacked)
+                self._evaluate(base, u[len(unknowns.base) :], along_base, along_own, self._always, stacked)
             )
             self.evaluations += 1
             parts.append({name: value[: len(chunk)] for name, value in slopes.items()})

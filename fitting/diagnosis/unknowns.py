@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Array
 
+from fitting.models.rows import MARK, Rows
 from fitting.parameters import Parameters, Prior
 from pneusma_jax.calibration_model import Quantity
 from pneusma_jax.effects import CATALOGUE, Effect, specs_of
@@ -115,9 +116,29 @@ class Unknowns:
         """Indices of an effect's shape parameters."""
         return np.array([k for k in self.of([slug]) if self.items[k].shape], int)
 
-    def values(self, u: Array) -> dict[str, Array]:
-        """Base constants in SI by name; may be traced."""
-        return {self.items[k].name: self.items[k].value(u[k]) for k in self.base}
+    def values(self, u: np.ndarray) -> dict[str, float]:
+        """Base constants in SI by name."""
+        return {self.items[k].name: float(self.items[k].value(u[k])) for k in self.base}
+
+    def stated(self, u: np.ndarray, stacked: Rows) -> dict[str, np.ndarray]:
+        """Every number of every recording's base model in SI, by name, shape (recordings,)."""
+        found = {name: np.array(value, float) for name, value in stacked.base.items()}
+        for k in self.base:
+            stem, whose = self._whose(k, stacked)
+            found[stem] = np.where(whose, float(self.items[k].value(u[k])), found[stem])
+        return found
+
+    def slope(self, u: np.ndarray, k: int, stacked: Rows) -> tuple[str, np.ndarray]:
+        """Which number a base constant is, and its derivative in every recording, shape (recordings,)."""
+        stem, whose = self._whose(k, stacked)
+        item = self.items[k]
+        return stem, whose * item.scale * (float(item.value(u[k])) if item.logarithmic else 1.0)
+
+    def _whose(self, k: int, stacked: Rows) -> tuple[str, np.ndarray]:
+        """Name of a base constant in the model, and the recordings that it belongs to."""
+        stem, mark, number = self.items[k].name.partition(MARK)
+        specimen = np.asarray(stacked.specimen)
+        return stem, (specimen == int(number)) if mark else np.ones(len(specimen), bool)
 
     def effects(self, u: Array, slugs: Iterable[str] | None = None) -> tuple[Effect, ...]:
         """Effects with their parameters; may be traced.

@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Array
 
 import pneusma_jax as pj
+from fitting.kept import kept
 from fitting.simulation.denoise import smooth_walk
 
 from .actuator_rows import Solved, body_of, trajectory
@@ -42,7 +43,12 @@ BEGIN = 0.9
 """Fraction at which the rounds begin; further from full heat than any tangent is flat."""
 DECIDED = ("xi0", "gain", "ohms", "sd")
 
-_solve = jax.jit(jax.vmap(trajectory, in_axes=(None, 0)))
+_rows = kept(lambda values, stacked: vars(jax.vmap(trajectory, (None, 0))(values, stacked)), "actuator rows")
+
+
+def _solve(values: Mapping[str, Array], stacked: Rows) -> Solved:
+    """`trajectory` of every recording of a stack."""
+    return Solved(**_rows(values, stacked))
 
 
 def undecided(rows: Rows, count: int) -> Rows:
