@@ -84,6 +84,15 @@ def _share_for(shares, gains, gain):
     return shares[n - 1] * (shares[n] / shares[n - 1]) ** position
 
 
+def _next_share(low, high, goal):
+    """Next amplitude from the closest (amplitude, gain) below and above a goal, either of which may be missing."""
+    if low is None or high is None:
+        share, gain = low or high
+        return share * np.clip(np.sqrt(goal / gain), 0.4, 2.5)
+    position = np.log(goal / low[1]) / np.log(high[1] / low[1])
+    return low[0] * (high[0] / low[0]) ** np.clip(position, 0.2, 0.8)
+
+
 def _reach(specimen, direction, target):
     """Amplitude along `direction` whose post-refit evidence comes closest to a target, and its verdict.
 
@@ -93,22 +102,22 @@ def _reach(specimen, direction, target):
     shares, gains = specimen.ladder(direction)
     if len(shares) == 0:
         return None, None
-    goal = target + occam(target)
-    aim, best, starts = goal, None, [specimen.true_z]
-    for _ in range(4):
-        share = _share_for(shares, gains, aim)
+    goal, starts = target + occam(target), [specimen.true_z]
+    share, best, low, high = _share_for(shares, gains, goal), None, None, None
+    for _ in range(6):
         found = _safe(specimen.judge, share * direction, starts)
         if found is None:
-            aim *= 0.3
+            share *= 0.5
             continue
-        gain = max(found["log_bayes"] + occam(max(found["log_bayes"], 0.0)), 0.1)
+        gain = max(found["log_bayes"] + occam(max(found["log_bayes"], 0.0)), 0.3)
         miss = abs(np.log(gain / goal))
         if best is None or miss < best[0]:
             best = (miss, share, found)
         if miss < 0.2 or (share >= shares[-1] and gain < goal):
             break
+        low, high = ((share, gain), high) if gain < goal else (low, (share, gain))
+        share = min(_next_share(low, high, goal), shares[-1])
         starts = [found["z"]]
-        aim *= np.clip(goal / gain, 0.1, 10.0)
     if best is None:
         return None, None
     return best[1], _safe(specimen.judge, best[1] * direction, [best[2]["z"], np.zeros_like(specimen.true_z)])

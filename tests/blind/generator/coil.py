@@ -52,8 +52,11 @@ class Coil:
     def close(self, strain, xi0, row):
         """Commit the solved row."""
         gamma = self.gamma(strain, row)
+        if self.effects:
+            force = self.force(strain, xi0, row, gamma)
         self.memory.commit(gamma, xi0)
         for effect in self.effects:
+            effect.solved(strain, force, row, self.which)
             effect.close_metal(strain, gamma, xi0, row, self.which)
 
 

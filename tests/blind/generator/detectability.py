@@ -41,15 +41,17 @@ class Judge:
         """What the noise of measured inputs does to the base's predictions: variance and draw (K, N) by column."""
         bench = self.bench
         noisy = [c for c in bench.inputs if c in bench.noise]
-        columns = {c: np.repeat(v, len(noisy) + 1, axis=0) for c, v in self.recorded.items()}
+        columns = {c: np.repeat(v, 2 * len(noisy) + 1, axis=0) for c, v in self.recorded.items()}
         for number, channel in enumerate(noisy):
-            columns[channel][number + 1] += bench.noise[channel]
-        predicted = stand.base(bench, _numbers(bench, np.tile(self.true_z, (len(noisy) + 1, 1))), columns)
+            columns[channel][2 * number + 1] += bench.noise[channel]
+            columns[channel][2 * number + 2] -= bench.noise[channel]
+        predicted = stand.base(bench, _numbers(bench, np.tile(self.true_z, (2 * len(noisy) + 1, 1))), columns)
         variance, felt = {}, {}
         for c in bench.scored:
-            moved = (predicted[c][1:] - predicted[c][:1]) * (c not in bench.inputs)
-            draws = np.stack([noise[x] / bench.noise[x] for x in noisy]) if noisy else moved
-            variance[c], felt[c] = np.sum(moved**2, axis=0), -np.sum(moved * draws, axis=0)
+            up, down = ((predicted[c][k::2] - predicted[c][:1]) * (c not in bench.inputs) for k in (1, 2))
+            draws = np.stack([noise[x] / bench.noise[x] for x in noisy]) if noisy else up
+            variance[c] = np.sum(np.maximum(np.abs(up), np.abs(down)) ** 2, axis=0)
+            felt[c] = -np.sum(np.where(draws > 0, up, -down) * draws, axis=0)
         return variance, felt
 
     def residuals(self, z):

@@ -113,6 +113,9 @@ class Effect:
         """Force of a spring [N]."""
         return force
 
+    def solved(self, strain, force, row, which):
+        """Remember the force of a solved row's spring."""
+
     def close_metal(self, strain, gamma, xi0, row, which):
         """Remember a solved row's spring or wire."""
 

@@ -109,7 +109,7 @@ def plan_spring(rng, flavour, masked):
         time = _clock(count, 120.0)
         xi0 = heater.cycle(rng, time, shape, hot + 0.05)[2]
         plans.append((time, {"elongation_mm": stretch, "xi0": xi0}))
-    for time, drive in plans:
+    for _, drive in plans:
         share = np.clip(drive["xi0"], 1e-3, 0.9995)
         temperature = heater.middle + heater.width * np.log(1.0 / share - 1.0)
         drive["temperature_degC"] = temperature

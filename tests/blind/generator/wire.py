@@ -4,7 +4,6 @@ import numpy as np
 
 from . import nitinol
 from .march import batch, columns, rows
-from .roots import solve
 
 MEGA = 1e6
 
@@ -54,16 +53,22 @@ def _wire(bench, numbers, series, effects):
 
 
 def _search(residual, guess):
-    """Bisection on a wide bracket around rest, then Newton: the flat plateau defeats Newton from far away."""
-    low, high = np.full(guess.shape, -0.02), np.full(guess.shape, 0.16)
-    values = residual(np.stack([guess - 2e-3, guess + 2e-3]))
-    near = (values[0] < 0) & (values[1] > 0)
-    low, high = np.where(near, guess - 2e-3, low), np.where(near, guess + 2e-3, high)
-    for _ in range(14):
+    """Newton inside a bracket that only shrinks: the flat plateau throws plain Newton far away."""
+    low, high, x = np.full(guess.shape, -0.03), np.full(guess.shape, 0.2), np.array(guess)
+    for _ in range(70):
+        here, beside = residual(np.stack([x, x + 1e-8]))
+        low, high = np.where(here < 0, x, low), np.where(here < 0, high, x)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            trial = x - here * 1e-8 / (beside - here)
         middle = 0.5 * (low + high)
-        below = residual(middle[None])[0] < 0
-        low, high = np.where(below, middle, low), np.where(below, high, middle)
-    return solve(residual, 0.5 * (low + high), shift=1e-8, longest=0.01)
+        inside = (trial > low) & (trial < high) & (np.abs(trial - x) < 0.02)
+        moved = np.where(inside, trial, middle)
+        if np.max(np.minimum(np.abs(moved - x), high - low)) < 1e-11:
+            return moved
+        x = moved
+    if np.max(np.abs(residual(x[None]))) < 1e-7:
+        return x
+    raise ArithmeticError("no strain of the wire carries this stress")
 
 
 def wire_truth(bench, numbers, effects=()):
