@@ -15,7 +15,7 @@ class Relays(Effect):
 
     def draw(self, rng, bench):
         self.unlike = float(rng.uniform(0.2, 0.6))
-        edges = np.linspace(-9.0, 9.0, 121)
+        edges = np.linspace(-9.0, 9.0, 361)
         share = np.diff(1.0 / (1.0 + np.exp(-edges)))
         self._ramp = 0.5 * (edges[1] - edges[0])
         place, wide = np.meshgrid(0.5 * (edges[1:] + edges[:-1]), [1.0 - self.unlike, 1.0, 1.0 + self.unlike])

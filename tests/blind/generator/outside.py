@@ -9,7 +9,7 @@ class FlatteningTube(Effect):
     """Bending flattens the tube's section (Brazier): it loses stiffness with the square of the curvature."""
 
     slug, kinds, component = "section_ovalisation", ("actuator",), "geometry"
-    drivers, ceiling = ("curvature",), 0.9
+    drivers, ceiling = ("curvature",), 0.3
 
     def draw(self, rng, bench):
         self.power = float(rng.uniform(1.8, 2.4))
