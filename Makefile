@@ -15,6 +15,7 @@ RAW := soft_robotics_materials/Dragon Skin 10 MEDIUM.csv
 help:
 	@echo "make demo       the main job on simulated data that ships with the package -> out/demo"
 	@echo "make real       the main job on real recordings -> out/real"
+	@echo "make real-proof other laboratories' recordings, names hidden, diagnosed: one table -> out/real_proof"
 	@echo "make test       the tests (warnings are errors)"
 	@echo "make test-slow  the long ones, too"
 	@echo "make lint       style of the code"
@@ -63,6 +64,10 @@ real-run:
 	@echo
 	@echo "Look at  out/real/elastomer/report.html   the material, in words, figures and numbers"
 	@echo "         out/real/recordings              the laboratory's file as a recording"
+
+.PHONY: real-proof
+real-proof: $(READY)
+	OPENBLAS_NUM_THREADS=1 PNEUSMA_RECORDINGS="$(PNEUSMA_RECORDINGS)" $(BIN)/python tests/real/real_proof.py --out out/real_proof/table.json
 
 test: $(READY)
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile

@@ -20,6 +20,12 @@ LOOSE = 0.5
 """Relative 1-sigma of a base modulus that is read off a curve."""
 
 
+OPEN_WIRE = {
+    "T_mid": 1.0, "T_width": 0.5, "eps_L": 0.3, "E_m": 0.25, "E_a": 0.2, "beta_1": 0.3, "beta_2": 0.15, "beta_3": 0.3,
+}  # fmt: skip
+"""Relative 1-sigma of the constants of a wire of unknown alloy, those of stress-induced martensite left out."""
+
+
 @dataclass(frozen=True)
 class Case:
     """One campaign with what is kept out of it.
@@ -111,11 +117,18 @@ def two_laboratories() -> Case:
     return case
 
 
-def thermal_cycles(held_out: int) -> Case:
-    """A wire cooled and heated under four stresses; one stress is kept out. The alloy is identified, too."""
+def thermal_cycles(held_out: int, stress_induced: bool = False) -> Case:
+    """A wire cooled and heated under four stresses; one stress is kept out.
+
+    Args:
+        held_out: stress that is kept out [MPa].
+        stress_induced: identify the whole alloy. Its curve of stress-induced martensite then imitates a shift by
+            stress; where it is that of the table, the base is blind to stress in these tests, as it should be.
+    """
     cycles = {load: _raw(f"sma_react/cal_sample_1/{load} MPa.txt") for load in (7, 50, 150, 200)}
     for recording in cycles.values():
-        recording.geometry = {"alloy": "fit"}
+        recording.geometry = {"alloy": "fit" if stress_induced else "niti_wire"}
+        recording.tolerance = None if stress_induced else OPEN_WIRE
     seen = [r for load, r in cycles.items() if load != held_out]
     return Case(f"{held_out} MPa kept out", seen, [cycles[held_out]], "", "wire")
 
