@@ -1,0 +1,121 @@
+"""One report against its truth, by the rules that count."""
+
+import numpy as np
+
+from .truths import parameter_errors
+
+UNMODELLED = "unmodelled"
+CONFIDENT = 0.8
+STRONG = 30.0
+"""Log Bayes factor of the true form, base refitted, from which an effect is a strong one."""
+GOOD_CHI2, GONE = 1.3, 0.95
+"""A model holds on recordings that were not fitted: reduced chi-square, or the share of its excess over 1 that went."""
+
+
+def judge(report, truth, timing=None):
+    """What a report is worth: a flat dictionary, of which every rate is made.
+
+    Args:
+        report: report.json, or what stands for it where the diagnosis failed.
+        truth: of the case.
+        timing: seconds of the case.
+    """
+    true = set(truth["slugs"])
+    row = {
+        "name": truth["name"],
+        "kind": truth["kind"],
+        "group": truth["group"],
+        "slugs": sorted(true),
+        "outside": truth.get("outside", []),
+        "log_bayes": truth["log_bayes_post_refit"],
+        "strong": _strong(truth),
+        "seconds": (timing or {}).get("seconds"),
+        "cpu_seconds": (timing or {}).get("cpu_seconds"),
+    }
+    if "error" in report:
+        return row | {"error": report["error"]} | _nothing_said()
+    return row | _said(report, true) | _place(report, truth) | _fit(report) | _probabilities(report, true) | {
+        "parameters": parameter_errors(report, truth) if row["group"] in ("single", "pair", "masked") else [],
+    }  # fmt: skip
+
+
+def _strong(truth):
+    """Whether every effect of a case is a strong one by itself."""
+    each = truth.get("log_bayes_each") or [truth["log_bayes_post_refit"]]
+    return truth["group"] != "null" and all(value is not None and value >= STRONG for value in each)
+
+
+def _nothing_said():
+    return {
+        "mismatch": False, "said": [], "first": "error", "top": False, "covered": False, "wrong": [], "where_right": False,
+        "confident_unmodelled": False, "before": None, "after": None, "modelled": False, "base_sd": None, "stated": [],
+        "marginal": [], "parameters": [],
+    }  # fmt: skip
+
+
+def _said(report, true):
+    effects = report.get("effects", [])
+    names = [e["name"] for e in effects]
+    unknown = report.get("unknown_probability", 0.0)
+    close = {c for e in effects for c in e.get("confusable_with", [])}
+    held = set(names) | set(report.get("explanation_set", [])) | close
+    if UNMODELLED in true:
+        top = UNMODELLED in names or unknown > 0.5
+    elif not true:
+        top = report["verdict"] == "consistent"
+    else:
+        top = set(names[: len(true)]) == true
+    wrong = [
+        e["name"] for e in effects
+        if e["name"] not in true | {UNMODELLED} and e.get("probability", 0.0) > CONFIDENT
+        and not set(e.get("confusable_with", [])) & true
+    ]  # fmt: skip
+    mismatch = report["verdict"] == "mismatch"
+    return {
+        "mismatch": mismatch,
+        "said": names,
+        "first": names[0] if names else (UNMODELLED if mismatch else "consistent"),
+        "top": top,
+        "covered": top or bool(true) and true <= held,
+        "wrong": wrong,
+        "confident_unmodelled": bool(true) and UNMODELLED not in true and unknown > CONFIDENT,
+    }
+
+
+def _place(report, truth):
+    """Whether the part of the model that is named, or one of the two strongest drivers, is right."""
+    where = report.get("where", {})
+    places = truth.get("where") or [{"component": truth["component"], "driver": truth["driver"]}]
+    component = where.get("component") in {p["component"] for p in places}
+    driver = bool(set(where.get("drivers", [])[:2]) & {d for p in places for d in p["driver"]})
+    return {"component_right": component, "driver_right": driver, "where_right": component or driver}
+
+
+def _fit(report):
+    fit = report.get("fit", {})
+    before, after = (fit.get(part, {}).get("reduced_chi2") for part in ("before", "after"))
+    base = report.get("base_parameters", {})
+    departures = [abs(p["departure_sd"]["with_effects"]) for p in base.values() if "departure_sd" in p]
+    return {
+        "before": before,
+        "after": after,
+        "modelled": holds(before, after),
+        "base_sd": max(departures) if departures else None,
+    }
+
+
+def holds(before, after):
+    """Whether a model does on recordings that were not fitted what is asked of it."""
+    if after is None or not np.isfinite(after):
+        return False
+    return after <= GOOD_CHI2 or bool(before) and before > 1.0 and (after - 1.0) <= (1.0 - GONE) * (before - 1.0)
+
+
+def _probabilities(report, true):
+    """Stated probabilities and whether what they were of was so: as the strongest explanation, and of each effect."""
+    stated = [(c["probability"], c["name"] in true) for c in report.get("candidates", [])]
+    if "no_effect_probability" in report:
+        stated.append((report["no_effect_probability"], not true))
+        stated.append((report.get("unknown_probability", 0.0), UNMODELLED in true))
+    marginal = [(e["probability"], e["name"] in true) for e in report.get("effects", []) if "probability" in e]
+    return {"stated": stated, "marginal": marginal}

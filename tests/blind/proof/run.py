@@ -1,0 +1,114 @@
+"""Seal the cases of a plan and have every one diagnosed: in pieces, with a budget, resumable after any interruption."""
+
+import multiprocessing
+import time
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from functools import partial
+
+from tqdm import tqdm
+
+from tests.blind.cases import KINDS, case_list
+from tests.blind.seal import seal
+
+from . import worker
+from .places import commit, read, write
+
+CHUNK = 24
+"""Cases that are sealed and diagnosed together; within a chunk, one kind after the other."""
+PER_PROCESS = 80
+"""Cases after which a worker process makes room for a new one."""
+
+
+def chosen_cases(plan, seed, limit=None, kinds=None):
+    """Cases of a plan: the first `limit` of the kinds asked for."""
+    unknown = sorted(set(kinds or ()) - set(KINDS))
+    if unknown:
+        raise ValueError(f"unknown kind {unknown[0]!r}: one of {', '.join(KINDS)}")
+    return [case for case in case_list(plan, seed) if not kinds or case.kind in kinds][:limit]
+
+
+def run(cases, places, seed=1, workers=1, minutes=None, diagnose=worker.diagnose_folder, compare=None):
+    """Seal and diagnose cases; whatever is on disk already is kept.
+
+    Args:
+        cases: from `chosen_cases`.
+        places: files of the run.
+        seed: of the diagnoses.
+        workers: processes; 1 works in this one.
+        minutes: no case is begun later than this.
+        diagnose: (folder, seed) -> report.
+        compare: (folder, report, seed) -> answers of other methods; None for none.
+
+    Returns:
+        the cases that have everything that was asked for.
+    """
+    deadline = time.monotonic() + 60.0 * minutes if minutes else float("inf")
+    task = partial(worker.work, places, seed=seed, commit=commit(), diagnose=diagnose, compare=compare)
+
+    def complete(case):
+        return places.report(case.name).exists() and (compare is None or places.baselines(case.name).exists())
+
+    with tqdm(total=len(cases), unit="case", disable=None, initial=sum(map(complete, cases))) as bar:
+        for first in range(0, len(cases), CHUNK):
+            chunk = [case for case in cases[first : first + CHUNK] if not complete(case)]
+            if not chunk or time.monotonic() > deadline:
+                continue
+            bar.set_description("sealing")
+            sealed = [case for case in chunk if _sealed(case, places)]
+            bar.update(len(chunk) - len(sealed))
+            bar.set_description("diagnosing")
+            names = [case.name for case in sorted(sealed, key=lambda c: KINDS.index(c.kind))]
+            if workers > 1:
+                _in_processes(task, names, workers, deadline, bar)
+            else:
+                _here(task, names, deadline, bar)
+            _say(cases, complete, bar)
+    return [case for case in cases if complete(case)]
+
+
+def _sealed(case, places):
+    """Seal one case; one that cannot be made is noted and left out, which says nothing about the tool."""
+    book = places.folder / "unmade.json"
+    unmade = read(book, {})
+    if case.name in unmade:
+        return False
+    try:
+        seal([case], places.campaigns)
+    except ArithmeticError as problem:
+        write(book, unmade | {case.name: str(problem)})
+        return False
+    return True
+
+
+def _here(task, names, deadline, bar):
+    for name in names:
+        if time.monotonic() > deadline:
+            return
+        task(name)
+        bar.update()
+
+
+def _in_processes(task, names, workers, deadline, bar):
+    """Work on names in order; a pool that broke is made again, and what broke it is counted by the worker."""
+    left = list(names)
+    context = multiprocessing.get_context("spawn")
+    while left and time.monotonic() < deadline:
+        with ProcessPoolExecutor(workers, mp_context=context, max_tasks_per_child=PER_PROCESS) as pool:
+            waiting = {}
+            try:
+                while (left or waiting) and (waiting or time.monotonic() < deadline):
+                    while left and len(waiting) < workers and time.monotonic() < deadline:
+                        waiting[pool.submit(task, left[0])] = left.pop(0)
+                    done, _ = wait(waiting, return_when=FIRST_COMPLETED)
+                    for future in done:
+                        future.result()
+                        waiting.pop(future)
+                        bar.update()
+            except BrokenProcessPool:
+                left = [*waiting.values(), *left]
+
+
+def _say(cases, complete, bar):
+    if bar.disable:  # no terminal: a line for the log
+        print(f"{sum(map(complete, cases))} of {len(cases)} cases done", flush=True)

@@ -1,0 +1,192 @@
+"""Rates with exact intervals over judged cases, the detection curve, the confusion matrix, reliability."""
+
+from collections import Counter
+
+import numpy as np
+from scipy.stats import binomtest
+
+from .judge import holds, judge
+
+EDGES = (-np.inf, 3.0, 10.0, 20.0, 30.0, 60.0, 200.0, 1000.0, np.inf)
+"""Of the detection curve, in log Bayes factors."""
+BINS = (0.0, 0.05, 0.2, 0.4, 0.6, 0.8, 0.95, 1.0)
+"""Of stated probabilities."""
+METHODS = ("recalibration", "bic_stepwise", "gaussian_process", "sparse_regression")
+"""Other methods, in the order of the table."""
+BETTER = 0.98
+"""Ratio of two reduced chi-squares from which one is the lower."""
+
+
+def rate(hits):
+    """Number, count and the 95 % Clopper-Pearson interval of a list of truth values."""
+    hits = [bool(h) for h in hits]
+    k, n = sum(hits), len(hits)
+    if n == 0:
+        return {"k": 0, "n": 0, "rate": None, "low": None, "high": None}
+    interval = binomtest(k, n).proportion_ci(method="exact")
+    return {"k": k, "n": n, "rate": k / n, "low": float(interval.low), "high": float(interval.high)}
+
+
+def rates(rows):
+    """Every rate of judged cases, by name. A diagnosis that failed counts as not right."""
+    null = [r for r in rows if r["group"] == "null"]
+    single = [r for r in rows if r["group"] == "single" and r["strong"]]
+    weak = [r for r in rows if r["group"] == "single" and not r["strong"]]
+    pair = [r for r in rows if r["group"] == "pair"]
+    strong_pair = [r for r in pair if r["strong"]]
+    masked = [r for r in rows if r["group"] == "masked"]
+    outside = [r for r in rows if r["group"] == "outside"]
+    right = [r for r in single + pair + masked if r["top"]]
+    of = lambda some, key: rate(r[key] for r in some)  # noqa: E731
+    return {
+        "false_alarms": of(null, "mismatch"),
+        "named_first": of(single, "top"),
+        "covered": of(single, "covered"),
+        "confident_wrong": of(single, "wrong"),
+        "confident_unmodelled": of(single, "confident_unmodelled"),
+        "confident_wrong_all": of(rows, "wrong"),
+        "weak_detected": of(weak, "mismatch"),
+        "weak_covered": of([r for r in weak if r["mismatch"]], "covered"),
+        "weak_confident_wrong": of(weak, "wrong"),
+        "pairs_both_named": of(pair, "top"),
+        "strong_pairs_both_named": of(strong_pair, "top"),
+        "pairs_covered": of(pair, "covered"),
+        "pairs_confident_wrong": of(pair, "wrong"),
+        "masked_detected": of(masked, "mismatch"),
+        "masked_named_first": of(masked, "top"),
+        "masked_covered": of(masked, "covered"),
+        "masked_confident_wrong": of(masked, "wrong"),
+        "outside_unmodelled": of(outside, "top"),
+        "outside_where_right": of(outside, "where_right"),
+        "outside_confident_wrong": of(outside, "wrong"),
+        "modelled": of(right, "modelled"),
+        "base_back": rate(r["base_sd"] is not None and r["base_sd"] <= 2.0 for r in right),
+        "errors": rate("error" in r for r in rows),
+    }
+
+
+def parameter_summary(rows):
+    """How far parameters are off where truth and tool mean the same by them, in cases that are named right."""
+    errors = [p for r in rows if r["top"] for p in r["parameters"]]
+    relative = [abs(p["relative"]) for p in errors]
+    within = [abs(p["sd"]) <= 2.0 for p in errors if p["sd"] is not None]
+    return {
+        "count": len(errors),
+        "median_relative_error": float(np.median(relative)) if errors else None,
+        "within_2_sd": rate(within),
+    }
+
+
+def times(rows):
+    """Median and upper decile of seconds by kind."""
+    found = {}
+    for kind in [*sorted({r["kind"] for r in rows}), "all"]:
+        mine = [r for r in rows if kind in (r["kind"], "all") and r["seconds"] is not None]
+        if mine:
+            wall, cpu = ([r[key] for r in mine] for key in ("seconds", "cpu_seconds"))
+            found[kind] = {
+                "median_seconds": float(np.median(wall)),
+                "upper_decile_seconds": float(np.quantile(wall, 0.9)),
+                "median_cpu_seconds": float(np.median(cpu)),
+            }
+    return found
+
+
+def curve(rows):
+    """Detection against strength, single effects: per bin of the log Bayes factor its median, and three rates."""
+    single = [r for r in rows if r["group"] == "single" and r["log_bayes"] is not None]
+    found = []
+    for low, high in zip(EDGES[:-1], EDGES[1:], strict=True):
+        mine = [r for r in single if low <= r["log_bayes"] < high]
+        if mine:
+            found.append({
+                "log_bayes": float(np.median([r["log_bayes"] for r in mine])),
+                "detected": rate(r["mismatch"] for r in mine),
+                "covered": rate(r["covered"] for r in mine),
+                "named_first": rate(r["top"] for r in mine),
+            })  # fmt: skip
+    return found
+
+
+def confusion(rows):
+    """How often each strong single truth, nothing, or something outside was called what: {truth: {said: count}}."""
+    found = {}
+    for r in rows:
+        if r["group"] == "null" or (r["group"] in ("single", "outside") and r["strong"]):
+            true = r["slugs"][0] if r["slugs"] else "consistent"
+            found.setdefault(true, Counter())[r["first"]] += 1
+    return {true: dict(said) for true, said in sorted(found.items())}
+
+
+def reliability(rows, key="stated"):
+    """Stated probabilities against how often what they were of was so, in bins."""
+    pairs = [tuple(pair) for r in rows for pair in r[key]]
+    found = []
+    for low, high in zip(BINS[:-1], BINS[1:], strict=True):
+        mine = [(p, so) for p, so in pairs if low <= p < high or (high == 1.0 and p >= 1.0)]
+        if mine:
+            found.append({"stated": float(np.mean([p for p, _ in mine])), "so": rate(so for _, so in mine)})
+    return found
+
+
+def methods(rows, others):
+    """The tool and the other methods on the same cases: naming, and errors on what was not fitted.
+
+    Args:
+        rows: judged reports of the tool.
+        others: by method, judged answers of it, of the same cases; cases without an answer are left out for all.
+    """
+    complete = [r["name"] for r in rows if all(r["name"] in mine for mine in others.values())] if others else []
+    tool = {r["name"]: r for r in rows}
+    found = {}
+    for method, mine in {"pneusma diagnose": tool, **others}.items():
+        chosen = [mine[name] for name in complete]
+        concealed = [r for r in chosen if r["group"] != "null" and r["after"] is not None]
+        theirs = [(tool[r["name"]]["after"], r["after"]) for r in concealed if tool[r["name"]]["after"] is not None]
+        found[method] = {
+            "rates": {k: v for k, v in rates(chosen).items() if k in NAMING},
+            "median_held_out": float(np.median([r["after"] for r in concealed])) if concealed else None,
+            "holds": rate(holds(tool[r["name"]]["before"], r["after"]) for r in chosen if r["group"] != "null"),
+            "tool_is_better": rate(a <= BETTER * b for a, b in theirs),
+            "tool_is_worse": rate(b <= BETTER * a for a, b in theirs),
+        }
+    return found
+
+
+NAMING = ("false_alarms", "named_first", "covered", "confident_wrong", "pairs_both_named", "masked_named_first",
+          "outside_unmodelled")  # fmt: skip
+"""Rates that every method has."""
+
+
+def scored(truths, reports, timings, answers):
+    """Everything that a run shows.
+
+    Args:
+        truths, reports, timings: by case.
+        answers: by case, answers of the other methods by method in the form of reports; may lack cases.
+    """
+    rows = [judge(reports[name], truth, timings.get(name)) for name, truth in truths.items()]
+    others = {
+        method: {
+            name: judge(answers[name][method], truths[name]) for name in truths if method in answers.get(name, {})
+        }
+        for method in METHODS
+    }
+    others = {method: mine for method, mine in others.items() if mine}
+    return {
+        "rates": rates(rows),
+        "times": times(rows),
+        "parameters": parameter_summary(rows),
+        "curve": curve(rows),
+        "confusion": confusion(rows),
+        "reliability": {"strongest": reliability(rows), "present": reliability(rows, "marginal")},
+        "methods": methods(rows, others),
+        "held_out": {
+            "pneusma diagnose": {r["name"]: [r["before"], r["after"]] for r in rows if r["group"] != "null"},
+            **{
+                method: {n: [r["before"], r["after"]] for n, r in mine.items() if r["group"] != "null"}
+                for method, mine in others.items()
+            },
+        },
+        "rows": rows,
+    }
