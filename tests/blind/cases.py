@@ -69,7 +69,7 @@ def case_list(plan, seed):
     rng = np.random.default_rng([seed, 7])
     nulls, strong, weaker, pairs, masked, outside = SIZES[plan]
     named, beyond = sorted(registry.NAMED), sorted(registry.OUTSIDE)
-    hidden = sorted(key for key, cls in registry.NAMED.items() if cls.maskable)
+    hidden = sorted(key for key, cls in registry.NAMED.items() if key[0] in cls.maskable)
     rows = [(kind, "null", (), None) for kind in _cycle(rng, KINDS, nulls)]
     rows += [(kind, "single", (slug,), _strong(rng)) for kind, slug in _cycle(rng, named, strong)]
     rows += [

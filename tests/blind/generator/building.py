@@ -3,7 +3,7 @@
 import numpy as np
 
 from . import stand
-from .detectability import linear_gains, occam, verdict
+from .detectability import felt_inputs, linear_gains, occam, verdict
 from .noise import Instruments
 from .plans import plan, true_numbers
 from .registry import effect_class
@@ -33,6 +33,7 @@ class Specimen:
         self.noise = {c: self.instruments.draw(c, self.clean[c], draws) for c in sorted(self.bench.noise)}
         names = sorted(self.bench.tolerance)
         self.true_z = np.array([(self.numbers[n] / self.bench.nominal[n] - 1.0) / self.bench.tolerance[n] for n in names])
+        self.felt = felt_inputs(self.bench, self.clean, self.noise, self.true_z) if classes else None
 
     def columns(self, amplitudes):
         """Noise-free columns (B, K, N) at amplitudes (B, number of effects) in parts of each effect's ceiling."""
@@ -45,7 +46,9 @@ class Specimen:
         """The verdict on one set of amplitudes."""
         columns = {c: v[:1] for c, v in self.columns([amplitudes]).items()}
         active = max(int(np.count_nonzero(amplitudes)), 1)
-        return verdict(self.bench, self.instruments, columns, self.noise, self.true_z, active, starts)
+        return verdict(
+            self.bench, self.instruments, columns, self.noise, self.true_z, self.felt, active, starts
+        )
 
     def ladder(self, direction):
         """Amplitudes along a direction and, to first order, the gains that they bring; empty where none has a state."""
@@ -54,7 +57,9 @@ class Specimen:
             try:
                 with np.errstate(all="ignore"):
                     columns = self.columns(np.outer(shares, direction))
-                    gains = linear_gains(self.bench, self.instruments, self.clean, self.noise, self.true_z, columns)
+                    gains = linear_gains(
+                        self.bench, self.instruments, self.clean, self.noise, self.true_z, self.felt, columns
+                    )
             except (ArithmeticError, np.linalg.LinAlgError):
                 continue
             if np.all(np.isfinite(gains)):
@@ -124,7 +129,7 @@ def _reach(specimen, direction, target):
 
 
 def _reach_masked(specimen, direction):
-    """The largest amplitude that still looks acceptable in what is fitted."""
+    """The largest amplitude that still looks acceptable in what is fitted, short of what anyone would see elsewhere."""
     shares, gains = specimen.ladder(direction)
     if len(shares) == 0:
         return None, None
@@ -133,7 +138,8 @@ def _reach_masked(specimen, direction):
     for _ in range(5):
         share = _share_for(shares, gains, aim)
         found = _safe(specimen.judge, share * direction, [specimen.true_z])
-        if found is not None and found["fit_chi2"] < MASKED_CHI2:
+        seen = found is not None and found["log_bayes"] > 20.0 and found["validation_gain"] > 5000.0
+        if found is not None and found["fit_chi2"] < MASKED_CHI2 and not seen:
             if best[0] is None or share > best[0]:
                 best = (share, found)
             if share >= shares[-1] or found["fit_chi2"] > MASKED_CHI2 - 0.1:

@@ -24,35 +24,37 @@ def _first(columns):
     return {name: np.asarray(value)[:1] for name, value in columns.items()}
 
 
+def felt_inputs(bench, clean, noise, true_z):
+    """What the noise of measured inputs does to the base's predictions: variance and draw (K, N) by scored column.
+
+    Taken once for a specimen, from its columns without any effect (K, N): the effects change little of it.
+    """
+    noisy = [c for c in bench.inputs if c in bench.noise]
+    columns = {c: np.repeat(v[None], 2 * len(noisy) + 1, axis=0) for c, v in clean.items()}
+    for number, channel in enumerate(noisy):
+        columns[channel][2 * number + 1] += bench.noise[channel]
+        columns[channel][2 * number + 2] -= bench.noise[channel]
+    predicted = stand.base(bench, _numbers(bench, np.tile(true_z, (2 * len(noisy) + 1, 1))), columns)
+    variance, felt = {}, {}
+    for c in bench.scored:
+        up, down = ((predicted[c][k::2] - predicted[c][:1]) * (c not in bench.inputs) for k in (1, 2))
+        draws = np.stack([noise[x] / bench.noise[x] for x in noisy]) if noisy else up
+        variance[c] = np.sum(np.maximum(np.abs(up), np.abs(down)) ** 2, axis=0)
+        felt[c] = -np.sum(np.where(draws > 0, up, -down) * draws, axis=0)
+    return variance, felt
+
+
 class Judge:
     """Refits the base to one set of noise-free recorded columns (1, K, N) with one draw of noise added."""
 
-    def __init__(self, bench, instruments, recorded, noise, true_z, chosen):
+    def __init__(self, bench, instruments, recorded, noise, true_z, chosen, felt):
         self.bench, self.recorded, self.true_z = bench, _first(recorded), true_z
         self.noise = {c: noise[c][None] if c in noise else 0.0 for c in bench.scored}
         reference = {c: self.recorded[c][0] for c in bench.scored}
-        indirect, felt = self._indirect(noise)
-        self.whiten = Whitener(instruments, reference, indirect, chosen)
-        self.noise = {c: self.noise[c] + felt[c] for c in bench.scored}
+        self.whiten = Whitener(instruments, reference, felt[0], chosen)
+        self.noise = {c: self.noise[c] + felt[1][c] for c in bench.scored}
         clean = {c: np.broadcast_to(self.noise[c], (1,) + reference[c].shape) for c in bench.scored}
         self.whitened_noise = self.whiten(clean)[0]
-
-    def _indirect(self, noise):
-        """What the noise of measured inputs does to the base's predictions: variance and draw (K, N) by column."""
-        bench = self.bench
-        noisy = [c for c in bench.inputs if c in bench.noise]
-        columns = {c: np.repeat(v, 2 * len(noisy) + 1, axis=0) for c, v in self.recorded.items()}
-        for number, channel in enumerate(noisy):
-            columns[channel][2 * number + 1] += bench.noise[channel]
-            columns[channel][2 * number + 2] -= bench.noise[channel]
-        predicted = stand.base(bench, _numbers(bench, np.tile(self.true_z, (2 * len(noisy) + 1, 1))), columns)
-        variance, felt = {}, {}
-        for c in bench.scored:
-            up, down = ((predicted[c][k::2] - predicted[c][:1]) * (c not in bench.inputs) for k in (1, 2))
-            draws = np.stack([noise[x] / bench.noise[x] for x in noisy]) if noisy else up
-            variance[c] = np.sum(np.maximum(np.abs(up), np.abs(down)) ** 2, axis=0)
-            felt[c] = -np.sum(np.where(draws > 0, up, -down) * draws, axis=0)
-        return variance, felt
 
     def residuals(self, z):
         """Whitened residuals (B, M) of the base at z (B, P)."""
@@ -100,14 +102,14 @@ def occam(gain, effects=1):
     return 0.5 * effects * np.log1p(2.0 * max(gain, 0.0))
 
 
-def verdict(bench, instruments, recorded, noise, true_z, effects=1, starts=None):
+def verdict(bench, instruments, recorded, noise, true_z, felt, effects=1, starts=None):
     """Post-refit log Bayes factor and reduced chi-squares of the refitted base, as a dictionary."""
-    judge = Judge(bench, instruments, recorded, noise, true_z, bench.fitted())
+    judge = Judge(bench, instruments, recorded, noise, true_z, bench.fitted(), felt)
     starts = [true_z, np.zeros_like(true_z)] if starts is None else starts
     fits = [judge.refit(start=start) for start in starts]
     z, cost, chi2, j = min(fits, key=lambda fit: fit[1])
     gain = 0.5 * (cost - judge.truth_cost(j))
-    held = Judge(bench, instruments, recorded, noise, true_z, ~bench.fitted())
+    held = Judge(bench, instruments, recorded, noise, true_z, ~bench.fitted(), felt)
     left = held.residuals(z[None])[0]
     return {
         "log_bayes": float(gain - occam(gain, effects)),
@@ -119,9 +121,9 @@ def verdict(bench, instruments, recorded, noise, true_z, effects=1, starts=None)
     }
 
 
-def linear_gains(bench, instruments, clean, noise, true_z, columns):
+def linear_gains(bench, instruments, clean, noise, true_z, felt, columns):
     """Half the noise-free chi-square (B,) that columns (B, K, N) leave once the base has been refitted, to first order."""
-    judge = Judge(bench, instruments, {c: clean[c][None] for c in clean}, noise, true_z, bench.fitted())
+    judge = Judge(bench, instruments, {c: clean[c][None] for c in clean}, noise, true_z, bench.fitted(), felt)
     _, j = judge.linearise(true_z)
     size = len(next(iter(columns.values())))
     predicted = stand.base(bench, _numbers(bench, np.tile(true_z, (size, 1))), columns)

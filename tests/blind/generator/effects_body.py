@@ -14,14 +14,15 @@ class HertzContact(Effect):
     """The tip meets the base past a bend angle: Hertz's power of the approach."""
 
     slug, kinds, component = "tip_contact", ONLY, "contact"
-    drivers, ceiling, maskable = ("curvature", "xi0_2", "pressure"), 0.1, True
+    drivers, ceiling = ("curvature", "xi0_2", "pressure"), 0.1
+    maskable = ("actuator",)
 
     def prepare(self, rng, bench, clean):
         bend = clean["bend_angle_deg"]
         fitted = float(np.max(bend[bench.fitted()]))
         highest = float(np.max(bend))
         masked = highest > 1.15 * fitted
-        self.stop_deg = rng.uniform(0.97, 1.04) * fitted if masked else rng.uniform(0.55, 0.85) * fitted
+        self.stop_deg = rng.uniform(0.9, 0.97) * fitted if masked else rng.uniform(0.55, 0.85) * fitted
         if rng.random() < 0.5:
             bench.geometry["tip_to_base_clearance_deg"] = float(np.round(self.stop_deg + rng.normal(0, 3.0), 0))
 
@@ -92,7 +93,8 @@ class HeatThroughTheTube(Effect):
     """Heat of the heated spring diffuses across the tube, with losses, to the one that was taken to be cold."""
 
     slug, kinds, component = "opposing_spring_heating", ONLY, "spring_1"
-    drivers, ceiling, maskable = ("xi0_2", "time", "current_2"), 0.9, True
+    drivers, ceiling = ("xi0_2", "time", "current_2"), 0.9
+    maskable = ("actuator",)
     wants = {"design": "pneusma2"}
 
     def draw(self, rng, bench):

@@ -108,7 +108,8 @@ class OpeningHelix(Effect):
     """A wire that does not stretch: as the coil opens it gets thinner, and the same stress pulls harder."""
 
     slug, kinds, component = "large_helix_angle", SPRINGS, "spring"
-    drivers, ceiling, maskable = ("strain", "force"), 3.0, False
+    drivers, ceiling = ("strain", "force"), 3.0
+    maskable = ("spring",)
 
     def begin(self, shape, numbers, bench):
         self._q = numbers
@@ -128,6 +129,7 @@ class DeadCoils(Effect):
 
     slug, kinds, component = "inactive_coils", SPRINGS, "spring"
     drivers, ceiling = ("strain", "xi0"), 8.0
+    maskable = ("spring",)
 
     def draw(self, rng, bench):
         self.share_of_stretch = float(rng.uniform(0.0, 0.12))

@@ -12,6 +12,7 @@ class GrowingBore(Effect):
 
     slug, kinds, component = "radial_expansion", BLOWN, "pressure"
     drivers, ceiling = ("pressure", "strain"), 0.3
+    maskable = ("tube",)
 
     def load(self, body, row):
         wider = self.amplitude * body.pressure / 1e5 * (1.0 + body.axial)

@@ -13,6 +13,7 @@ class PowerLawRelaxation(Effect):
 
     slug, kinds, component = "viscoelastic_relaxation", SOFT, "elastomer"
     drivers, ceiling = ("time", "strain_rate"), 0.5
+    maskable = ("elastomer", "tube")
 
     def draw(self, rng, bench):
         self.exponent = float(rng.uniform(0.1, 0.4))
@@ -53,7 +54,8 @@ class RunningMaximumSoftening(Effect):
     """Mullins softening: below the largest strain so far the stress is lower, the more the further below."""
 
     slug, kinds, component = "mullins_softening", SOFT, "elastomer"
-    drivers, ceiling, maskable = ("max_strain", "strain", "cycle"), 0.7, True
+    drivers, ceiling = ("max_strain", "strain", "cycle"), 0.7
+    maskable = ("elastomer", "tube")
 
     def draw(self, rng, bench):
         self.sharpness = float(rng.uniform(0.6, 1.6))
@@ -100,7 +102,8 @@ class ExponentialStiffening(Effect):
     """Chains that lock: a stress that grows exponentially with the square of the stretch."""
 
     slug, kinds, component = "strain_stiffening", SOFT, "elastomer"
-    drivers, ceiling, maskable = ("strain", "force", "pressure"), 2.0, True
+    drivers, ceiling = ("strain", "force", "pressure"), 2.0
+    maskable = ("elastomer", "tube")
 
     def draw(self, rng, bench):
         self.rate = float(rng.uniform(1.5, 3.0))
@@ -115,6 +118,7 @@ class RadialStress(Effect):
 
     slug, kinds, component = "thick_wall", ("tube", "actuator"), "elastomer"
     drivers, ceiling = ("pressure", "strain"), 2.0
+    maskable = ("tube",)
 
     def begin(self, shape, numbers, bench):
         outer = 0.5 * numbers["outer_diameter_mm"]

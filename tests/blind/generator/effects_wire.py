@@ -12,6 +12,7 @@ class Relays(Effect):
 
     slug, kinds, component = "transformation_hysteresis", ONLY, "spring"
     drivers, ceiling = ("temperature",), 40.0
+    maskable = ("wire",)
 
     def draw(self, rng, bench):
         self.unlike = float(rng.uniform(0.2, 0.6))
@@ -42,6 +43,7 @@ class ClausiusClapeyron(Effect):
 
     slug, kinds, component = "stress_shifted_transformation", ONLY, "spring"
     drivers, ceiling = ("stress", "temperature"), 0.25
+    maskable = ("wire",)
 
     def draw(self, rng, bench):
         self.bow_per_MPa = float(rng.uniform(0.0, 0.001))

@@ -53,7 +53,7 @@ class Effect:
     drivers = ()
     ceiling = 1.0
     wants = {}
-    maskable = False
+    maskable = ()
 
     def where(self, bench):
         """The component that a report should name."""

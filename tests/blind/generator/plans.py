@@ -80,8 +80,8 @@ def plan_tube(rng, flavour, masked):
 def _level(rng, count, level, amount=0.012):
     """A martensite fraction that a controller holds: it settles after a transient and ripples."""
     x = np.arange(count)
-    settle = 0.12 * (1.0 - level) * np.exp(-x / rng.uniform(3, 8)) * np.cos(x / rng.uniform(2, 5))
-    ripple = amount * min(1.0, 6.0 * (1.0 - level)) * chatter(rng, count, rng.uniform(6, 16))
+    settle = 0.12 * (1.0 - level) * np.exp(-x / rng.uniform(7, 15)) * np.cos(x / rng.uniform(5, 10))
+    ripple = amount * min(1.0, 6.0 * (1.0 - level)) * chatter(rng, count, rng.uniform(18, 40))
     return np.clip(level + settle + ripple, 0.02, 1.0)
 
 
@@ -142,7 +142,7 @@ def plan_wire(rng, flavour, masked):
             peaks = [hot, cold, middle - 2.0, cold + 4, hot] if number == 3 else [hot, cold, hot]
         corners = np.concatenate([[0], np.cumsum(np.abs(np.diff(peaks)))])
         temperature = way(corners / corners[-1], peaks, count)
-        temperature = temperature + 0.35 * chatter(rng, count, rng.uniform(8, 16))
+        temperature = temperature + 0.35 * chatter(rng, count, rng.uniform(20, 40))
         load = np.full(count, stress)
         if number == 1 and not masked:
             load = stress + way([0, 0.3, 0.5, 0.8, 1], [0, 0, 25, 25, 0], count)
@@ -173,7 +173,7 @@ def _pressure_sweep(rng, heater, count, low, high, coldest):
 
 def _regulated(rng, pressure):
     """A pressure regulator's ripple."""
-    return pressure + 0.08 * chatter(rng, len(pressure), rng.uniform(8, 20))
+    return pressure + 0.08 * chatter(rng, len(pressure), rng.uniform(20, 40))
 
 
 def plan_actuator(rng, flavour, masked, design=None):

@@ -31,13 +31,17 @@ def step_and_hold(level, count, rise=0.12, second=None):
 
 
 def chatter(rng, count, period):
-    """The ripple that a controller leaves: a noisy oscillation of unit size and a period in rows."""
-    radius, turn = 0.96, 2.0 * np.pi / period
-    kick = rng.standard_normal(count + 60)
-    x = np.zeros(count + 60)
-    for n in range(2, count + 60):
+    """The ripple that a controller leaves: a noisy oscillation of unit size and a period in rows.
+
+    Periods of less than some 16 rows would be lost in whatever smoothing a noisy resistance needs: a stand that
+    samples so slowly could not be read by anyone.
+    """
+    radius, turn = 0.97, 2.0 * np.pi / period
+    kick = rng.standard_normal(count + 120)
+    x = np.zeros(count + 120)
+    for n in range(2, count + 120):
         x[n] = 2 * radius * np.cos(turn) * x[n - 1] - radius**2 * x[n - 2] + kick[n]
-    x = x[60:]
+    x = x[120:]
     return x / np.std(x)
 
 
@@ -88,7 +92,7 @@ class Heater:
         """Current, temperature and fraction for a heating profile `shape` (0 to 1) whose peak reaches `coldest`."""
         peak = temperature_for(coldest, self.middle, self.width, self.ambient)
         current = self.current_for(peak) * np.sqrt(shape)
-        ripple = 0.03 * rng.uniform(0.3, 1.0) * chatter(rng, len(time), rng.uniform(5, 14))
+        ripple = 0.03 * rng.uniform(0.3, 1.0) * chatter(rng, len(time), rng.uniform(16, 36))
         current = np.maximum(current * (1.0 + ripple), 0.0)
         temperature = self.respond(time, current)
         return current, temperature, self.fraction(temperature)
