@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fitting.parameters import format_estimate
+
 from .fits import OwnFit, Problem
 
 CLOSE = 3.0
@@ -68,6 +70,8 @@ class Explained:
         base: refitted alone; `final`: with the terms that entered.
         stages: of the search.
         before, after: chi-square per value of fitted recordings left out in turn.
+        inflation: of the variance of the final misfit over that of independent errors of the stated size;
+            `estimate` widens standard errors by its root.
     """
 
     problem: Problem
@@ -76,6 +80,7 @@ class Explained:
     stages: list[Stage]
     before: float
     after: float
+    inflation: float
 
     @property
     def named(self) -> tuple[str, ...]:
@@ -99,6 +104,12 @@ class Explained:
         values = (self.final if augmented else self.base).result.values
         return {k: np.asarray(v) for k, v in self.problem.model.predict(values, columns, facts).items()}
 
+    def estimate(self, name: str) -> str:
+        """A parameter of base or term with its error, widened by what the model leaves."""
+        parameter = self.final.result.parameters[name]
+        error = parameter.standard_error
+        return format_estimate(parameter.value, None if error is None else error * np.sqrt(self.inflation))
+
     def report(self) -> str:
         """The answer as text: terms, numbers with errors and bounds, rivals, errors before and after."""
         lines = [_sentence(self)]
@@ -114,7 +125,7 @@ class Explained:
             lines.append(f"{name}: {term.sentence}")
             for key, spec in term.specs.items():
                 lines.append(
-                    f"    {key} = {self.final.result.estimate(term.full(key))} {spec.unit}, within"
+                    f"    {key} = {self.estimate(term.full(key))} {spec.unit}, within"
                     f" [{spec.low:g}, {spec.high:g}]: {spec.text}"
                 )
         lines.append(

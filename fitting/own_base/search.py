@@ -70,7 +70,8 @@ def explain_own(
         if stage.chosen is None:
             break
     current = _pruned(problem, current)
-    return Explained(problem, base, current, stages, before, problem.left_out(current))
+    left, width = problem.left_out(current), _inflation(problem, current)
+    return Explained(problem, base, current, stages, before, left, width)
 
 
 def _inflation(problem: Problem, best: OwnFit) -> float:
