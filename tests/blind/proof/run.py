@@ -1,5 +1,6 @@
 """Seal the cases of a plan and have every one diagnosed: in pieces, with a budget, resumable after any interruption."""
 
+import hashlib
 import multiprocessing
 import time
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
@@ -26,6 +27,19 @@ def chosen_cases(plan, seed, limit=None, kinds=None):
     if unknown:
         raise ValueError(f"unknown kind {unknown[0]!r}: one of {', '.join(KINDS)}")
     return [case for case in case_list(plan, seed) if not kinds or case.kind in kinds][:limit]
+
+
+def keep_plan(places, plan, seed):
+    """Remember which cases a run began with, as a hash; ValueError where the plan's cases have changed since.
+
+    Raises:
+        ValueError: the generator's plan is another one than that of the campaigns on disk.
+    """
+    book = places.folder / "plan.json"
+    now = hashlib.sha256(repr(case_list(plan, seed)).encode()).hexdigest()
+    if read(book, now) != now:
+        raise ValueError(f"the cases of plan {plan} are others than when {places.folder} was begun: choose another --out")
+    write(book, now)
 
 
 def run(cases, places, seed=1, workers=1, minutes=None, diagnose=worker.diagnose_folder, compare=None):
