@@ -57,7 +57,7 @@ def detection(curve, false_alarms):
         text = f"false alarms {false_alarms['k']} of {false_alarms['n']}"
         axes.axhline(false_alarms["rate"], color=INK, lw=1.0, ls=":", label=text)
     axes.axvline(30.0, color=INK, lw=0.8, ls="--")
-    axes.annotate("strong", (30.0, 0.015), xytext=(4, 0), textcoords="offset points", color=INK, fontsize=9)
+    axes.annotate("strong", (30.0, 0.1), xytext=(4, 0), textcoords="offset points", color=INK, fontsize=9)
     axes.set(xscale="log", ylim=(-0.03, 1.04), ylabel="share of cases, with 95 % intervals")
     axes.set_xlabel("log Bayes factor that the true form reaches after the base is refitted")
     if curve:
@@ -83,7 +83,8 @@ def confusion(table):
     axes.imshow(shares, cmap=SHADES, vmin=0.0, vmax=1.0, aspect="auto")
     for (i, j), count in np.ndenumerate(counts):
         if count:
-            axes.text(j, i, f"{count:.0f}", ha="center", va="center", fontsize=7, color="white" if shares[i, j] > 0.6 else INK)
+            color, size = "white" if shares[i, j] > 0.6 else INK, 7 if count < 100 else 5.5
+            axes.text(j, i, f"{count:.0f}", ha="center", va="center", fontsize=size, color=color)
     words = {"consistent": "nothing", "unmodelled": "outside the catalogue"}
     axes.set_yticks(range(len(rows)), [words.get(r, r).replace("_", " ") for r in rows], fontsize=7)
     words = {"consistent": "consistent", "error": "failed"}
@@ -99,19 +100,20 @@ def confusion(table):
 
 def reliability(found):
     """How often what was stated with a probability was so."""
-    figure, axes = _axes(4.6)
-    axes.plot([0, 1], [0, 1], color=INK, lw=0.9, ls="--", label="as stated")
-    looks = (("present", BLUE, "an effect is present", "o"), ("strongest", ORANGE, "it is the strongest explanation", "D"))
-    for key, color, label, marker in looks:
-        bins = found[key]
-        if bins:
-            _points(axes, [b["stated"] for b in bins], [b["so"] for b in bins], color, label, marker)
-    for key, color, place in (("present", BLUE, (5, -11)), ("strongest", ORANGE, (5, 4))):
+    figure = Figure(figsize=(WIDTH, 3.9), layout="constrained")
+    looks = (("present", BLUE, "an effect is present"), ("strongest", ORANGE, "it is the strongest explanation"))
+    for axes, (key, color, title) in zip(figure.subplots(1, 2, sharey=True), looks, strict=True):
+        axes.plot([0, 1], [0, 1], color=INK, lw=0.9, ls="--")
         for b in found[key]:
-            at = (b["stated"], b["so"]["rate"])
-            axes.annotate(str(b["so"]["n"]), at, xytext=place, textcoords="offset points", fontsize=7, color=color)
-    axes.set(xlim=(-0.03, 1.06), ylim=(-0.03, 1.06), xlabel="stated probability", ylabel="share that was so, with 95 % intervals")
-    axes.legend(frameon=False, loc="upper left", fontsize=9)
+            x, y, high = b["stated"], b["so"]["rate"], b["so"]["high"]
+            axes.errorbar(x, y, [[max(y - b["so"]["low"], 0.0)], [max(high - y, 0.0)]], color=color, marker="o", ms=5, capsize=2.5)
+            below = {"xytext": (0, -11)} if y < 0.05 and high < 0.05 else {"xytext": (0, 3)}
+            axes.annotate(str(b["so"]["n"]), (x, high), **below, textcoords="offset points", ha="center", fontsize=7, color=INK)
+        axes.set(xlim=(-0.05, 1.05), ylim=(-0.07, 1.1), xlabel="stated probability")
+        axes.set_title(title, fontsize=9, loc="left")
+        axes.spines[["top", "right"]].set_visible(False)
+        if key == "present":
+            axes.set_ylabel("share that was so, with 95 % intervals")
     return figure
 
 

@@ -1,0 +1,254 @@
+"""The trial's own arithmetic on made-up reports, its running and resuming with a made-up diagnosis, other methods' regressions."""
+
+import functools
+import json
+
+import numpy as np
+import pytest
+
+from tests.blind.cases import Case
+from tests.blind.proof import __main__ as command
+from tests.blind.proof import ledger, score, worker
+from tests.blind.proof import run as running
+from tests.blind.proof.figures import draw
+from tests.blind.proof.judge import holds, judge
+from tests.blind.proof.places import Places, read
+from tests.blind.proof.regressors import GaussianProcess, SparseRegression
+
+
+def _truth(name="c1", group="single", slugs=("gravity",), log_bayes=100.0, **more):
+    null = group == "null"
+    return {
+        "name": name, "kind": "tube", "group": group, "slugs": list(slugs), "log_bayes_post_refit": None if null else log_bayes,
+        "component": None if null else "environment", "driver": [] if null else ["pressure"], "parameters": {}, "base": {},
+    } | more  # fmt: skip
+
+
+def _effect(name, probability=0.9, close=(), **parameters):
+    return {"name": name, "probability": probability, "confusable_with": list(close), "parameters": parameters}
+
+
+def _report(*effects, said_set=(), unknown=0.01, before=5.0, after=1.1, departure=0.5, component="sensor", drivers=()):
+    names = [e["name"] for e in effects]
+    return {
+        "verdict": "mismatch" if effects else "consistent", "effects": list(effects), "explanation_set": [*names, *said_set],
+        "unknown_probability": unknown, "no_effect_probability": 0.0 if effects else 0.95,
+        "candidates": [{"name": n, "probability": 0.9} for n in names],
+        "where": {"component": component, "drivers": list(drivers)},
+        "fit": {"before": {"reduced_chi2": before}, "after": {"reduced_chi2": after}},
+        "base_parameters": {"x": {"departure_sd": {"alone": 3.0, "with_effects": -departure}}},
+    }  # fmt: skip
+
+
+def test_intervals_are_those_of_clopper_and_pearson():
+    found = score.rate([False] * 300)
+    assert (found["k"], found["n"], found["low"]) == (0, 300, 0.0)
+    assert found["high"] == pytest.approx(1.0 - 0.025 ** (1 / 300), rel=1e-9)  # closed form where nothing happened
+    # R: binom.test(9, 10)$conf.int
+    found = score.rate([True] * 9 + [False])
+    assert (found["low"], found["high"]) == (pytest.approx(0.5549839, abs=1e-6), pytest.approx(0.9974714, abs=1e-6))
+    assert score.rate([])["rate"] is None
+
+
+@pytest.mark.parametrize(
+    ("truth", "report", "expected"),
+    [
+        (_truth(), _report(_effect("gravity")), {"top": True, "covered": True, "wrong": [], "modelled": True}),
+        (_truth(), _report(_effect("tip_contact")), {"top": False, "covered": False, "wrong": ["tip_contact"]}),
+        (_truth(), _report(_effect("tip_contact", 0.8)), {"wrong": []}),
+        (_truth(), _report(_effect("tip_contact", close=["gravity"])), {"top": False, "covered": True, "wrong": []}),
+        (_truth(), _report(_effect("tip_contact"), said_set=["gravity"]), {"covered": True, "wrong": ["tip_contact"]}),
+        (_truth(), _report(_effect("gravity"), _effect("pressure_lag")), {"top": True, "wrong": ["pressure_lag"]}),
+        (_truth(), _report(_effect("unmodelled"), unknown=0.9), {"top": False, "wrong": [], "confident_unmodelled": True}),
+        (_truth(), _report(), {"mismatch": False, "top": False, "covered": False, "first": "consistent"}),
+        (_truth(group="null", slugs=()), _report(), {"mismatch": False, "top": True, "strong": False}),
+        (_truth(group="null", slugs=()), _report(_effect("gravity")), {"mismatch": True, "top": False, "wrong": ["gravity"]}),
+        (_truth(group="outside", slugs=("unmodelled",)), _report(_effect("unmodelled"), drivers=["time", "pressure"]),
+         {"top": True, "where_right": True, "component_right": False, "wrong": []}),
+        (_truth(group="outside", slugs=("unmodelled",)), _report(_effect("gravity"), component="environment"),
+         {"top": False, "where_right": True, "wrong": ["gravity"]}),
+        (_truth(), {"error": "ValueError: no"}, {"top": False, "covered": False, "mismatch": False, "first": "error"}),
+    ],
+)  # fmt: skip
+def test_a_report_is_judged_by_what_it_says_first_and_what_it_leaves_open(truth, report, expected):
+    row = judge(report, truth)
+    assert {key: row[key] for key in expected} == expected
+
+
+def test_pairs_need_both_and_are_strong_where_each_is():
+    truth = _truth(group="pair", slugs=("gravity", "pressure_lag"), log_bayes_each=[90.0, 12.0])
+    both = judge(_report(_effect("pressure_lag"), _effect("gravity")), truth)
+    assert both["top"] and not both["strong"]
+    assert not judge(_report(_effect("pressure_lag")), truth)["top"]
+    assert judge(_report(_effect("pressure_lag", close=["gravity"])), truth)["covered"]
+    assert judge(_report(), truth | {"log_bayes_each": [90.0, 31.0]})["strong"]
+
+
+def test_what_a_model_must_do_on_recordings_that_were_not_fitted():
+    assert holds(1.2, 1.3) and holds(101.0, 5.9) and not holds(101.0, 6.1)
+    assert not holds(5.0, None) and not holds(5.0, float("nan")) and not holds(1.0, 1.4)
+
+
+def test_parameters_are_compared_where_they_mean_the_same():
+    delay = {"value": 0.33, "sd": 0.02, "unit": "s"}
+    truth = _truth(slugs=("channel_lag",), parameters={"channel_lag": {"amplitude": 0.3}})
+    (error,) = judge(_report(_effect("channel_lag", delay=delay, other=delay)), truth)["parameters"]
+    assert error["parameter"] == "channel_lag.delay"
+    assert error["relative"] == pytest.approx(0.1) and error["sd"] == pytest.approx(1.5)
+
+
+def _many():
+    """Twelve cases whose rates are counted by hand below."""
+    truths, reports = {}, {}
+    made = [
+        *[(_truth(group="null", slugs=()), _report()) for _ in range(3)],
+        (_truth(group="null", slugs=()), _report(_effect("gravity"))),
+        *[(_truth(), _report(_effect("gravity"))) for _ in range(2)],
+        (_truth(), _report(_effect("gravity"), after=2.0, departure=3.0)),
+        (_truth(), _report(_effect("tip_contact", 0.95))),
+        (_truth(log_bayes=8.0), _report()),
+        (_truth(log_bayes=8.0), _report(_effect("tip_contact", 0.6, ["gravity"]))),
+        (_truth(group="outside", slugs=("unmodelled",)), _report(_effect("unmodelled", 0.7), unknown=0.7)),
+        (_truth(), {"error": "it broke"}),
+    ]
+    for n, (truth, report) in enumerate(made):
+        truths[f"c{n}"], reports[f"c{n}"] = truth | {"name": f"c{n}"}, report
+    return truths, reports
+
+
+def _others(reports, factor):
+    return {
+        name: {"bic_stepwise": r if "error" in r else r | {"fit": {"before": {"reduced_chi2": 5.0}, "after": {"reduced_chi2": factor}}}}
+        for name, r in reports.items()
+    }
+
+
+def test_rates_are_over_the_cases_that_they_are_about():
+    truths, reports = _many()
+    found = score.scored(truths, reports, {"c0": {"seconds": 3.0, "cpu_seconds": 2.0}}, _others(reports, 2.0))
+    counts = {key: (r["k"], r["n"]) for key, r in found["rates"].items()}
+    expected = {
+        "false_alarms": (1, 4), "named_first": (3, 5), "covered": (3, 5), "confident_wrong": (1, 5), "confident_wrong_all": (2, 12),
+        "weak_detected": (1, 2), "weak_covered": (1, 1), "outside_unmodelled": (1, 1), "outside_where_right": (0, 1),
+        "modelled": (2, 3), "base_back": (2, 3), "errors": (1, 12), "pairs_both_named": (0, 0),
+    }  # fmt: skip
+    assert {key: counts[key] for key in expected} == expected
+    assert found["times"]["all"]["median_seconds"] == 3.0
+    assert sum(b["detected"]["n"] for b in found["curve"]) == 7
+    assert found["confusion"]["gravity"] == {"gravity": 3, "tip_contact": 1, "error": 1}
+    other = found["methods"]["bic_stepwise"]
+    assert (other["tool_is_better"]["k"], other["tool_is_better"]["n"], other["tool_is_worse"]["k"]) == (6, 7, 0)
+    assert other["median_held_out"] == 2.0 and found["methods"]["pneusma diagnose"]["median_held_out"] == 1.1
+    present = {round(b["stated"], 2): (b["so"]["k"], b["so"]["n"]) for b in found["reliability"]["present"]}
+    assert present == {0.65: (1, 2), 0.9: (3, 4), 0.95: (0, 1)}
+
+
+def test_the_ledger_only_grows_and_its_table_quotes_the_counts(tmp_path, capsys):
+    truths, reports = _many()
+    found = score.scored(truths, reports, {}, _others(reports, 2.0))
+    path = tmp_path / "ledger.jsonl"
+    for _ in range(2):
+        ledger.append(path, ledger.entry(found, "fixed", 5, "", {"abc"}, "2026-01-02", ledger.lines(path)))
+    first, second = ledger.lines(path)
+    assert first["rates"] == second["rates"] and (first["scored_before"], second["scored_before"]) == (0, 1)
+    assert command.main(["table", "--ledger", str(path)]) == 0
+    text = capsys.readouterr().out
+    assert "| Strong single effect named first | 3/5 (60 %) | 14.7-94.7 % | at least 90 % |" in text
+    assert "| Median reduced chi2 on values not fitted | 1.1 | 2 |" in text
+    assert command.main(["table", "--ledger", str(path), "--plan", "full"]) == 2
+
+
+def test_figures_are_drawn_of_few_cases_as_of_many(tmp_path):
+    truths, reports = _many()
+    paths = draw(score.scored(truths, reports, {}, _others(reports, 2.0)), tmp_path)
+    assert [p.name for p in paths] == [f"proof_{n}.png" for n in ("detection", "confusion", "reliability", "held_out")]
+    assert all(p.read_bytes().startswith(b"\x89PNG") for p in paths)
+    only_null = {"c0": truths["c0"]}
+    draw(score.scored(only_null, {"c0": reports["c0"]}, {}, {}), tmp_path / "null")
+
+
+def _made_up(seen, folder, seed):
+    """A diagnosis that sees only a folder, and fails on the second one it meets."""
+    seen.append(folder)
+    assert sorted(p.suffix for p in folder.iterdir()) == [".csv", ".toml"]
+    if len(seen) == 2:
+        raise RuntimeError("singular")
+    return _report()
+
+
+def _write_campaign(case, folder):
+    folder.mkdir(parents=True)
+    (folder / "run_1.csv").write_text(f"{case.seed}\n")
+    (folder / "run_1.toml").write_text("")
+    return {"name": case.name} | _truth(case.name, "null", ())
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """Four cases whose campaigns cost nothing."""
+    cases = [Case(f"c{n}", kind, "null", (), None, n) for n, kind in enumerate(("wire", "tube", "wire", "actuator"))]
+    monkeypatch.setattr(running, "case_list", lambda plan, seed: cases)
+    monkeypatch.setattr("tests.blind.seal.write_case", _write_campaign)
+    monkeypatch.setattr("tests.blind.seal.truth_of", lambda case: {"name": case.name} | _truth(case.name, "null", ()))
+    return cases
+
+
+def test_a_run_goes_by_kind_outlives_failures_and_resumes(tmp_path, small):
+    places, seen = Places(tmp_path / "x"), []
+    done = running.run(small, places, diagnose=functools.partial(_made_up, seen))
+    assert [case.name for case in done] == ["c0", "c1", "c2", "c3"]
+    assert [folder.name for folder in seen] == ["c3", "c0", "c2", "c1"]
+    assert read(places.report("c0"))["error"] == "RuntimeError: singular"
+    places.report("c2").unlink()
+    assert len(running.run(small, places, diagnose=functools.partial(_made_up, seen))) == 4
+    assert [folder.name for folder in seen[4:]] == ["c2"]
+    later = Places(tmp_path / "x", "later")  # another tool, the same sealed cases
+    assert running.run(small, later, minutes=1e-9, diagnose=functools.partial(_made_up, seen)) == []
+    assert not (places.campaigns / "opened.json").exists()
+
+
+def test_a_case_that_kills_its_process_is_recorded(tmp_path, small):
+    places, seen = Places(tmp_path), []
+    running.seal(small[:1], places.campaigns)
+    (places.reports / "c0").mkdir(parents=True)
+    (places.reports / "c0" / "attempts.json").write_text(str(worker.MOST_ATTEMPTS))
+    worker.work(places, "c0", 1, "abc", functools.partial(_made_up, seen))
+    assert not seen and "the process ended 3 times" in read(places.report("c0"))["error"]
+
+
+def test_the_command_scores_what_has_a_report_and_nothing_else(tmp_path, small, monkeypatch, capsys):
+    own = ["--plan", "fixed", "--seed", "7", "--out", str(tmp_path)]
+    monkeypatch.setattr(command, "run", functools.partial(running.run, diagnose=functools.partial(_made_up, [])))
+    assert command.main(["score", *own]) == 2
+    assert command.main(["run", *own, "--limit", "3"]) == 0
+    assert command.main(["score", *own]) == 0
+    folder = tmp_path / "fixed-7"
+    assert [line["cases"] for line in ledger.lines(folder / "ledger.jsonl")] == [3, 3]
+    assert json.loads((folder / "score.json").read_text())["rates"]["false_alarms"]["n"] == 3
+    small.append(Case("c9", "wire", "null", (), None, 9))  # the generator's plan has changed
+    assert command.main(["score", *own]) == 2
+    assert "others than when" in capsys.readouterr().err
+
+
+def test_a_gaussian_process_interpolates_and_returns_to_nothing_far_away():
+    rng = np.random.default_rng(0)
+    x = rng.uniform(-2.0, 2.0, (300, 2))
+    y = 6.0 * np.sin(2.0 * x[:, 0]) + rng.standard_normal(300)
+    learnt = GaussianProcess(x, y, np.arange(300) < 150)
+    assert np.sqrt(np.mean((learnt(x[150:]) - 6.0 * np.sin(2.0 * x[150:, 0])) ** 2)) < 0.6
+    assert np.abs(learnt(np.full((1, 2), 60.0)))[0] < 0.1
+    step = 1e-6
+    theta = np.array([1.0, 0.2, 0.3, 0.5])
+    for k in range(4):
+        move = step * np.eye(4)[k]
+        slope = (learnt._cost(theta + move)[0] - learnt._cost(theta - move)[0]) / (2.0 * step)
+        assert learnt._cost(theta)[1][k] == pytest.approx(slope, rel=1e-4, abs=1e-5)
+
+
+def test_sparse_regression_keeps_the_terms_that_are_there():
+    rng = np.random.default_rng(1)
+    x = rng.uniform(-1.0, 1.0, (200, 3))
+    true = 4.0 * x[:, 0] * x[:, 1] - 3.0 * x[:, 2]
+    learnt = SparseRegression(x, true + 0.1 * rng.standard_normal(200), np.ones(200, bool))
+    assert np.count_nonzero(learnt.weights) == 2
+    np.testing.assert_allclose(learnt(x), true, atol=0.1)
