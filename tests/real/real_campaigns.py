@@ -4,7 +4,7 @@ Every case has two folders: `seen` is diagnosed, `unseen` holds what is kept out
 by leaving its stress empty in some blocks of rows, so that both parts keep the whole course of strain.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,6 +13,7 @@ import numpy as np
 from fitting.importers import import_file, make_options
 from fitting.recordings import Recording, recordings_folder, write_recording
 
+FOLDERS = ("viscoelastic", "soft_robotics_materials", "tissue_phantoms", "sma_react")
 KEPT_OUT = (2, 4, 6)
 """Blocks of a pull, of seven, that nothing is fitted to; the last is an extrapolation to the largest stretch."""
 BLOCKS = 7
@@ -135,7 +136,8 @@ def thermal_cycles(held_out: int, stress_induced: bool = False) -> Case:
 
 def available() -> bool:
     """Whether the laboratories' files are here."""
-    return recordings_folder() is not None
+    folder = recordings_folder()
+    return folder is not None and all((folder / name).is_dir() for name in FOLDERS)
 
 
 def _raw(name: str) -> Recording:
@@ -178,6 +180,3 @@ def _table(modulus: float) -> str:
         f'mu = {{value = {modulus:.3f}, unit = "kPa", {assumed}}}\n'
         'density = {value = 1000.0, unit = "kg/m3", status = "assumed", source = "not used"}\n'
     )
-
-
-CaseMaker = Callable[[], Case]

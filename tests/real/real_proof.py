@@ -32,10 +32,17 @@ def main(arguments: list[str] | None = None) -> int:
     from pneusma_jax.precision import enable_float64
 
     enable_float64()
-    from real_campaigns import available
+    import real_campaigns
     from real_studies import STUDIES, answer
 
-    if not available():
+    from pneusma_jax.errors import InputError
+
+    try:
+        there = real_campaigns.available()
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return 2
+    if not there:
         print(MISSING)
         return 0
     rows = []
