@@ -21,7 +21,7 @@ class Specimen:
             return np.random.default_rng([seed, purpose, attempt])
 
         classes = [effect_class(kind, name) for name in names]
-        wants = {k: v for cls in classes for k, v in cls.wants.items()}
+        wants = {k: v for cls in classes for k, v in cls.wants.items() if kind == "actuator"}
         self.bench = plan(kind, stream(1), masked=masked, **wants)
         self.numbers = true_numbers(self.bench, stream(2))
         self.instruments = Instruments(self.bench, stream(3))

@@ -14,6 +14,7 @@ class SlipHysteresis(Effect):
 
     slug, kinds, component = "transformation_hysteresis", SPRINGS, "spring"
     drivers, ceiling = ("strain", "strain_rate", "force"), 80e6
+    wants = {"springs": True}
 
     def draw(self, rng, bench):
         self.widest = float(rng.uniform(0.02, 0.05))
@@ -46,6 +47,7 @@ class Shakedown(Effect):
 
     slug, kinds, component = "cyclic_shakedown", ("spring", "actuator", "wire"), "spring"
     drivers, ceiling = ("cycle", "time", "max_strain"), 0.03
+    wants = {"springs": True}
 
     def draw(self, rng, bench):
         self.cycles = float(rng.uniform(0.5, 3.0))
@@ -76,6 +78,7 @@ class RestLength(Effect):
 
     slug, kinds, component = "prestrain_error", SPRINGS, "spring"
     drivers, ceiling = ("strain", "force"), 3.0
+    wants = {"springs": True}
 
     def draw(self, rng, bench):
         self.side = float(rng.choice([-1.0, 1.0]))
@@ -109,6 +112,7 @@ class OpeningHelix(Effect):
 
     slug, kinds, component = "large_helix_angle", SPRINGS, "spring"
     drivers, ceiling = ("strain", "force"), 3.0
+    wants = {"springs": True}
     maskable = ("spring",)
 
     def begin(self, shape, numbers, bench):
@@ -129,6 +133,7 @@ class DeadCoils(Effect):
 
     slug, kinds, component = "inactive_coils", SPRINGS, "spring"
     drivers, ceiling = ("strain", "xi0"), 8.0
+    wants = {"springs": True}
     maskable = ("spring",)
 
     def draw(self, rng, bench):
@@ -156,6 +161,7 @@ class WarmResistance(Effect):
 
     slug, kinds, component = "resistance_temperature_coefficient", SPRINGS, "sensor"
     drivers, ceiling = ("temperature", "xi0"), 3e-3
+    wants = {"springs": True}
 
     def draw(self, rng, bench):
         self.bow_per_K = float(rng.uniform(0.0, 0.004))
@@ -177,6 +183,7 @@ class RememberedDetwinning(Effect):
 
     slug, kinds, component = "detwinned_resistivity_memory", SPRINGS, "spring"
     drivers, ceiling = ("max_strain", "xi0", "strain"), 1.0
+    wants = {"springs": True}
 
     def draw(self, rng, bench):
         self.fullness = float(rng.uniform(0.8, 1.6))

@@ -10,6 +10,7 @@ class LeadResistance(Effect):
 
     slug, kinds, component = "series_resistance", ("spring", "actuator"), "sensor"
     drivers, ceiling = ("xi0", "time"), 0.6
+    wants = {"springs": True}
 
     def draw(self, rng, bench):
         self.warming = float(rng.uniform(0.0, 0.06))
@@ -23,8 +24,6 @@ class LeadResistance(Effect):
             if name in out:
                 out[name] = out[name] + leads
         return out
-
-    wants = {}
 
 
 class GivingFixture(Effect):

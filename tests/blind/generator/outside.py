@@ -46,6 +46,7 @@ class SlippingCrimp(Effect):
 
     slug, kinds, component = "slipping_crimp", ("actuator",), "spring_2"
     drivers, ceiling = ("force", "time", "xi0_2"), 8.0
+    wants = {"springs": True}
 
     def draw(self, rng, bench):
         self.holds_N = float(rng.uniform(0.15, 0.35))

@@ -176,11 +176,13 @@ def _regulated(rng, pressure):
     return pressure + 0.08 * chatter(rng, len(pressure), rng.uniform(20, 40))
 
 
-def plan_actuator(rng, flavour, masked, design=None):
-    """Heat-cool cycles at held pressures, pressure sweeps at held heat."""
+def plan_actuator(rng, flavour, masked, design=None, springs=False):
+    """Heat-cool cycles at held pressures, pressure sweeps at held heat; `springs`: of a design that has some."""
     count = int(rng.integers(130, 180))
     if design is None:
         design = str(rng.choice(["pneusma2", "pneusma1", "pneuflex_s"], p=[0.6, 0.33, 0.07]))
+    if springs and design == "pneuflex_s":
+        design = "pneusma2"
     heater = Heater(rng)
     hot = rng.uniform(0.1, 0.16) if flavour == "blind" else rng.uniform(0.35, 0.5)
     mild = 0.6 if masked else hot
