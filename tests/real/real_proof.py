@@ -16,10 +16,14 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 NOTEBOOK = Path(__file__).resolve().parents[2] / "notebooks" / "05_own_base_model.ipynb"
-MISSING = (
-    "No real recordings here: PROVENANCE.md of each study's folder names the public repository; put the folders into"
-    " one and run: make real-proof PNEUSMA_RECORDINGS=FOLDER"
-)
+MISSING = """No real recordings here. Put these repositories' data into one folder, under these names, and run
+    make real-proof PNEUSMA_RECORDINGS=FOLDER
+viscoelastic             xlsx files of uniaxial-loading-unloading-test, https://github.com/Chongran-Zhao/Viscoelastic-fitting
+soft_robotics_materials  Tensile-Tests-Data, https://github.com/LucMarechal/Soft-Robotics-Materials-Database
+tissue_phantoms          folder EF30_0T, https://github.com/abubakardawood/tissue-phantom-material-database
+sma_react                folder cal_sample_1, https://github.com/maestrolab/SMA-REACT
+bending_actuators        both FNN tables (experiment.csv, simulation_by_the_authors.csv),
+                         https://github.com/HiroshanGunawardane/ML_SelectiveStiffness-"""
 
 
 def main(arguments: list[str] | None = None) -> int:

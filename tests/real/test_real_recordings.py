@@ -78,4 +78,4 @@ def test_without_recordings_it_says_where_to_get_them(monkeypatch, capsys):
 
     monkeypatch.setattr(real_campaigns, "available", lambda: False)
     assert real_proof.main([]) == 0
-    assert "PROVENANCE" in capsys.readouterr().out
+    assert "https://github.com/" in capsys.readouterr().out
