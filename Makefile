@@ -16,6 +16,8 @@ help:
 	@echo "make demo       the main job on simulated data that ships with the package -> out/demo"
 	@echo "make real       the main job on real recordings -> out/real"
 	@echo "make real-proof other laboratories' recordings, names hidden, diagnosed: one table -> out/real_proof"
+	@echo "make proof      blind trial of the diagnosis on 24 sealed campaigns, minutes -> out/proof"
+	@echo "make proof-full the same on 814, hours; interrupt it and run it again at will -> out/proof"
 	@echo "make test       the tests (warnings are errors)"
 	@echo "make test-slow  the long ones, too"
 	@echo "make lint       style of the code"
@@ -68,6 +70,21 @@ real-run:
 .PHONY: real-proof
 real-proof: $(READY)
 	OPENBLAS_NUM_THREADS=1 PNEUSMA_RECORDINGS="$(PNEUSMA_RECORDINGS)" $(BIN)/python tests/real/real_proof.py --out out/real_proof/table.json
+
+# PROOF_SEED, and PROOF_LABEL for a changed tool on campaigns that are sealed already; docs/proof.md
+PROOF_SEED ?= 20261121
+PROOF_LABEL ?=
+PROOF = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.blind.proof
+PROOF_RUN = --seed $(PROOF_SEED) --label "$(PROOF_LABEL)" --out out/proof
+
+.PHONY: proof proof-full
+proof: $(READY)
+	$(PROOF) run --plan fixed $(PROOF_RUN) --workers 2 --baselines
+	$(PROOF) figures --plan fixed $(PROOF_RUN)
+
+proof-full: $(READY)
+	$(PROOF) run --plan full $(PROOF_RUN) --workers 2 --baselines
+	$(PROOF) figures --plan full $(PROOF_RUN)
 
 test: $(READY)
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile

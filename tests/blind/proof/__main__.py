@@ -103,6 +103,8 @@ def _scored(chosen, cases, places):
     line = ledger.entry(score, chosen.plan, chosen.seed, chosen.label, commits, chosen.date, ledger.lines(path))
     ledger.append(path, line)
     print(ledger.table(line))
+    if len(commits) > 1:
+        print(f"\nnote: the reports were made by {len(commits)} states of the code; --label keeps a later one apart")
     print(f"\nWritten: {places.score}; a line in {path}")
 
 
