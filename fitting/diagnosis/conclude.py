@@ -7,10 +7,11 @@ from scipy.stats import chi2
 
 from pneusma_jax.effects import CATALOGUE
 
-from .explain import CLOSE, ENOUGH, LEVEL, Explanation, Stage, Trial, reduced
+from .explain import CLOSE, ENOUGH, LEVEL, Explanation, Stage
 from .locate import Place, locate
 from .prove import HeldOut, held_out
 from .remainder import Remainder, remainder
+from .trials import Trial, reduced
 from .words import separating
 
 UNMODELLED = "unmodelled"
@@ -67,9 +68,9 @@ class Conclusion:
 def conclude(explanation: Explanation) -> Conclusion:
     """Weigh a search."""
     program = explanation.program
-    judge = program.judge
-    base = [reduced(explanation.base_program, explanation.base, mask) for mask in (program.fitted, judge)]
-    last = [reduced(program, explanation.final, mask) for mask in (program.fitted, judge)]
+    masks = program.fitted, program.unseen
+    base = [reduced(explanation.base_program, explanation.base, mask) for mask in masks]
+    last = [reduced(program, explanation.final, mask) for mask in masks]
     named = bool(explanation.final.slugs)
     significant = explanation.p_value <= LEVEL
     mismatch = named or (significant and min(base) > FAINT)
@@ -154,7 +155,8 @@ def _found(explanation: Explanation, unknown: float) -> list[Found]:
 
 def _alike(rival: Trial, trial: Trial) -> bool:
     """Whether a rival explains the recordings nearly as well: its misfit is as good as noise, too."""
-    return rival.held_out < 1.1 * max(trial.held_out, 1.0) and trial.bayes - rival.bayes < 10.0
+    mine, other = (reduced(t.program, t.fit, t.program.fitted) for t in (trial, rival))
+    return other < 1.1 * max(mine, 1.0) and trial.bayes - rival.bayes < 10.0
 
 
 def _stage_of(explanation: Explanation, slug: str) -> tuple[Stage, Trial]:

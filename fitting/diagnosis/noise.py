@@ -10,9 +10,6 @@ from fitting.models.channels import LEAST_NOISE, serial_correlation
 from fitting.models.rows import Rows
 from fitting.recordings import Recording
 
-FAILED = 30.0
-"""Standard deviations that a row counts for in which the model has no answer."""
-
 
 @dataclass(frozen=True)
 class Channel:

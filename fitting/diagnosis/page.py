@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from html import escape
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from fitting.recordings import schema
@@ -10,6 +11,7 @@ from fitting.report import html
 from pneusma_jax.units import from_si
 
 from .conclude import Conclusion, HeldOut
+from .trials import reduced
 from .words import place_text, verdict_sentences
 
 
@@ -106,15 +108,17 @@ def _candidates(conclusion: Conclusion) -> str:
         return html.paragraph("No candidate came near explaining anything.")
     rows = [
         (t.slug.replace("_", " "), f"{conclusion.candidates[t.slug][0]:.3f}", f"{t.bayes:.0f}",
-         f"{t.held_out:.3g}",
-         f"{t.returned:.1f}", ", ".join(n.partition(".")[2] for n in t.fit.at_bound) or "-")
+         f"{reduced(t.program, t.fit, t.program.fitted):.3g}",
+         "-" if np.isnan(t.left_out) else f"{t.left_out:.3g}", f"{t.returned:.1f}",
+         ", ".join(n.partition(".")[2] for n in t.fit.at_bound) or "-")
         for t in x.stages[0].trials
     ]  # fmt: skip
     header = (
         "candidate",
         "probability",
         "log Bayes factor",
-        "held-out chi2",
+        "chi2, fitted",
+        "chi2, left out",
         "base departs (sd)",
         "at a bound",
     )

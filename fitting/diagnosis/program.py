@@ -22,13 +22,15 @@ from pneusma_jax.chain import Effect
 from pneusma_jax.errors import InputError
 
 from .kinds import LETTERS, Kind, candidates, kind_module
-from .noise import FAILED, Channel, channels_of
+from .noise import Channel, channels_of
 from .thin import thinned
 from .unknowns import Unknowns
 
 MOST_ROWS = 1024
 """Rows of a recording; longer ones are averaged over blocks."""
-WIDTH = 8
+FAILED = 30.0
+"""Standard deviations that a row counts for at least in which the model has no answer."""
+WIDTH = 16
 """Directions of one evaluation."""
 
 
@@ -45,6 +47,8 @@ class Program:
         fitted: recordings whose role is `fit`, shape (recordings,).
         rows: recordings as arrays, one by one.
         evaluations: how often the program ran.
+        failed: standard deviations that a row without an answer counts for; more than any misfit of the
+            nominal base model, so that no fit gains by failing.
     """
 
     kind: str
@@ -55,6 +59,7 @@ class Program:
     fitted: np.ndarray
     rows: list[Rows]
     evaluations: int = field(default=0)
+    failed: float = FAILED
 
     @classmethod
     def of(
@@ -103,11 +108,13 @@ class Program:
         program = cls(kind, list(campaign.recordings), stacked, channels, unknowns, fitted, rows)
         program._compile(module, model.effects)
         program.settle(unknowns.neutral)
+        nominal = program.evaluate(unknowns.neutral, unknowns.base[:0]).misfit
+        program.failed = max(FAILED, *(float(np.max(np.abs(m), initial=0.0)) for m in nominal))
         return program
 
     @property
-    def judge(self) -> np.ndarray:
-        """Mask of the recordings that decide: those that are not fitted, or all where every one is."""
+    def unseen(self) -> np.ndarray:
+        """Mask of the recordings that only score: those that are not fitted, or all where every one is."""
         return self.fitted if self.fitted.all() else ~self.fitted
 
     @property
@@ -186,7 +193,7 @@ class Program:
             for channel in channels:
                 predicted, slope = found[channel.quantity][k], slopes[channel.quantity][:, k]
                 good = np.isfinite(predicted) & np.all(np.isfinite(slope), axis=0)
-                miss = np.where(good, predicted - channel.measured, FAILED * channel.sigma)
+                miss = np.where(good, predicted - channel.measured, self.failed * channel.sigma)
                 miss = np.where(np.isfinite(channel.sigma), miss, 0.0)
                 plain.append(np.where(good, predicted, np.nan))
                 pieces.append(channel.whitened(miss))

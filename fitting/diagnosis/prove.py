@@ -5,11 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from .explain import Explanation
+from .folds import ROUNDS, folds
 from .program import Evaluation, Program
-from .refit import Fit, Refitter
+from .refit import Refitter
 
-BLOCKS = 5
-"""Parts of a single recording that are left out in turn."""
 MOST_FOLDS = 8
 """Groups of recordings that are left out in turn, where there are more."""
 
@@ -44,29 +43,17 @@ def held_out(explanation: Explanation) -> tuple[HeldOut, HeldOut]:
         names = [r.name for r, f in zip(program.recordings, program.fitted, strict=True) if not f]
         found = [_score(p, [(f.evaluation, chosen)], names, "validation") for p, f in (before, after)]
         return found[0], found[1]
-    folds, how = _folds(after[1])
+    sizes = [len(m) for m in after[1].evaluation.misfit]
+    how = "left out in turn" if len(sizes) > 1 else "within-recording"
     names = [r.name for r in program.recordings]
     found = []
     for p, fit in (before, after):
         parts = []
-        for out in folds:
+        for out in folds(sizes, np.arange(len(sizes)), MOST_FOLDS):
             weight = [1.0 - w for w in out]
-            parts.append((Refitter(p, weight).fit(fit.slugs, fit.u, rounds=5).evaluation, out))
+            parts.append((Refitter(p, weight).fit(fit.slugs, fit.u, ROUNDS).evaluation, out))
         found.append(_score(p, parts, names, how))
     return found[0], found[1]
-
-
-def _folds(fit: Fit) -> tuple[list[list[np.ndarray]], str]:
-    """Masks of the values that are left out, one list by recording for every fold."""
-    sizes = [len(m) for m in fit.evaluation.misfit]
-    if len(sizes) > 1:
-        groups = np.array_split(np.arange(len(sizes)), min(len(sizes), MOST_FOLDS))
-        folds = [[np.full(size, float(k in group)) for k, size in enumerate(sizes)] for group in groups]
-        return folds, "left out in turn"
-    edges = np.linspace(0, sizes[0], BLOCKS + 1).astype(int)
-    place = np.arange(sizes[0])
-    folds = [[((place >= a) & (place < b)).astype(float)] for a, b in zip(edges[:-1], edges[1:], strict=True)]
-    return folds, "within-recording"
 
 
 def _score(

@@ -1,10 +1,6 @@
 """Least squares of base constants and effects together, on whitened recordings, within physical bounds.
 
-Levenberg's method in scaled unknowns. Derivatives by the base constants change little over a diagnosis, so
-they are computed once and kept; those of the effects are those of the current point. A last step with fresh
-ones
-ends
-every fit.
+Levenberg's method in scaled unknowns; a program's evaluation brings all their derivatives.
 """
 
 from dataclasses import dataclass
@@ -13,9 +9,11 @@ import numpy as np
 
 from .program import Evaluation, Program
 
-MOST_ROUNDS = 14
+MOST_ROUNDS = 30
 ENOUGH = 0.02
 """Decrease of the objective at which a fit ends."""
+ENOUGH_SHARE = 2e-4
+"""The same as a share of the objective."""
 SHAPE_SD = 1.5
 """Standard deviation of a shape parameter's prior about its typical value, in units of that value's
 departure."""
@@ -65,11 +63,6 @@ class Refitter:
         self.program = program
         self.unknowns = program.unknowns
         self.weight = program.fitted.astype(float) if weight is None else weight
-        self._base: np.ndarray | None = None
-
-    def base(self, start: np.ndarray | None = None) -> Fit:
-        """The base model refitted within its tolerances."""
-        return self.fit((), start)
 
     def fit(self, slugs: tuple[str, ...], start: np.ndarray | None = None, rounds: int = MOST_ROUNDS) -> Fit:
         """Refit base constants and effects.
@@ -86,45 +79,30 @@ class Refitter:
         others = np.setdiff1d(np.arange(len(unknowns)), free)
         u[others] = unknowns.neutral[others]
         u = np.clip(u, unknowns.low, unknowns.high)
-        fresh = self._base is None or not slugs
-        now = self._at(u, free if fresh else extra, extra)
+        now = self._at(u, free)
         damping, failures = 1e-3, 0
         for _ in range(rounds):
             step = self._step(u, now, free, damping)
             trial = np.clip(u + step, unknowns.low, unknowns.high)
             if np.max(np.abs(trial - u), initial=0.0) < 1e-6:
                 break
-            then = self._at(trial, free if fresh else extra, extra)
+            then = self._at(trial, free)
             gain = now[0] - then[0]
             if gain > 0.0:
                 u, now, failures = trial, then, 0
                 damping = max(damping * 0.2, 1e-6)
-                if gain < ENOUGH:
+                if gain < max(ENOUGH, ENOUGH_SHARE * now[0]):
                     break
             else:
                 damping, failures = max(damping, 1e-3) * 8.0, failures + 1
-                if not fresh and failures == 2:  # the base's derivatives may be out of date
-                    now, fresh = self._at(u, free, extra), True
                 if failures > 5:
                     break
-        if not fresh:
-            now = self._at(u, free, extra)
-            step = self._step(u, now, free, 1e-6)
-            trial = np.clip(u + step, unknowns.low, unknowns.high)
-            then = self._at(trial, free, extra)
-            if then[0] < now[0]:
-                u, now = trial, then
-        if not slugs or self._base is None:
-            self._base = now[2][:, : len(base)]
         return self._finished(u, free, slugs, now)
 
-    def _at(self, u: np.ndarray, columns: np.ndarray, extra: np.ndarray) -> tuple:
+    def _at(self, u: np.ndarray, free: np.ndarray) -> tuple:
         """Objective, misfit, Jacobian over the free unknowns, evaluation."""
-        evaluation = self.program.evaluate(u, columns)
+        evaluation = self.program.evaluate(u, free)
         r, J = evaluation.joined(self.weight)
-        if len(columns) == len(extra) and self._base is not None:
-            J = np.concatenate([self._base, J[:, : len(extra)]], axis=1)
-        free = np.concatenate([self.unknowns.base, extra]).astype(int)
         departure, sd = self._prior(u, free)
         return 0.5 * (r @ r + np.sum((departure / sd) ** 2)), r, J, evaluation
 

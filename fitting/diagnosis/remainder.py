@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .explain import Explanation, reduced
+from .explain import Explanation
 from .locate import Place, drivers_of
+from .trials import reduced
 
 KNOTS = 8
 RIDGE = 1e-3
@@ -37,7 +38,7 @@ class Remainder:
 def remainder(explanation: Explanation, place: Place) -> Remainder | None:
     """Describe what the final model leaves by the driver that describes it best on the fitted recordings."""
     program, fit = explanation.program, explanation.final
-    judge = program.judge
+    judge = program.unseen
     drivers = drivers_of(program, fit)
     best = None
     for name in place.drivers:

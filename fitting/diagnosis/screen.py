@@ -2,10 +2,8 @@
 them.
 
 The signature of an effect is the derivative of the outputs at its absence, freed of what the base constants
-could absorb. Where it depends on a shape (a threshold, a time constant), several shapes are tried; where
-the
-derivative
-vanishes, the difference that a typical effect makes stands in for it.
+could absorb. Where it depends on a shape (a threshold, a time constant), several shapes are tried; where the
+derivative vanishes, the difference that a typical effect makes stands in for it.
 """
 
 from collections.abc import Sequence
@@ -120,8 +118,7 @@ def screen(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Ge
     slow = _slow(here, weight, project)
     pool.append((None, slow))
     p_value, bound = _chance(pool, left, rng)
-    seen = {score.slug for score in scores}
-    return Screen(scores, p_value, bound, [s for s in slugs if s not in seen], scale)
+    return Screen(scores, p_value, bound, [s for s in slugs if strength[s] < FAINT], scale)
 
 
 def _shapes(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> list[np.ndarray]:

@@ -1,0 +1,54 @@
+"""Recordings that are left out in turn: what decides whether an effect helps, without those of role
+`validation`."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .program import Program
+from .refit import Fit, Refitter
+
+BLOCKS = 4
+"""Parts of a single recording that are left out in turn."""
+DECIDING = 3
+"""Groups of recordings that are left out in turn to decide about an effect."""
+ROUNDS = 5
+"""Most trial steps of a model that is fitted without some recordings."""
+
+Masks = list[np.ndarray]
+"""A mask of the values of every recording."""
+
+
+def folds(sizes: Sequence[int], members: Sequence[int], most: int) -> list[Masks]:
+    """Masks of what is left out, one list by recording for every fold.
+
+    Args:
+        sizes: values of every recording.
+        members: numbers of the recordings that may be left out; blocks of it, if it is one.
+        most: groups of recordings at most.
+    """
+    if len(members) > 1:
+        groups = [list(members[k :: min(len(members), most)]) for k in range(min(len(members), most))]
+        return [[np.full(size, float(k in group)) for k, size in enumerate(sizes)] for group in groups]
+    (only,) = members
+    edges = np.linspace(0, sizes[only], BLOCKS + 1).astype(int)
+    place = np.arange(sizes[only])
+    blocks = [((place >= a) & (place < b)).astype(float) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    return [[block if k == only else np.zeros(size) for k, size in enumerate(sizes)] for block in blocks]
+
+
+def left_out(program: Program, fit: Fit) -> float:
+    """Reduced chi-square of the fitted recordings, each predicted by a fit without it.
+
+    Args:
+        program: with the phases of the model.
+        fit: model of all of them, from which every fold starts.
+    """
+    members = np.flatnonzero(program.fitted)
+    sizes = [len(m) for m in fit.evaluation.misfit]
+    total = 0.0
+    for out in folds(sizes, members, DECIDING):
+        weight = [f * (1.0 - w) for f, w in zip(program.fitted, out, strict=True)]
+        again = Refitter(program, weight).fit(fit.slugs, fit.u, ROUNDS)
+        total += again.evaluation.chi2(out)
+    return total / max(program.observations(program.fitted), 1)

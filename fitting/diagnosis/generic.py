@@ -1,0 +1,108 @@
+"""A correction without a name, raced against the named ones: a smooth function of one driver, added to one
+output.
+
+It is linear in its numbers, so that one derivative of the base model serves every driver, output and fold.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .folds import DECIDING, folds
+from .locate import drivers_of
+from .program import Program
+from .refit import Fit
+
+KNOTS = 8
+RIDGE = 1e-3
+"""Weight that holds the correction near zero, of its own information."""
+
+
+@dataclass(frozen=True)
+class Generic:
+    """How well a nameless correction predicts recordings that were left out.
+
+    Attributes:
+        quantity: output that it adds to.
+        driver: what it is a function of; the pair is that which fits all of them best.
+        left_out: reduced chi-square of fitted recordings left out in turn.
+    """
+
+    quantity: str
+    driver: str
+    left_out: float
+
+
+def knots_of(values: np.ndarray) -> np.ndarray | None:
+    """Where the correction of a driver bends; None where it hardly varies."""
+    knots = np.unique(np.quantile(np.nan_to_num(values), np.linspace(0.0, 1.0, KNOTS)))
+    return knots if len(knots) >= 3 else None
+
+
+def hats(program: Program, k: int, j: int, driver: np.ndarray, knots: np.ndarray) -> np.ndarray:
+    """Whitened hat functions of a driver in channel j of recording k, shape (knots, values)."""
+    channel = program.channels[k][j]
+    x = np.clip(np.nan_to_num(driver[k]), knots[0], knots[-1])
+    columns = np.stack([np.interp(x, knots, row) for row in np.eye(len(knots))])
+    return channel.whitened(np.where(np.isfinite(channel.sigma), columns, 0.0))
+
+
+def race(program: Program, base: Fit) -> Generic | None:
+    """The best nameless correction of a refitted base model; None where no driver varies.
+
+    Args:
+        program: with the phases of the base model.
+        base: the base model refitted.
+    """
+    here = program.evaluate(base.u, base.free)
+    ones = [np.ones(len(m)) for m in here.misfit]
+    r, A = here.joined(ones)
+    prior = np.ones(len(base.free))
+    departure = base.u[base.free]
+    columns = _columns(program, base, here.misfit)
+    if not columns:
+        return None
+    members = np.flatnonzero(program.fitted)
+    sizes = [len(m) for m in here.misfit]
+    fitted = np.concatenate([np.full(n, float(f)) for n, f in zip(sizes, program.fitted, strict=True)])
+
+    def solved(B: np.ndarray, w: np.ndarray) -> tuple[float, np.ndarray]:
+        J = np.concatenate([A, B], axis=1)
+        own = B.T @ (w[:, None] * B)
+        ridge = max(RIDGE * np.trace(own) / B.shape[1], 1e-9)
+        held = np.concatenate([prior, np.full(B.shape[1], ridge)])
+        start = np.concatenate([prior * departure, np.zeros(B.shape[1])])
+        step = -np.linalg.solve(J.T @ (w[:, None] * J) + np.diag(held), J.T @ (w * r) + start)
+        rest = (r + J @ step) ** 2
+        return float(w @ rest), rest
+
+    total = 0.0
+    for out in folds(sizes, members, DECIDING):
+        test = np.concatenate(out)
+        train = fitted * (1.0 - test)
+        results = [solved(B, train) for B in columns.values()]
+        total += float(test @ min(results, key=lambda found: found[0])[1])
+    best = min(columns, key=lambda name: solved(columns[name], fitted)[0])
+    return Generic(*best, total / max(program.observations(program.fitted), 1))
+
+
+def _columns(program: Program, base: Fit, misfit: list[np.ndarray]) -> dict[tuple[str, str], np.ndarray]:
+    """Whitened hat functions over all values, shape (values, knots), by output and driver."""
+    drivers = drivers_of(program, base)
+    quantities = dict.fromkeys(channel.quantity for channels in program.channels for channel in channels)
+    found = {}
+    for name, values in drivers.items():
+        knots = knots_of(values[program.fitted])
+        if knots is None:
+            continue
+        for quantity in quantities:
+            blocks = []
+            for k, channels in enumerate(program.channels):
+                for j, channel in enumerate(channels):
+                    size = len(channel.measured)
+                    mine = channel.quantity == quantity
+                    blocks.append(
+                        hats(program, k, j, values, knots).T if mine else np.zeros((size, len(knots)))
+                    )
+            found[quantity, name] = np.concatenate(blocks)
+    return found

@@ -1,0 +1,201 @@
+"""Candidates fitted together with the base: who goes on, and what their evidence is."""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .program import Program
+from .refit import SHAPE_SD, Fit, Refitter
+from .screen import Score, Screen
+
+SIDE_BY_SIDE = 2
+"""Fits that run at a time."""
+TRIED = 10
+"""Candidates that are fitted together with the base, of those that the screen ranks first."""
+LIKELY = 0.01
+"""P-value of a signature, by itself, from which its effect is fitted."""
+HALVING = ((10, 2), (5, 4))
+"""How many of the best candidates take how many trial steps, before the best are fitted to the end."""
+PROMISING = 2
+"""Candidates that stay because the screen ranks them first, however they began."""
+PURSUED = 3
+"""Candidates that are fitted to the end, from two starts each."""
+TO_THE_END = 40
+"""Most trial steps of such a fit."""
+SETTLED = 2
+"""Candidates whose hidden phases are read anew before they are compared."""
+AT_BOUND = 8.0
+"""Log Bayes factor that an effect loses whose strength ends at a physical bound."""
+
+
+@dataclass
+class Trial:
+    """A candidate fitted together with the base.
+
+    Attributes:
+        slug: candidate effect.
+        fit: the model with it.
+        bayes: log Bayes factor over the model without it, deflated by what the best model leaves.
+        returned: largest departure of a base constant from nominal, in standard deviations.
+        program: in which it was fitted; phases may be read anew.
+        left_out: reduced chi-square of fitted recordings left out in turn; NaN where it was not asked for.
+    """
+
+    slug: str
+    fit: Fit
+    bayes: float
+    returned: float
+    program: Program
+    left_out: float = np.nan
+
+    @property
+    def stopped(self) -> bool:
+        """Whether the effect's own strength ended at a physical bound."""
+        return any(name.startswith(f"{self.slug}.") for name in self.fit.at_bound)
+
+
+def settle(program: Program, u: np.ndarray) -> Program:
+    """The program with hidden phases as a model reads them; the original is left alone."""
+    copy = replace(program)
+    copy._evaluate, copy._always = program._evaluate, program._always
+    copy.settle(u)
+    return copy
+
+
+def reduced(program: Program, fit: Fit, chosen: np.ndarray) -> float:
+    """Chi-square per measured value of some recordings, given by a mask."""
+    return fit.evaluation.chi2(chosen.astype(float)) / max(program.observations(chosen), 1)
+
+
+def settled_fit(
+    program: Program, slugs: tuple[str, ...], start: np.ndarray | None, rounds: int = 1
+) -> tuple[Program, Fit]:
+    """A fit whose hidden phases are those of the fitted model."""
+    fit = Refitter(program).fit(slugs, start) if not slugs else None
+    for _ in range(rounds if program.has_phases else 0):
+        program = settle(program, fit.u if fit else start)
+        fit = Refitter(program).fit(slugs, fit.u if fit else start)
+    return program, fit
+
+
+def trials_of(
+    program: Program, current: Fit, found: Screen, progress: Callable[[str], None], effort: int
+) -> tuple[list[Trial], int]:
+    """The candidates that the screen ranks first, fitted together with everything that is present.
+
+    Args:
+        program: with the phases of the current model.
+        current: model so far.
+        found: what the screen says about it.
+        progress: told what happens, in words.
+        effort: 1; 2 follows twice as many.
+
+    Returns:
+        The trials, strongest evidence first, and how many fits were made.
+    """
+    refitter = Refitter(program)
+    likely = [s for s in found.scores if s.p_value < LIKELY][: effort * TRIED]
+    starts = {score.slug: _starts(refitter, current, score) for score in likely}
+    best: dict[str, Fit] = {}
+    kept, fits = [score.slug for score in likely], 0
+
+    def fitted(job: tuple[str, np.ndarray, int]) -> tuple[str, Fit]:
+        slug, start, rounds = job
+        return slug, Refitter(program).fit((*current.slugs, slug), start, rounds)
+
+    def ahead(count: int) -> list[str]:
+        first = sorted(best, key=lambda slug: best[slug].objective)[: effort * count]
+        return first + [score.slug for score in likely[:PROMISING] if score.slug not in first]
+
+    for count, rounds in HALVING:
+        kept = ahead(count) if best else kept
+        progress(f"fitting {len(kept)} candidates")
+        jobs = [(slug, best[slug].u if slug in best else starts[slug][0], rounds) for slug in kept]
+        best |= dict(side_by_side(fitted, jobs))
+        fits += len(jobs)
+    kept = ahead(PURSUED)
+    progress(f"fitting {', '.join(kept)} to the end")
+    jobs = [(slug, start, TO_THE_END) for slug in kept for start in (best[slug].u, starts[slug][1])]
+    for slug, fit in side_by_side(fitted, jobs):
+        if fit.objective < best[slug].objective:
+            best[slug] = fit
+    trials = [Trial(slug, fit, 0.0, np.nan, program) for slug, fit in best.items()]
+    trials.sort(key=lambda t: t.fit.objective)
+    fits += len(jobs)
+    if program.has_phases and trials:
+        progress(f"reading hidden phases under {', '.join(t.slug for t in trials[:SETTLED])}")
+        again = side_by_side(lambda t: settled_fit(program, t.fit.slugs, t.fit.u), trials[:SETTLED])
+        for trial, (settled_program, fit) in zip(trials, again, strict=False):
+            trial.program, trial.fit = settled_program, fit
+        fits += len(again)
+    for trial in trials:
+        trial.returned = float(np.max(np.abs(trial.fit.u[program.unknowns.base]), initial=0.0))
+    _weigh(program, current, trials)
+    trials.sort(key=lambda t: -t.bayes)
+    return trials, fits
+
+
+def side_by_side(function: Callable, jobs: list) -> list:
+    """Results in the order of the jobs; compiled programs run without Python's lock, two at a time."""
+    with ThreadPoolExecutor(SIDE_BY_SIDE) as pool:
+        return list(pool.map(function, jobs))
+
+
+def _starts(refitter: Refitter, current: Fit, score: Score) -> list[np.ndarray]:
+    """Where the fit of a candidate begins: from the screen's estimate, and from nominal constants."""
+    unknowns = refitter.unknowns
+    nominal = score.start.copy()
+    nominal[unknowns.base] = 0.0
+    own = unknowns.amplitudes(score.slug)
+    typical = np.array([unknowns.items[k].start for k in own])
+    signs = np.where(score.start[own] < 0.0, -1.0, 1.0)
+    nominal[own] = np.clip(
+        np.where(np.abs(score.start[own]) > 0.0, signs * np.abs(typical), 0.0),
+        unknowns.low[own],
+        unknowns.high[own],
+    )
+    first = score.start.copy()
+    idle = (first[own] == 0.0) & (typical != 0.0)  # an amplitude at zero never tells its shapes
+    first[own[idle]] = 0.02 * typical[idle]
+    return [first, nominal]
+
+
+def inflation_of(program: Program, fit: Fit) -> float:
+    """Factor on variances by what a model leaves and by the serial correlation of its residuals."""
+    left = 2.0 * fit.objective / max(program.observations(program.fitted), 1)
+    return max(1.0, left) * _correlation(program, fit)
+
+
+def _weigh(program: Program, current: Fit, trials: list[Trial]) -> None:
+    """Log Bayes factors over the current model, deflated by what the best model leaves unexplained."""
+    if not trials:
+        return
+    inflation = inflation_of(program, min(trials, key=lambda t: t.fit.objective).fit)
+    penalty = np.log(max(len(program.unknowns.slugs), 1))
+    for trial in trials:
+        gain = (current.objective - trial.fit.objective) / inflation
+        trial.bayes = gain + _occam(program, current, trial) - penalty - AT_BOUND * trial.stopped
+
+
+def _occam(program: Program, current: Fit, trial: Trial) -> float:
+    """What the freedom of an effect costs, by Laplace's approximation."""
+    total = 0.5 * (current.log_det - trial.fit.log_det)
+    for k in program.unknowns.of([trial.slug]):
+        item = program.unknowns.items[k]
+        width = SHAPE_SD * np.sqrt(2.0 * np.pi) if item.shape else item.high - item.low
+        total += 0.5 * np.log(2.0 * np.pi) - np.log(width)
+    return min(total, 0.0)
+
+
+def _correlation(program: Program, fit: Fit) -> float:
+    """Serial correlation that the best model's whitened residuals still have, as a factor on variances."""
+    above, below = 0.0, 1e-12
+    for k in np.flatnonzero(program.fitted):
+        r = fit.evaluation.misfit[k]
+        r = r[r != 0.0]
+        above += float(np.sum(r[1:] * r[:-1]))
+        below += float(np.sum(r * r))
+    rho = np.clip(above / below, 0.0, 0.9)
+    return float((1.0 + rho) / (1.0 - rho))
