@@ -7,9 +7,13 @@ from scipy.stats import chi2
 
 from pneusma_jax.effects import CATALOGUE
 
+from .designs import best_design
 from .explain import CLOSE, ENOUGH, LEVEL, Explanation, Stage
+from .generic import Generic, race
 from .locate import Place, locate
-from .prove import HeldOut, held_out
+from .program import Program
+from .prove import HeldOut, averaged, held_out
+from .refit import Fit
 from .remainder import Remainder, remainder
 from .trials import Trial, reduced
 from .words import separating
@@ -17,6 +21,13 @@ from .words import separating
 UNMODELLED = "unmodelled"
 SET = 0.95
 """Probability that an explanation set holds."""
+ASTRAY = 3.5
+"""Standard deviations from nominal at which a base constant says that the explanation is wrong in form."""
+DOUBTFUL, REFUTED = 0.2, 0.6
+"""Probability of something unknown where a base constant is astray; and where left-out recordings are
+predicted worse than without the effects, or than half as well as by a nameless correction."""
+LEAST_WEIGHT = 0.02
+"""Probability from which an explanation takes part in averaged predictions."""
 NOTHING_LEFT = 0.05
 """Share of the misfit that a right explanation may leave."""
 MUCH_LEFT = 0.35
@@ -61,8 +72,11 @@ class Conclusion:
     explanation_set: list[str]
     before: HeldOut
     after: HeldOut
+    mean: HeldOut
+    members: dict[str, float]
     next_experiment: dict | None
     remainder: Remainder | None
+    generic: Generic | None
 
 
 def conclude(explanation: Explanation) -> Conclusion:
@@ -74,7 +88,8 @@ def conclude(explanation: Explanation) -> Conclusion:
     named = bool(explanation.final.slugs)
     significant = explanation.p_value <= LEVEL
     mismatch = named or (significant and min(base) > FAINT)
-    unknown = _unknown(base, last) if mismatch else 0.0
+    generic = race(explanation.base_program, explanation.base) if mismatch else None
+    unknown = max(_unknown(base, last), _refuted(explanation, generic) if named else 0.0) if mismatch else 0.0
     if mismatch and not named:
         unknown = max(unknown, 0.9)
     if not mismatch:  # no candidate survived being fitted; what is left is judged as a whole
@@ -90,12 +105,59 @@ def conclude(explanation: Explanation) -> Conclusion:
         found = [_unmodelled(unknown, found, explanation), *[f for f in found if f.probability > 0.5]]
     place = locate(explanation)
     before, after = held_out(explanation)
+    members = _members(explanation)
     return Conclusion(
-        explanation, mismatch, place, _component(explanation, found), found, candidates, nothing,
+        explanation,
+        mismatch,
+        place,
+        _component(explanation, found),
+        found,
+        candidates,
+        nothing,
         unknown,
-        _set(candidates, unknown) if mismatch else [], before, after, _next(explanation, found),
+        _set(candidates, unknown) if mismatch else [],
+        before,
+        after,
+        averaged([(p, fit, w) for _, p, fit, w in members]) if len(members) > 1 else after,
+        {slug: w for slug, _, _, w in members},
+        _next(explanation, found),
         remainder(explanation, place) if mismatch and unknown > 0.5 else None,
-    )  # fmt: skip
+        generic,
+    )
+
+
+def _members(explanation: Explanation) -> list[tuple[str, Program, Fit, float]]:
+    """Explanations that predictions average over: those of the last effect, by their probabilities."""
+    stage = next((s for s in reversed(explanation.stages) if s.chosen), None)
+    if stage is None:
+        return [("base", explanation.base_program, explanation.base, 1.0)]
+    logs = np.array([t.bayes for t in stage.trials])
+    weights = np.exp(logs - logs.max())
+    kept = [
+        (t, w)
+        for t, w in zip(stage.trials, weights / weights.sum(), strict=True)
+        if w >= LEAST_WEIGHT or t.slug == stage.chosen
+    ]
+    total = sum(w for _, w in kept)
+    final = explanation.program, explanation.final
+    return [
+        (t.slug, *(final if t.slug == stage.chosen else (t.program, t.fit)), float(w / total))
+        for t, w in kept
+    ]
+
+
+def _refuted(explanation: Explanation, generic: Generic | None) -> float:
+    """Probability of something unknown, from what speaks against the effects that were found."""
+    program, fit = explanation.program, explanation.final
+    doubt = 0.0
+    if np.max(np.abs(fit.u[program.unknowns.base]), initial=0.0) > ASTRAY:
+        doubt = DOUBTFUL
+    chosen = [(s, t) for s in explanation.stages for t in s.trials if t.slug == s.chosen]
+    before, after = chosen[0][0].left_out, chosen[-1][1].left_out
+    worse = after >= before
+    if generic is not None and after - 1.0 > NOTHING_LEFT * (before - 1.0):
+        worse |= generic.left_out - 1.0 < 0.5 * (after - 1.0)
+    return REFUTED if worse else doubt
 
 
 def _unknown(base: list[float], last: list[float]) -> float:
@@ -233,8 +295,19 @@ def _next(explanation: Explanation, found: list[Found]) -> dict | None:
     stage = explanation.stages[0] if explanation.stages else None
     if not stage or not stage.trials or not found:
         return None
-    first = stage.trials[0]
-    rivals = stage.trials[1:2]
-    names = [first.slug, *(t.slug for t in rivals)]
-    expected = float(first.bayes - rivals[0].bayes) if rivals else float(first.bayes)
-    return {"text": separating(names), "separates": names, "expected_log_bayes_factor": max(expected, 0.0)}
+    first, *rivals = stage.trials
+    names = [first.slug, *(t.slug for t in rivals[:1])]
+    if not rivals:
+        return {
+            "text": separating(names),
+            "separates": names,
+            "expected_log_bayes_factor": max(first.bayes, 0.0),
+        }
+    design = best_design(first, rivals[0], explanation.program.kind)
+    if design is None:
+        return {"text": separating(names), "separates": names, "expected_log_bayes_factor": 0.0}
+    text = (
+        f"Repeat {design.recording} {design.change}: it would tell {names[0]} from {names[1]} by a log Bayes "
+        f"factor of about {design.log_bayes:.3g}. Beyond repetitions: {separating(names)}"
+    )
+    return {"text": text, "separates": names, "expected_log_bayes_factor": float(design.log_bayes)}

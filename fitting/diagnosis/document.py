@@ -53,12 +53,26 @@ def report_of(conclusion: Conclusion) -> dict:
             "how": conclusion.before.how,
             "before": _score(conclusion, conclusion.before),
             "after": _score(conclusion, conclusion.after),
+            "averaged": _score(conclusion, conclusion.mean) | {"over": conclusion.members},
         },
+        "nameless_correction": _generic(conclusion),
         "base_parameters": _base(conclusion),
         "not_testable_here": explanation.stages[0].screen.untestable if explanation.stages else [],
         "remainder": _remainder(conclusion),
         "tries": explanation.tries,
         "next_experiment": conclusion.next_experiment,
+    }
+
+
+def _generic(conclusion: Conclusion) -> dict | None:
+    """The smooth correction that named effects were raced against, on fitted recordings left out in turn."""
+    generic = conclusion.generic
+    if generic is None:
+        return None
+    return {
+        "quantity": generic.quantity,
+        "driver": generic.driver,
+        "reduced_chi2_left_out": _finite(generic.left_out),
     }
 
 

@@ -14,7 +14,7 @@ from .folds import left_out
 from .program import Program
 from .refit import Fit, Refitter
 from .screen import Screen, screen
-from .trials import Trial, inflation_of, reduced, settle, settled_fit, side_by_side, trials_of
+from .trials import Trial, inflation_of, reduced, settle, settled_fit, trials_of
 
 MOST_EFFECTS = 3
 POLISHING = 40
@@ -30,7 +30,7 @@ FIRST_SHARE = 0.1
 SHARE = 0.45
 """The same for a further effect: the imperfect form of a true effect leaves a remainder that something else
 fits."""
-OF_ALL = 0.05
+OF_ALL = 0.025
 """Of the base model's own misfit, what a further effect must take away."""
 CLOSE = 4.0
 """Log Bayes factor within which two explanations are not told apart."""
@@ -193,7 +193,7 @@ def _polished(program: Program, fit: Fit) -> tuple[Program, Fit]:
     """A chosen model fitted once more: from nominal base constants, too, in case the others held it back."""
     home = fit.u.copy()
     home[program.unknowns.base] = 0.0
-    options = side_by_side(lambda u: Refitter(program).fit(fit.slugs, u, POLISHING), [fit.u, home])
+    options = [Refitter(program).fit(fit.slugs, u, POLISHING) for u in (fit.u, home)]
     best = min([fit, *options], key=lambda f: f.objective)
     if program.has_phases:
         settled_program = settle(program, best.u)

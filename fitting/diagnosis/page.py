@@ -139,6 +139,9 @@ def _scores(conclusion: Conclusion) -> str:
 
     names = [f"RMSE {columns[q]}" for q in conclusion.before.rmse if q in columns]
     rows = [cells("base model, refitted", conclusion.before), cells("with what was found", conclusion.after)]
+    if len(conclusion.members) > 1:
+        shares = ", ".join(f"{slug} {w:.2f}" for slug, w in conclusion.members.items())
+        rows.append(cells(f"mean of explanations ({shares})", conclusion.mean))
     on = ", ".join(conclusion.before.on)
     return html.table(("model", *names, "reduced chi2"), rows, f"On {on} ({conclusion.before.how}).")
 

@@ -1,13 +1,14 @@
 """What a model is worth on recordings that it was not fitted to."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .explain import Explanation
-from .folds import ROUNDS, folds
+from .folds import ROUNDS, Masks, folds
 from .program import Evaluation, Program
-from .refit import Refitter
+from .refit import Fit, Refitter
 
 MOST_FOLDS = 8
 """Groups of recordings that are left out in turn, where there are more."""
@@ -32,28 +33,48 @@ class HeldOut:
 
 def held_out(explanation: Explanation) -> tuple[HeldOut, HeldOut]:
     """Scores of the refitted base model and of the final one, on the same values."""
-    before = explanation.base_program, explanation.base
-    after = explanation.program, explanation.final
-    program = explanation.program
-    if not program.fitted.all():
-        chosen = [
-            np.full(len(m), float(not f))
-            for m, f in zip(after[1].evaluation.misfit, program.fitted, strict=True)
-        ]
+    models = (explanation.base_program, explanation.base), (explanation.program, explanation.final)
+    return tuple(averaged([(*model, 1.0)]) for model in models)
+
+
+def averaged(models: Sequence[tuple[Program, Fit, float]]) -> HeldOut:
+    """Score of the weighted mean of several models' predictions of values that were not fitted.
+
+    Args:
+        models: of one campaign: program with its phases, fit, and weight; weights sum to one.
+    """
+    program = models[0][0]
+    sizes = [len(m) for m in models[0][1].evaluation.misfit]
+    if program.fitted.all():
+        how = "left out in turn" if len(sizes) > 1 else "within-recording"
+        names = [r.name for r in program.recordings]
+        outs = folds(sizes, np.arange(len(sizes)), MOST_FOLDS)
+
+        def predicted(p: Program, fit: Fit, out: Masks) -> Evaluation:
+            return Refitter(p, [1.0 - w for w in out]).fit(fit.slugs, fit.u, ROUNDS).evaluation
+    else:
+        how = "validation"
         names = [r.name for r, f in zip(program.recordings, program.fitted, strict=True) if not f]
-        found = [_score(p, [(f.evaluation, chosen)], names, "validation") for p, f in (before, after)]
-        return found[0], found[1]
-    sizes = [len(m) for m in after[1].evaluation.misfit]
-    how = "left out in turn" if len(sizes) > 1 else "within-recording"
-    names = [r.name for r in program.recordings]
-    found = []
-    for p, fit in (before, after):
-        parts = []
-        for out in folds(sizes, np.arange(len(sizes)), MOST_FOLDS):
-            weight = [1.0 - w for w in out]
-            parts.append((Refitter(p, weight).fit(fit.slugs, fit.u, ROUNDS).evaluation, out))
-        found.append(_score(p, parts, names, how))
-    return found[0], found[1]
+        outs = [[np.full(size, float(not f)) for size, f in zip(sizes, program.fitted, strict=True)]]
+
+        def predicted(p: Program, fit: Fit, out: Masks) -> Evaluation:
+            return fit.evaluation
+
+    parts = [(_mean([(predicted(p, fit, out), w) for p, fit, w in models]), out) for out in outs]
+    return _score(program, parts, names, how)
+
+
+def _mean(members: Sequence[tuple[Evaluation, float]]) -> Evaluation:
+    """Mean prediction; a whitened misfit is linear in it."""
+    first = members[0][0]
+    if len(members) == 1:
+        return first
+    misfit = [sum(w * e.misfit[k] for e, w in members) for k in range(len(first.misfit))]
+    predicted = [
+        [sum(w * e.predicted[k][j] for e, w in members) for j in range(len(first.predicted[k]))]
+        for k in range(len(first.predicted))
+    ]
+    return replace(first, misfit=misfit, predicted=predicted)
 
 
 def _score(

@@ -12,7 +12,7 @@ from .program import Evaluation, Program
 MOST_ROUNDS = 30
 ENOUGH = 0.02
 """Decrease of the objective at which a fit ends."""
-ENOUGH_SHARE = 2e-4
+ENOUGH_SHARE = 1e-3
 """The same as a share of the objective."""
 SHAPE_SD = 1.5
 """Standard deviation of a shape parameter's prior about its typical value, in units of that value's

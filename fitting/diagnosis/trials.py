@@ -1,7 +1,6 @@
 """Candidates fitted together with the base: who goes on, and what their evidence is."""
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,8 +9,6 @@ from .program import Program
 from .refit import SHAPE_SD, Fit, Refitter
 from .screen import Score, Screen
 
-SIDE_BY_SIDE = 2
-"""Fits that run at a time."""
 TRIED = 10
 """Candidates that are fitted together with the base, of those that the screen ranks first."""
 LIKELY = 0.01
@@ -113,12 +110,12 @@ def trials_of(
         kept = ahead(count) if best else kept
         progress(f"fitting {len(kept)} candidates")
         jobs = [(slug, best[slug].u if slug in best else starts[slug][0], rounds) for slug in kept]
-        best |= dict(side_by_side(fitted, jobs))
+        best |= dict(map(fitted, jobs))
         fits += len(jobs)
     kept = ahead(PURSUED)
     progress(f"fitting {', '.join(kept)} to the end")
     jobs = [(slug, start, TO_THE_END) for slug in kept for start in (best[slug].u, starts[slug][1])]
-    for slug, fit in side_by_side(fitted, jobs):
+    for slug, fit in map(fitted, jobs):
         if fit.objective < best[slug].objective:
             best[slug] = fit
     trials = [Trial(slug, fit, 0.0, np.nan, program) for slug, fit in best.items()]
@@ -126,21 +123,14 @@ def trials_of(
     fits += len(jobs)
     if program.has_phases and trials:
         progress(f"reading hidden phases under {', '.join(t.slug for t in trials[:SETTLED])}")
-        again = side_by_side(lambda t: settled_fit(program, t.fit.slugs, t.fit.u), trials[:SETTLED])
-        for trial, (settled_program, fit) in zip(trials, again, strict=False):
-            trial.program, trial.fit = settled_program, fit
-        fits += len(again)
+        for trial in trials[:SETTLED]:
+            trial.program, trial.fit = settled_fit(program, trial.fit.slugs, trial.fit.u)
+            fits += 1
     for trial in trials:
         trial.returned = float(np.max(np.abs(trial.fit.u[program.unknowns.base]), initial=0.0))
     _weigh(program, current, trials)
     trials.sort(key=lambda t: -t.bayes)
     return trials, fits
-
-
-def side_by_side(function: Callable, jobs: list) -> list:
-    """Results in the order of the jobs; compiled programs run without Python's lock, two at a time."""
-    with ThreadPoolExecutor(SIDE_BY_SIDE) as pool:
-        return list(pool.map(function, jobs))
 
 
 def _starts(refitter: Refitter, current: Fit, score: Score) -> list[np.ndarray]:
