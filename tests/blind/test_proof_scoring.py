@@ -1,14 +1,16 @@
 """The trial's own arithmetic on made-up reports, its running and resuming with a made-up diagnosis, other methods' regressions."""
 
+import dataclasses
 import functools
 import json
 
 import numpy as np
 import pytest
 
+from fitting.diagnosis.noise import Channel
 from tests.blind.cases import Case
 from tests.blind.proof import __main__ as command
-from tests.blind.proof import ledger, score, worker
+from tests.blind.proof import baselines, ledger, score, worker
 from tests.blind.proof import run as running
 from tests.blind.proof.figures import draw
 from tests.blind.proof.judge import holds, judge
@@ -243,6 +245,49 @@ def test_a_gaussian_process_interpolates_and_returns_to_nothing_far_away():
         move = step * np.eye(4)[k]
         slope = (learnt._cost(theta + move)[0] - learnt._cost(theta - move)[0]) / (2.0 * step)
         assert learnt._cost(theta)[1][k] == pytest.approx(slope, rel=1e-4, abs=1e-5)
+
+
+@dataclasses.dataclass
+class _Program:
+    """What folds and held-out errors need of a program."""
+
+    fitted: np.ndarray
+    channels: list
+
+
+def _channels(*lengths):
+    return [Channel("force", np.zeros(n), np.r_[np.ones(n - 2), np.inf, np.inf], 0.0) for n in lengths]
+
+
+@pytest.mark.parametrize(
+    ("fitted", "lengths", "folds"),
+    [([True, True, False], [(8,), (8,), (8,)], 1), ([True] * 6, [(8, 8)] * 6, 4), ([True], [(40, 40)], 4)],
+)
+def test_every_value_is_left_out_once_and_counted_once(fitted, lengths, folds):
+    program = _Program(np.array(fitted), [_channels(*mine) for mine in lengths])
+    made = baselines._folds(program)
+    out = [np.sum([fold.out[k] for fold in made], axis=0) for k in range(len(fitted))]
+    judged = [np.full(sum(mine), float(all(fitted) or not f)) for mine, f in zip(lengths, fitted, strict=True)]
+    assert len(made) == folds
+    for fold in made:
+        assert all(np.array_equal(a + b, np.ones_like(a)) for a, b in zip(fold.fit, fold.out, strict=True))
+    assert all(np.array_equal(a, b) for a, b in zip(out, judged, strict=True))
+    misfit = [np.concatenate([np.where(np.isfinite(c.sigma), 2.0, 0.0) for c in mine]) for mine in program.channels]
+    assert baselines.held_out(program, [(fold, misfit) for fold in made]) == pytest.approx(4.0)
+
+
+@pytest.mark.slow
+def test_a_sealed_coupon_from_campaign_to_answers_of_every_method(tmp_path):
+    case = Case("c0", "elastomer", "single", ("strain_stiffening",), 300.0, 4)
+    places = Places(tmp_path)
+    (done,) = running.run([case], places, compare=worker.compare_folder)
+    assert done is case and read(places.timing("c0"))["seconds"] > 0.0
+    report, answers = read(places.report("c0")), read(places.baselines("c0"))
+    assert report["effects"][0]["name"] == answers["bic_stepwise"]["effects"][0]["name"] == "strain_stiffening"
+    before = report["fit"]["before"]["reduced_chi2"]
+    for method in score.METHODS:
+        assert answers[method]["fit"]["before"]["reduced_chi2"] == pytest.approx(before, rel=1e-6)
+    assert answers["bic_stepwise"]["fit"]["after"]["reduced_chi2"] < before
 
 
 def test_sparse_regression_keeps_the_terms_that_are_there():
