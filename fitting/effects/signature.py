@@ -95,7 +95,9 @@ def _actuator() -> tuple[dict[str, np.ndarray], Simulate]:
     pressure = _ramps(
         (0, 0), (10, 15e3), (100, 15e3), (110, 30e3), (190, 30e3), (200, 10e3), (220, 35e3), (240, 0)
     )
-    xi0 = _ramps((20, 1), (50, 0.1), (60, 0.1), (90, 1), (115, 1), (145, 0.1), (155, 0.1), (185, 1), (240, 1))
+    xi0 = _ramps(
+        (20, 1), (50, 0.1), (60, 0.1), (90, 1), (115, 1), (145, 0.1), (155, 0.1), (185, 1), (240, 1)
+    )
     current = np.where(np.gradient(xi0) < 0.0, 0.7, 0.45) * (xi0 < 1.0)
     body, down = pj.make_actuator("pneusma2"), pj.gravity_vector("horizontal")
     columns = {"curvature_1pm": ("curvature", "1/m"), "length_mm": ("length", "mm")}
@@ -113,7 +115,9 @@ def _actuator() -> tuple[dict[str, np.ndarray], Simulate]:
 
 def _spring() -> tuple[dict[str, np.ndarray], Simulate]:
     """Pushed a little and pulled, cold, half hot, and cold again; quick and slow."""
-    x = 1e-3 * _ramps((0, 0), (5, -1), (40, 40), (50, 0), (90, 40), (120, 5), (150, 30), (180, 0), (240, 45))
+    x = 1e-3 * _ramps(
+        (0, 0), (5, -1), (40, 40), (50, 0), (90, 40), (120, 5), (150, 30), (180, 0), (240, 45)
+    )
     xi0 = _ramps((0, 1), (50, 1), (60, 0.4), (120, 0.4), (130, 0.05), (180, 0.1), (210, 1), (240, 1))
     geometry = pj.SpringGeometry(0.25e-3, 0.9e-3, 0.269e-3, 52.0, 14e-3)
     spring = pj.Spring(geometry, pj.load_alloy("krl35"), geometry.free_length)

@@ -124,7 +124,8 @@ class Parameters(Mapping[str, Parameter]):
         )
 
     def box(self) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
-        """Lower and upper bounds of the fitting coordinates (logarithms where scaled so), infinite for none."""
+        """Lower and upper bounds of the fitting coordinates (logarithms where scaled so), infinite for none.
+        """
         free = [p for p in self._entries.values() if p.free]
         lower = [
             p.min if p.scale == "linear" else (math.log(p.min) if p.min > 0 else -math.inf) for p in free
@@ -144,7 +145,8 @@ class Parameters(Mapping[str, Parameter]):
         return to_unconstrained(vector, *self.box(), self._softness()) if unconstrained else vector
 
     def unpack(self, vector: Float[Array, " n"], unconstrained: bool = False) -> dict[str, Array]:
-        """All values by name, from a vector in the coordinates of `pack`; may be traced and differentiated."""
+        """All values by name, from a vector in the coordinates of `pack`; may be traced and differentiated.
+        """
         if unconstrained:
             vector = to_bounded(vector, *self.box(), self._softness())
         return self.layout().values(vector, self.stored())

@@ -119,7 +119,8 @@ class Parameter:
 
     @property
     def at_bound(self) -> bool:
-        """Whether the value lies on a bound (to 1e-9 of its magnitude or interval), or past it if it is tied."""
+        """Whether the value lies on a bound (to 1e-9 of its magnitude or interval), or past it if it is tied.
+        """
         if self.value is None:
             return False
         width = self.max - self.min

@@ -50,7 +50,8 @@ def to_bounded(
     upper: Float[Array, " n"],
     scale: Float[Array, " n"],
 ) -> Float[Array, " n"]:
-    """Point within the bounds that belongs to unconstrained coordinates; arguments as for `to_unconstrained`."""
+    """Point within the bounds that belongs to unconstrained coordinates; arguments as for `to_unconstrained`.
+    """
     both, only_lower, only_upper = _kinds(lower, upper)
     low, width = jnp.where(both, lower, 0.0), jnp.where(both, upper - jnp.where(both, lower, 0.0), 1.0)
     between = low + width * jax.nn.sigmoid(coordinate)

@@ -82,7 +82,9 @@ def steps_of(geometry: pj.SpringGeometry) -> tuple[float, ...]:
     return tuple(float(f"{max(step, ROUND):.6g}") for step in steps)
 
 
-def candidates(steps: tuple[float, ...] = STEPS, shares: Sequence[float] = SHARES) -> list[Candidate]:
+def candidates(
+    steps: tuple[float, ...] = STEPS, shares: Sequence[float] = SHARES
+) -> list[Candidate]:
     """At every phase: single pulls to each step, stepwise ones, and these with the last step repeated.
 
     Args:

@@ -89,7 +89,9 @@ class _Worth:
                 time = self.minutes[others].sum()
                 done = Counter(others)
                 able = [
-                    j for j in everything if done[j] < self.told.shape[2] and time + self.minutes[j] <= limit
+                    j
+                    for j in everything
+                    if done[j] < self.told.shape[2] and time + self.minutes[j] <= limit
                 ]
                 known = _prior(self.told) + sum(self.told[:, j, n - 1] for j, n in done.items())
                 more = np.stack([self._next(j, done) for j in able], axis=1)

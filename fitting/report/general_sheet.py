@@ -61,7 +61,9 @@ NOTHING = "Nothing: everything that was free is known better than before."
 
 
 def _parameters(result: GeneralCharacterisation) -> TextTable:
-    start = {n: float(from_si(result.start[n], e.unit, e.unit == KELVIN)) for n, e in result.fitted.items()}
+    start = {
+        n: float(from_si(result.start[n], e.unit, e.unit == KELVIN)) for n, e in result.fitted.items()
+    }
     share = {name: relative_to_prior(entry) for name, entry in result.fitted.items()}
     return parameter_rows(result.parameters, start, share)
 

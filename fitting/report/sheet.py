@@ -43,7 +43,9 @@ class Section:
     @property
     def text(self) -> str:
         """The part as plain text."""
-        lines = [textwrap.fill(s, WIDTH, initial_indent="  ", subsequent_indent="  ") for s in self.sentences]
+        lines = [
+            textwrap.fill(s, WIDTH, initial_indent="  ", subsequent_indent="  ") for s in self.sentences
+        ]
         return "\n".join([self.title, *lines, *([self.table.text()] if self.table else [])])
 
 

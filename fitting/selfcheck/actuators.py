@@ -66,7 +66,9 @@ def _linear() -> Iterator[Claim]:
         lambda: (soft_fibre().bend_angle, pull * RADIUS * LENGTH / (MODULUS * INERTIA)),
         1e-9,
     )
-    yield Claim(group, "stretch of that fibre: T / k [m]", lambda: (soft_fibre().delta_2, pull / FIBRE), 1e-9)
+    yield Claim(
+        group, "stretch of that fibre: T / k [m]", lambda: (soft_fibre().delta_2, pull / FIBRE), 1e-9
+    )
 
 
 def _springs() -> Iterator[Claim]:

@@ -112,7 +112,9 @@ def _regularised() -> Iterator[Claim]:
     def beyond() -> tuple:
         end = numbers["clip_max"]
         slope = 4.0 * tension[0] * end**3 + 3.0 * tension[1] * end**2 + 2.0 * tension[2] * end + tension[3]
-        return law(jnp.asarray(end + 0.5)), quartic(tension, end) + 0.5 * max(slope, numbers["minimum_slope"])
+        return law(jnp.asarray(end + 0.5)), quartic(tension, end) + 0.5 * max(
+            slope, numbers["minimum_slope"]
+        )
 
     yield Claim(group, "straight line beyond the tested strains [Pa]", beyond)
 
