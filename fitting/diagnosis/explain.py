@@ -32,6 +32,9 @@ SHARE = 0.45
 fits."""
 OF_ALL = 0.025
 """Of the base model's own misfit, what a further effect must take away."""
+PREDICTS = 5.0
+"""Log-likelihood of recordings left out in turn that every effect must gain, deflated as log Bayes factors
+are."""
 CLOSE = 4.0
 """Log Bayes factor within which two explanations are not told apart."""
 ENOUGH = 1.25
@@ -181,6 +184,9 @@ def _choice(program: Program, current: Fit, stage: Stage, original: float) -> Tr
             stage.left_out = left_out(program, current)
         trial.left_out = left_out(trial.program, trial.fit)
         gain = stage.left_out - trial.left_out
+        count = program.observations(program.fitted)
+        if 0.5 * count * gain / inflation_of(trial.program, trial.fit) < PREDICTS:
+            continue
         if gain < (FIRST_SHARE if first else SHARE) * max(stage.left_out - 1.0, 1e-3):
             continue
         if not first and gain < OF_ALL * (original - 1.0):
