@@ -308,6 +308,6 @@ def _next(explanation: Explanation, found: list[Found]) -> dict | None:
         return {"text": separating(names), "separates": names, "expected_log_bayes_factor": 0.0}
     text = (
         f"Repeat {design.recording} {design.change}: it would tell {names[0]} from {names[1]} by a log Bayes "
-        f"factor of about {design.log_bayes:.3g}. Beyond repetitions: {separating(names)}"
+        f"factor of about {design.log_bayes:.3g}. {separating(names)}"
     )
     return {"text": text, "separates": names, "expected_log_bayes_factor": float(design.log_bayes)}

@@ -119,7 +119,7 @@ def _candidates(conclusion: Conclusion) -> str:
         "log Bayes factor",
         "chi2, fitted",
         "chi2, left out",
-        "base departs (sd)",
+        "base (sd)",
         "at a bound",
     )
     return html.table(header, rows, "Candidates fitted together with the base model, in the first round.", 0)
@@ -143,7 +143,21 @@ def _scores(conclusion: Conclusion) -> str:
         shares = ", ".join(f"{slug} {w:.2f}" for slug, w in conclusion.members.items())
         rows.append(cells(f"mean of explanations ({shares})", conclusion.mean))
     on = ", ".join(conclusion.before.on)
-    return html.table(("model", *names, "reduced chi2"), rows, f"On {on} ({conclusion.before.how}).")
+    table = html.table(("model", *names, "reduced chi2"), rows, f"On {on} ({conclusion.before.how}).")
+    return table + _race(conclusion)
+
+
+def _race(conclusion: Conclusion) -> str:
+    """What was found against a correction without a name, on fitted recordings left out in turn."""
+    generic, stages = conclusion.generic, conclusion.explanation.stages
+    named = [t.left_out for s in stages for t in s.trials if t.slug == s.chosen]
+    if generic is None or not named:
+        return ""
+    return html.paragraph(
+        f"Fitted recordings, each predicted without it: reduced chi-square {stages[0].left_out:.3g} by "
+        f"the base model, {named[-1]:.3g} with what was found, {generic.left_out:.3g} with a nameless smooth "
+        f"function of {generic.driver.replace('_', ' ')} added to {generic.quantity.replace('_', ' ')}."
+    )
 
 
 def _base(conclusion: Conclusion) -> str:
