@@ -191,7 +191,7 @@ def small(monkeypatch):
     cases = [Case(f"c{n}", kind, "null", (), None, n) for n, kind in enumerate(("wire", "tube", "wire", "actuator"))]
     monkeypatch.setattr(running, "case_list", lambda plan, seed: cases)
     monkeypatch.setattr("tests.blind.seal.write_case", _write_campaign)
-    monkeypatch.setattr("tests.blind.seal.truth_of", lambda case: {"name": case.name} | _truth(case.name, "null", ()))
+    monkeypatch.setattr(running, "truth_of", lambda case: {"name": case.name} | _truth(case.name, "null", ()))
     return cases
 
 
@@ -211,7 +211,7 @@ def test_a_run_goes_by_kind_outlives_failures_and_resumes(tmp_path, small):
 
 def test_a_case_that_kills_its_process_is_recorded(tmp_path, small):
     places, seen = Places(tmp_path), []
-    running.seal(small[:1], places.campaigns)
+    running._sealed(small[:1], places, 1)
     (places.reports / "c0").mkdir(parents=True)
     (places.reports / "c0" / "attempts.json").write_text(str(worker.MOST_ATTEMPTS))
     worker.work(places, "c0", 1, "abc", functools.partial(_made_up, seen))
@@ -230,6 +230,34 @@ def test_the_command_scores_what_has_a_report_and_nothing_else(tmp_path, small, 
     small.append(Case("c9", "wire", "null", (), None, 9))  # the generator's plan has changed
     assert command.main(["score", *own]) == 2
     assert "others than when" in capsys.readouterr().err
+
+
+def test_a_truth_stays_sealed_without_its_report_and_must_match_its_seal(tmp_path, small):
+    places = Places(tmp_path)
+    running.run(small, places, diagnose=functools.partial(_made_up, [None] * 2))
+    places.report("c1").rename(tmp_path / "aside.json")
+    with pytest.raises(ValueError, match="stays sealed"):
+        running.truths(small, places)
+    assert not (places.campaigns / "opened.json").exists()
+    (tmp_path / "aside.json").rename(places.report("c1"))
+    assert list(running.truths(small, places)) == ["c0", "c1", "c2", "c3"]
+    opened = places.campaigns / "opened.json"
+    opened.write_text(opened.read_text().replace('"tube"', '"wire"', 1))
+    with pytest.raises(ValueError, match="does not match"):
+        running.truths(small, places)
+
+
+def test_a_case_that_cannot_be_made_is_left_out(tmp_path, small, monkeypatch):
+    def write(case, folder):
+        if case.name == "c2":
+            raise ArithmeticError("no equilibrium")
+        return _write_campaign(case, folder)
+
+    monkeypatch.setattr("tests.blind.seal.write_case", write)
+    for _ in range(2):
+        done = running.run(small, Places(tmp_path), diagnose=functools.partial(_made_up, [None] * 2))
+        assert [case.name for case in done] == ["c0", "c1", "c3"]
+    assert read(tmp_path / "unmade.json") == {"c2": "no equilibrium"}
 
 
 def test_a_gaussian_process_interpolates_and_returns_to_nothing_far_away():

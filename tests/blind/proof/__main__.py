@@ -10,11 +10,9 @@ import argparse
 import sys
 from pathlib import Path
 
-from tests.blind.seal import open_seals
-
 from . import ledger, worker
 from .places import Places, read, write
-from .run import chosen_cases, keep_plan, run
+from .run import chosen_cases, keep_plan, run, truths
 from .score import scored
 
 
@@ -37,12 +35,12 @@ def _parser():
     one.add_argument("--out", type=Path, default=Path("out/proof"), help="folder of all runs")
     one.add_argument("--label", default="", help="keeps the reports of another tool apart, on the same sealed cases")
     one.add_argument("--limit", type=int, help="only the first so many cases")
+    one.add_argument("--workers", type=int, default=1, help="processes; 1 works in this one")
     one.add_argument("--kinds", nargs="*", help="only cases of these kinds")
     scoring = argparse.ArgumentParser(add_help=False)
     scoring.add_argument("--ledger", type=Path, help="another ledger than the project's")
     scoring.add_argument("--date", help="of the line in the ledger; now if absent")
     running = actions.add_parser("run", parents=[one, scoring])
-    running.add_argument("--workers", type=int, choices=(1, 2), default=1)
     running.add_argument("--baselines", action="store_true", help="the other methods, too, on the same cases")
     running.add_argument("--budget-minutes", type=float, help="begin no case later than this; run again to go on")
     running.add_argument("--diagnose-seed", type=int, default=1)
@@ -91,11 +89,11 @@ def _score(chosen):
 
 def _scored(chosen, cases, places):
     """Open the seals of cases that all have a report, score them, write it down."""
-    truths = open_seals(cases, places.campaigns, places.reports)
+    found = truths(cases, places, chosen.workers)
     reports = {case.name: read(places.report(case.name)) for case in cases}
     timings = {case.name: read(places.timing(case.name), {}) for case in cases}
     answers = {case.name: read(places.baselines(case.name), {}) for case in cases}
-    score = scored(truths, reports, timings, answers)
+    score = scored(found, reports, timings, answers)
     write(places.score, score)
     own = places.folder / "ledger.jsonl" if chosen.seed < ledger.DEVELOPMENT else ledger.LEDGER
     path = chosen.ledger or own

@@ -2,6 +2,7 @@
 
 import hashlib
 import multiprocessing
+import shutil
 import time
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -9,8 +10,8 @@ from functools import partial
 
 from tqdm import tqdm
 
-from tests.blind.cases import KINDS, case_list
-from tests.blind.seal import seal
+from tests.blind.cases import KINDS, case_list, truth_of
+from tests.blind.seal import open_seals, seal
 
 from . import worker
 from .places import commit, read, write
@@ -69,7 +70,7 @@ def run(cases, places, seed=1, workers=1, minutes=None, diagnose=worker.diagnose
             if not chunk or time.monotonic() > deadline:
                 continue
             bar.set_description("sealing")
-            sealed = [case for case in chunk if _sealed(case, places)]
+            sealed = _sealed(chunk, places, workers)
             bar.update(len(chunk) - len(sealed))
             bar.set_description("diagnosing")
             names = [case.name for case in sorted(sealed, key=lambda c: KINDS.index(c.kind))]
@@ -81,18 +82,66 @@ def run(cases, places, seed=1, workers=1, minutes=None, diagnose=worker.diagnose
     return [case for case in cases if complete(case)]
 
 
-def _sealed(case, places):
-    """Seal one case; one that cannot be made is noted and left out, which says nothing about the tool."""
-    book = places.folder / "unmade.json"
-    unmade = read(book, {})
-    if case.name in unmade:
-        return False
+def _sealed(cases, places, workers):
+    """Seal cases; one that cannot be made is noted and left out, which says nothing about the tool."""
+    book, unmade_book = places.campaigns / "seals.json", places.folder / "unmade.json"
+    unmade, seals = read(unmade_book, {}), read(book, {})
+    there = [case for case in cases if case.name in seals and (places.campaigns / case.name).is_dir()]
+    left = [case for case in cases if case not in there and case.name not in unmade]
+    for case, problem in zip(left, _side_by_side(partial(_seal_apart, places), left, workers), strict=True):
+        if problem:
+            unmade[case.name] = problem
+            write(unmade_book, unmade)
+            continue
+        part = _apart(places, case)
+        shutil.rmtree(places.campaigns / case.name, ignore_errors=True)
+        places.campaigns.mkdir(parents=True, exist_ok=True)
+        (part / case.name).replace(places.campaigns / case.name)
+        seals |= read(part / "seals.json")
+        write(book, seals)
+        shutil.rmtree(part)
+        there.append(case)
+    return there
+
+
+def _apart(places, case):
+    return places.folder / "sealing" / case.name
+
+
+def _seal_apart(places, case):
+    """Seal one case in a folder of its own, so that several can be sealed at a time; returns why it cannot be made."""
     try:
-        seal([case], places.campaigns)
+        seal([case], _apart(places, case))
     except ArithmeticError as problem:
-        write(book, unmade | {case.name: str(problem)})
-        return False
-    return True
+        return str(problem)
+    return None
+
+
+def truths(cases, places, workers=1):
+    """Open the seals of cases that all have a report; the truths, found again from the seeds, by name.
+
+    Raises:
+        ValueError: a report is missing, or a truth does not match its seal.
+    """
+    if all(places.report(case.name).exists() for case in cases):
+        book = places.campaigns / "opened.json"
+        opened = read(book, {})
+        left = [case for case in cases if case.name not in opened]
+        with tqdm(total=len(left), unit="case", disable=None, desc="opening") as bar:
+            for case, truth in zip(left, _side_by_side(truth_of, left, workers), strict=True):
+                opened[case.name] = truth
+                write(book, opened)
+                bar.update()
+    return open_seals(cases, places.campaigns, places.reports)
+
+
+def _side_by_side(function, items, workers):
+    """Results in order, as they come; in processes where there is more than one worker."""
+    if workers == 1 or len(items) < 2:
+        yield from map(function, items)
+        return
+    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
+        yield from pool.map(function, items)
 
 
 def _here(task, names, deadline, bar):
