@@ -80,7 +80,7 @@ class Frame:
             if list(ohm) != [2]:
                 raise
         low, high, x = np.zeros(guess.shape[:-1]), np.ones(guess.shape[:-1]), guess
-        for _ in range(34):
+        for _ in range(24):
             middle = 0.5 * (low + high)
             x = solve(lambda x, known=xi0 | {2: middle}: self.balance(x, row, known, {}), x)
             strain = self.spring_strain(2, self.strains(x)[1])

@@ -22,7 +22,7 @@ class Specimen:
 
         classes = [effect_class(kind, name) for name in names]
         wants = {k: v for cls in classes for k, v in cls.wants.items() if kind == "actuator"}
-        self.bench = plan(kind, stream(1), masked=masked, **wants)
+        self.bench = plan(kind, stream(1), masked=masked, blind=0.03 if names else 0.15, **wants)
         self.numbers = true_numbers(self.bench, stream(2))
         self.instruments = Instruments(self.bench, stream(3))
         self.effects = [cls(stream(10 + n), self.bench) for n, cls in enumerate(classes)]

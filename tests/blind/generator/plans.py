@@ -238,10 +238,12 @@ PLANS = {"elastomer": plan_elastomer, "tube": plan_tube, "spring": plan_spring, 
          "actuator": plan_actuator}  # fmt: skip
 
 
-def plan(kind, rng, *, masked=False, flavour=None, **options):
-    """A bench of a kind. `masked`: what is fitted stays in a narrow range that validation leaves."""
+def plan(kind, rng, *, masked=False, flavour=None, blind=0.15, **options):
+    """A bench of a kind. `masked`: what is fitted stays in a narrow range that validation leaves; `blind`: how often
+    the resistance of a hot spring says nothing."""
     if flavour is None:
-        weights = [0.3, 0.25, 0.15, 0.15, 0.15] if kind in ("actuator", "spring") else [0.35, 0.3, 0.2, 0.15, 0.0]
+        blind = blind if kind in ("actuator", "spring") else 0.0
+        weights = np.array([0.35, 0.3, 0.2, 0.15, blind / (1.0 - blind)]) * (1.0 - blind)
         flavour = str(rng.choice(FLAVOURS, p=weights))
     bench = PLANS[kind](rng, flavour, masked, **options)
     bench.noise_stated = bool(rng.random() < 0.85)
