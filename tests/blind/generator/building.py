@@ -3,7 +3,7 @@
 import numpy as np
 
 from . import stand
-from .detectability import felt_inputs, linear_gains, occam, verdict
+from .detectability import felt_inputs, linear_gains, occam, verdict, whiteners
 from .noise import Instruments
 from .plans import plan, true_numbers
 from .registry import effect_class
@@ -33,7 +33,9 @@ class Specimen:
         self.noise = {c: self.instruments.draw(c, self.clean[c], draws) for c in sorted(self.bench.noise)}
         names = sorted(self.bench.tolerance)
         self.true_z = np.array([(self.numbers[n] / self.bench.nominal[n] - 1.0) / self.bench.tolerance[n] for n in names])
-        self.felt = felt_inputs(self.bench, self.clean, self.noise, self.true_z) if classes else None
+        if classes:
+            self.felt = felt_inputs(self.bench, self.clean, self.noise, self.true_z)
+            self.whiten = whiteners(self.bench, self.instruments, self.clean, self.felt)
 
     def columns(self, amplitudes):
         """Noise-free columns (B, K, N) at amplitudes (B, number of effects) in parts of each effect's ceiling."""
@@ -47,7 +49,7 @@ class Specimen:
         columns = {c: v[:1] for c, v in self.columns([amplitudes]).items()}
         active = max(int(np.count_nonzero(amplitudes)), 1)
         return verdict(
-            self.bench, self.instruments, columns, self.noise, self.true_z, self.felt, active, starts
+            self.bench, self.whiten, columns, self.noise, self.true_z, self.felt, active, starts
         )
 
     def ladder(self, direction):
@@ -58,7 +60,7 @@ class Specimen:
                 with np.errstate(all="ignore"):
                     columns = self.columns(np.outer(shares, direction))
                     gains = linear_gains(
-                        self.bench, self.instruments, self.clean, self.noise, self.true_z, self.felt, columns
+                        self.bench, self.whiten, self.clean, self.noise, self.true_z, self.felt, columns
                     )
             except (ArithmeticError, np.linalg.LinAlgError):
                 continue

@@ -47,13 +47,12 @@ def felt_inputs(bench, clean, noise, true_z):
 class Judge:
     """Refits the base to one set of noise-free recorded columns (1, K, N) with one draw of noise added."""
 
-    def __init__(self, bench, instruments, recorded, noise, true_z, chosen, felt):
+    def __init__(self, bench, whiten, recorded, noise, true_z, felt):
         self.bench, self.recorded, self.true_z = bench, _first(recorded), true_z
         self.noise = {c: noise[c][None] if c in noise else 0.0 for c in bench.scored}
-        reference = {c: self.recorded[c][0] for c in bench.scored}
-        self.whiten = Whitener(instruments, reference, felt[0], chosen)
+        self.whiten = whiten
         self.noise = {c: self.noise[c] + felt[1][c] for c in bench.scored}
-        clean = {c: np.broadcast_to(self.noise[c], (1,) + reference[c].shape) for c in bench.scored}
+        clean = {c: np.broadcast_to(self.noise[c], self.recorded[c].shape) for c in bench.scored}
         self.whitened_noise = self.whiten(clean)[0]
 
     def residuals(self, z):
@@ -102,14 +101,20 @@ def occam(gain, effects=1):
     return 0.5 * effects * np.log1p(2.0 * max(gain, 0.0))
 
 
-def verdict(bench, instruments, recorded, noise, true_z, felt, effects=1, starts=None):
+def whiteners(bench, instruments, clean, felt):
+    """Whitening of what is fitted and of what is held out, by the noise of the columns without any effect (K, N)."""
+    fitted = bench.fitted()
+    return tuple(Whitener(instruments, clean, felt[0], chosen) for chosen in (fitted, ~fitted))
+
+
+def verdict(bench, whiten, recorded, noise, true_z, felt, effects=1, starts=None):
     """Post-refit log Bayes factor and reduced chi-squares of the refitted base, as a dictionary."""
-    judge = Judge(bench, instruments, recorded, noise, true_z, bench.fitted(), felt)
+    judge = Judge(bench, whiten[0], recorded, noise, true_z, felt)
     starts = [true_z, np.zeros_like(true_z)] if starts is None else starts
     fits = [judge.refit(start=start) for start in starts]
     z, cost, chi2, j = min(fits, key=lambda fit: fit[1])
     gain = 0.5 * (cost - judge.truth_cost(j))
-    held = Judge(bench, instruments, recorded, noise, true_z, ~bench.fitted(), felt)
+    held = Judge(bench, whiten[1], recorded, noise, true_z, felt)
     left = held.residuals(z[None])[0]
     return {
         "log_bayes": float(gain - occam(gain, effects)),
@@ -121,9 +126,9 @@ def verdict(bench, instruments, recorded, noise, true_z, felt, effects=1, starts
     }
 
 
-def linear_gains(bench, instruments, clean, noise, true_z, felt, columns):
+def linear_gains(bench, whiten, clean, noise, true_z, felt, columns):
     """Half the noise-free chi-square (B,) that columns (B, K, N) leave once the base has been refitted, to first order."""
-    judge = Judge(bench, instruments, {c: clean[c][None] for c in clean}, noise, true_z, bench.fitted(), felt)
+    judge = Judge(bench, whiten[0], {c: clean[c][None] for c in clean}, noise, true_z, felt)
     _, j = judge.linearise(true_z)
     size = len(next(iter(columns.values())))
     predicted = stand.base(bench, _numbers(bench, np.tile(true_z, (size, 1))), columns)
