@@ -289,7 +289,7 @@ def _channels(*lengths):
 
 @pytest.mark.parametrize(
     ("fitted", "lengths", "folds"),
-    [([True, True, False], [(8,), (8,), (8,)], 1), ([True] * 6, [(8, 8)] * 6, 4), ([True], [(40, 40)], 4)],
+    [([True, True, False], [(8,), (8,), (8,)], 1), ([True] * 6, [(8, 8)] * 6, 6), ([True], [(40, 40)], 8)],
 )
 def test_every_value_is_left_out_once_and_counted_once(fitted, lengths, folds):
     program = _Program(np.array(fitted), [_channels(*mine) for mine in lengths])

@@ -34,7 +34,7 @@ def search(program, base):
     before = program.evaluations
     count = np.log(program.observations(program.fitted))
     refitter = Refitter(program)
-    current = refitter.base(base.u)
+    current = refitter.fit((), base.u)
     score, slugs, effects = _deviance(program, current), (), []
     while len(slugs) < MOST_EFFECTS and program.evaluations - before < MOST_EVALUATIONS:
         trials = {}
