@@ -3,6 +3,8 @@
 import dataclasses
 import functools
 import json
+from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 
 import numpy as np
 import pytest
@@ -207,6 +209,36 @@ def test_a_run_goes_by_kind_outlives_failures_and_resumes(tmp_path, small):
     later = Places(tmp_path / "x", "later")  # another tool, the same sealed cases
     assert running.run(small, later, minutes=1e-9, diagnose=functools.partial(_made_up, seen)) == []
     assert not (places.campaigns / "opened.json").exists()
+
+
+def _report_of(folder, seed):
+    """A diagnosis that says where it was."""
+    return _report() | {"folder": folder.name}
+
+
+def test_several_workers_leave_no_case_out_and_start_again_after_a_crash(tmp_path, small, monkeypatch):
+    crashes = [BrokenProcessPool("a worker died")]
+
+    class Pool(ThreadPoolExecutor):
+        """Threads in the place of processes; the first diagnosis breaks the pool."""
+
+        def __init__(self, workers, **_):
+            super().__init__(workers)
+
+        def submit(self, function, *arguments):
+            def call(name):
+                if crashes and isinstance(name, str):
+                    raise crashes.pop()
+                return function(name)
+
+            return super().submit(call, *arguments)
+
+    monkeypatch.setattr(running, "ProcessPoolExecutor", Pool)
+    places = Places(tmp_path)
+    done = running.run(small, places, workers=2, diagnose=_report_of)
+    assert [case.name for case in done] == ["c0", "c1", "c2", "c3"] and not crashes
+    assert all(read(places.report(case.name))["folder"] == case.name for case in small)
+    assert list(running.truths(small, places, workers=2)) == ["c0", "c1", "c2", "c3"]
 
 
 def test_a_case_that_kills_its_process_is_recorded(tmp_path, small):

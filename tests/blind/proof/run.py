@@ -162,7 +162,8 @@ def _in_processes(task, names, workers, deadline, bar):
             try:
                 while (left or waiting) and (waiting or time.monotonic() < deadline):
                     while left and len(waiting) < workers and time.monotonic() < deadline:
-                        waiting[pool.submit(task, left[0])] = left.pop(0)
+                        future = pool.submit(task, left[0])
+                        waiting[future] = left.pop(0)
                     done, _ = wait(waiting, return_when=FIRST_COMPLETED)
                     for future in done:
                         future.result()
