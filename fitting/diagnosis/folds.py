@@ -12,8 +12,11 @@ BLOCKS = 4
 """Parts of a single recording that are left out in turn."""
 DECIDING = 3
 """Groups of recordings that are left out in turn to decide about an effect."""
-ROUNDS = 5
+ROUNDS = 15
 """Most trial steps of a model that is fitted without some recordings."""
+FEW = 4
+"""Recordings of one specimen up to which parts of all are left out at once: without a whole one, the others
+are too few to stand for its conditions, and predicting it would be extrapolation."""
 
 Masks = list[np.ndarray]
 """A mask of the values of every recording."""
@@ -37,6 +40,33 @@ def folds(sizes: Sequence[int], members: Sequence[int], most: int) -> list[Masks
     return [[block if k == only else np.zeros(size) for k, size in enumerate(sizes)] for block in blocks]
 
 
+def deciding(program: Program, sizes: Sequence[int]) -> list[Masks]:
+    """Masks of the fitted values that are left out to decide about an effect.
+
+    Args:
+        program: of the campaign.
+        sizes: values of every recording.
+    """
+    members = np.flatnonzero(program.fitted)
+    alone = len({program.recordings[k].specimen for k in members}) == 1
+    if alone and 1 < len(members) <= FEW:
+        return _parts_of_all(sizes, members)
+    return folds(sizes, members, DECIDING)
+
+
+def _parts_of_all(sizes: Sequence[int], members: Sequence[int]) -> list[Masks]:
+    """Masks that leave out two stretches of every recording at once, all of it over the folds."""
+    found = []
+    for j in range(BLOCKS):
+        masks = [np.zeros(size) for size in sizes]
+        for k in members:
+            edges = np.linspace(0, sizes[k], 2 * BLOCKS + 1).astype(int)
+            for i in (j, j + BLOCKS):
+                masks[k][edges[i] : edges[i + 1]] = 1.0
+        found.append(masks)
+    return found
+
+
 def left_out(program: Program, fit: Fit) -> float:
     """Reduced chi-square of the fitted recordings, each predicted by a fit without it.
 
@@ -44,10 +74,8 @@ def left_out(program: Program, fit: Fit) -> float:
         program: with the phases of the model.
         fit: model of all of them, from which every fold starts.
     """
-    members = np.flatnonzero(program.fitted)
-    sizes = [len(m) for m in fit.evaluation.misfit]
     total = 0.0
-    for out in folds(sizes, members, DECIDING):
+    for out in deciding(program, [len(m) for m in fit.evaluation.misfit]):
         weight = [f * (1.0 - w) for f, w in zip(program.fitted, out, strict=True)]
         again = Refitter(program, weight).fit(fit.slugs, fit.u, ROUNDS)
         total += again.evaluation.chi2(out)

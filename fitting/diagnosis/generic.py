@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .folds import DECIDING, folds
+from .folds import deciding
 from .locate import drivers_of
 from .program import Program
 from .refit import Fit
@@ -62,7 +62,6 @@ def race(program: Program, base: Fit) -> Generic | None:
     columns = _columns(program, base, here.misfit)
     if not columns:
         return None
-    members = np.flatnonzero(program.fitted)
     sizes = [len(m) for m in here.misfit]
     fitted = np.concatenate([np.full(n, float(f)) for n, f in zip(sizes, program.fitted, strict=True)])
 
@@ -77,7 +76,7 @@ def race(program: Program, base: Fit) -> Generic | None:
         return float(w @ rest), rest
 
     total = 0.0
-    for out in folds(sizes, members, DECIDING):
+    for out in deciding(program, sizes):
         test = np.concatenate(out)
         train = fitted * (1.0 - test)
         results = [solved(B, train) for B in columns.values()]
