@@ -35,6 +35,8 @@ OF_ALL = 0.025
 PREDICTS = 5.0
 """Log-likelihood of recordings left out in turn that every effect must gain, deflated as log Bayes factors
 are."""
+FAINT = 1.2
+"""Reduced chi-square of left-out recordings up to which no effect is believed that ends at a bound."""
 CLOSE = 4.0
 """Log Bayes factor within which two explanations are not told apart."""
 ENOUGH = 1.25
@@ -182,6 +184,8 @@ def _choice(program: Program, current: Fit, stage: Stage, original: float) -> Tr
             continue
         if np.isnan(stage.left_out):
             stage.left_out = left_out(program, current)
+        if first and trial.stopped and stage.left_out < FAINT:
+            continue
         trial.left_out = left_out(trial.program, trial.fit)
         gain = stage.left_out - trial.left_out
         count = program.observations(program.fitted)

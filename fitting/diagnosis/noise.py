@@ -6,9 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.characterise.noise import robust_noise
-from fitting.models.channels import LEAST_NOISE, serial_correlation
+from fitting.models.channels import CORRELATED, LEAST_NOISE, serial_correlation
 from fitting.models.rows import Rows
 from fitting.recordings import Recording
+
+FEW = 40
+"""Samples below which serial correlation is not estimated from themselves alone."""
+MOST_GUESSED = 0.8
+"""Largest correlation that is read off the samples alone: a course with corners looks like more."""
 
 
 @dataclass(frozen=True)
@@ -75,13 +80,13 @@ def channels_of(recording: Recording, rows: Rows, outputs: tuple[str, ...], size
         if stated is not None and stated > 0.0:
             correlation, sigma = serial_correlation(raw, stated), stated
         else:
-            sigma = robust_noise(np.asarray(rows.time)[there], values[there]) * np.sqrt(block)
+            sigma = robust_noise(np.asarray(rows.time)[there], values[there])
+            sigma, correlation = unstated_noise(values[there], sigma)
             sigma = max(sigma, LEAST_NOISE * float(np.ptp(values[there])), 1e-12)
-            correlation = 0.0
         more = np.where(
             there, 1.0 / np.where(there, weight, 1.0) ** 2 - 1.0 / np.where(there, bare, 1.0) ** 2, 0.0
         )
-        if block > 1:
+        if block > 1 and stated:
             sigma, correlation = block_noise(sigma, correlation, block)
         total = np.full(size, np.inf)
         total[: len(there)] = np.where(there, np.sqrt(sigma**2 + np.maximum(more, 0.0)), np.inf)
@@ -89,6 +94,33 @@ def channels_of(recording: Recording, rows: Rows, outputs: tuple[str, ...], size
         full[: len(values)] = values
         found.append(Channel(quantity, full, total, float(correlation)))
     return found
+
+
+def unstated_noise(values: np.ndarray, white: float) -> tuple[float, float]:
+    """Standard deviation and correlation of neighbouring errors of a channel that states neither.
+
+    Second differences over one and two samples have variances `sigma^2 (6 - 8 r^k + 2 r^2k)` at lag k for
+    first-order noise on a smooth course: their ratio grows with r, from 1 to 2.
+
+    Args:
+        values: samples in their order, shape (n,).
+        white: standard deviation that white noise would have.
+
+    Returns:
+        Both; the correlation is 0 where the samples are few or the ratio is not above that of white noise.
+    """
+    if len(values) < FEW:
+        return white, 0.0
+    spread = [
+        float(np.median(np.abs(values[2 * k :] - 2.0 * values[k:-k] + values[: -2 * k]))) for k in (1, 2)
+    ]
+    if not spread[0] > 0.0:
+        return white, 0.0
+    grid = np.linspace(0.0, MOST_GUESSED, 91)
+    ratio = (1.0 + grid) * (3.0 - grid**2) / (3.0 - grid)
+    correlation = float(np.interp((spread[1] / spread[0]) ** 2, ratio, grid))
+    correlation = correlation if correlation > CORRELATED else 0.0
+    return white * float(np.sqrt(6.0 / (6.0 - 8.0 * correlation + 2.0 * correlation**2))), correlation
 
 
 def block_noise(sigma: float, correlation: float, block: int) -> tuple[float, float]:

@@ -21,6 +21,7 @@ from pneusma_jax.calibration_model import Quantity
 from pneusma_jax.chain import Effect
 from pneusma_jax.errors import InputError
 
+from .inputs import input_noise, shifted, with_input_noise
 from .kinds import LETTERS, Kind, candidates, kind_module
 from .noise import Channel, channels_of
 from .thin import thinned
@@ -108,6 +109,7 @@ class Program:
         program = cls(kind, list(campaign.recordings), stacked, channels, unknowns, fitted, rows)
         program._compile(module, model.effects)
         program.settle(unknowns.neutral)
+        program._count_input_noise(unknowns.neutral)
         nominal = program.evaluate(unknowns.neutral, unknowns.base[:0]).misfit
         program.failed = max(FAILED, *(float(np.max(np.abs(m), initial=0.0)) for m in nominal))
         return program
@@ -132,6 +134,23 @@ class Program:
 
         self.rows = kind_module(self.kind).settled(self.rows, drivers)
         self.stacked = stack(self.rows, self.stacked)
+
+    def _count_input_noise(self, u: np.ndarray) -> None:
+        """Add what the noise of measured inputs does to the outputs, as the model at `u` has it."""
+        noise = input_noise(self.recordings, self.stacked)
+        nothing = self.unknowns.base[:0]
+        here = self.evaluate(u, nothing).predicted if noise else []
+        changes = {}
+        for name, sigma in noise.items():
+            there = [
+                self.evaluate(u, nothing, shifted(self.stacked, name, sign * sigma)).predicted
+                for sign in (1.0, -1.0)
+            ]
+            changes[name] = [
+                [[b - a for a, b in zip(x, y, strict=True)] for x, y in zip(here, one, strict=True)]
+                for one in there
+            ]
+        self.channels = with_input_noise(self.channels, changes)
 
     def _compile(self, module: Kind, always: tuple[Effect, ...]) -> None:
         """One program for every campaign of these shapes: what a campaign states are arguments."""

@@ -1,0 +1,84 @@
+"""Errors in variables: what noise of measured inputs (pressure, temperature, a resistance) adds to that of
+the outputs.
+
+The model says by how much: its outputs with an input shifted by its 1-sigma, up and down. Inputs are smoothed
+before they drive a model, which leaves their slow errors as large as those of white noise; so the whole
+variance counts, as if it were new in every row.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.characterise.noise import robust_noise
+from fitting.models.rows import Rows
+from fitting.recordings import Recording
+
+from .noise import Channel
+
+
+def input_noise(recordings: list[Recording], stacked: Rows) -> dict[str, np.ndarray]:
+    """1-sigma of every input, stated or as its fast changes show it, SI, by quantity, shape (recordings,).
+
+    Args:
+        recordings: as they were read.
+        stacked: the same as arrays, perhaps averaged over blocks and padded with further recordings.
+    """
+    rows = np.asarray(stacked.mask).sum(axis=1)
+    found = {}
+    for name in stacked.inputs:
+        sigma = np.zeros(len(rows))
+        for k, recording in enumerate(recordings):
+            sigma[k] = _noise(recording, name) / np.sqrt(max(len(recording) / max(rows[k], 1), 1.0))
+        if np.any(sigma > 0.0):
+            found[name] = sigma
+    return found
+
+
+def _noise(recording: Recording, name: str) -> float:
+    """1-sigma of one input of one recording, SI."""
+    if not recording.has(name):
+        return 0.0
+    stated = recording.noise_si(name)
+    if stated is not None:
+        return stated
+    values, time = recording.si(name), recording.si("time")
+    there = np.isfinite(values) & np.isfinite(time)
+    return robust_noise(time[there], values[there]) if there.sum() > 2 else 0.0
+
+
+def shifted(stacked: Rows, name: str, sigma: np.ndarray) -> Rows:
+    """Recordings with an input, also where it is a measured output, shifted by a number each."""
+    moved = lambda column: jnp.asarray(np.asarray(column) + sigma[:, None])  # noqa: E731
+    inputs = stacked.inputs | {name: moved(stacked.inputs[name])}
+    measured = stacked.measured
+    if name in measured:
+        measured = measured | {name: moved(measured[name])}
+    return replace(stacked, inputs=inputs, measured=measured)
+
+
+def with_input_noise(
+    channels: list[list[Channel]], changes: Mapping[str, list[list[list[np.ndarray]]]]
+) -> list[list[Channel]]:
+    """Channels whose errors hold those of the inputs.
+
+    Args:
+        channels: by recording.
+        changes: of predictions when an input is shifted, by the input's name: by sign, recording, channel.
+    """
+    found = []
+    for k, members in enumerate(channels):
+        row = []
+        for j, channel in enumerate(members):
+            more = np.zeros(len(channel.sigma))
+            for name, signs in changes.items():
+                if name != channel.quantity:
+                    more += np.max([np.nan_to_num(change[k][j]) ** 2 for change in signs], axis=0)
+            total = np.sqrt(channel.sigma**2 + more)
+            there = np.isfinite(total)
+            own = float(np.median(channel.sigma[there] / total[there]) ** 2) if there.any() else 1.0
+            row.append(replace(channel, sigma=total, correlation=channel.correlation * own))
+        found.append(row)
+    return found
