@@ -88,7 +88,7 @@ class Program:
         tried = [slug for slug in (candidates(kind) if slugs is None else slugs) if slug not in there]
         known = {name: q for table in model.base.values() for name, q in table.items()}
         rows = [_with_numbers(r, known) for r in rows]
-        stacked = stack(rows)
+        stacked = stack(rows, coarse=True)
         unknowns = Unknowns(module.parameters_for(campaign), tried, LETTERS[kind], known)
         if hasattr(module, "prepared"):
             stacked = module.prepared(unknowns.values(np.zeros(len(unknowns))), stacked)

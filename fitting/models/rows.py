@@ -16,6 +16,9 @@ STEP = 1.2
 """Ratio of neighbouring row counts that programs are compiled for; a fifth of the rows at most is padding."""
 COUNTS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)
 """Numbers of recordings that programs are compiled for."""
+FEW_ROWS = (32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024)
+FEW_COUNTS = (2, 4, 8, 16, 32, 64, 128)
+"""The same for programs that take a minute to compile: fewer shapes, more padding."""
 MARK = "__"
 """Between a parameter's name and the number of the specimen that it belongs to: `wire_diameter__2`."""
 
@@ -115,7 +118,7 @@ def padded(values: np.ndarray, size: int, fill: float | None = None) -> np.ndarr
     return np.concatenate([values, np.full(size - len(values), end, values.dtype)])
 
 
-def stack(recordings: Sequence[Rows], like: Rows | None = None) -> Rows:
+def stack(recordings: Sequence[Rows], like: Rows | None = None, coarse: bool = False) -> Rows:
     """Recordings of one kind along a leading axis, padded to a compiled number of rows and recordings.
 
     A padding recording repeats the first one without a row that counts.
@@ -123,9 +126,12 @@ def stack(recordings: Sequence[Rows], like: Rows | None = None) -> Rows:
     Args:
         recordings: at least one.
         like: a stack whose shape the new one is to have, if it holds the recordings.
+        coarse: few shapes, for programs that are slow to compile.
     """
-    rows = bucket(max(len(r.mask) for r in recordings))
-    wanted = next((n for n in COUNTS if n >= len(recordings)), len(recordings))
+    longest = max(len(r.mask) for r in recordings)
+    rows = next((n for n in FEW_ROWS if coarse and n >= longest), bucket(longest))
+    counts = FEW_COUNTS if coarse else COUNTS
+    wanted = next((n for n in counts if n >= len(recordings)), len(recordings))
     if like is not None:
         wanted, rows = max(wanted, like.mask.shape[0]), max(rows, like.mask.shape[1])
     grown = [_grown(r, rows) for r in recordings]
