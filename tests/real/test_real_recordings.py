@@ -19,13 +19,13 @@ def study(letter):
     return next(s for s in STUDIES if s.letter == letter)
 
 
-EXTRAPOLATED = pytest.mark.xfail(reason="predicting one of three stresses from two is extrapolation; see docs/real_recordings.md")
+SHORT = {("d", "50"): pytest.mark.xfail(reason="both named, held-out error -49 %, not by half")}
 
 
 def cases():
     for s in STUDIES:
         for name in s.cases:
-            marks = [EXTRAPOLATED] if s.letter == "d" else []
+            marks = [SHORT[s.letter, name]] if (s.letter, name) in SHORT else []
             yield pytest.param(s.letter, name, id=f"{s.letter}.{name}", marks=marks)
 
 
