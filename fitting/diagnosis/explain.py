@@ -1,8 +1,8 @@
 """Which effects explain a campaign: one effect after the other, and what none explains.
 
-Recordings of role `validation` decide nothing here: an effect must help fitted recordings that are left out
-in turn. Only where the fitted ones agree with the base model and those kept for validation do not, all are
-fitted, and every score is of recordings left out in turn.
+Recordings of role `validation` let no effect in: it must help fitted recordings that are left out in turn.
+They keep one out that predicts them worse. Only where the fitted ones agree with the base model and those for
+validation do not, all are fitted, and every score is of recordings left out in turn.
 """
 
 from collections.abc import Callable
@@ -194,6 +194,8 @@ def _choice(program: Program, current: Fit, stage: Stage, original: float) -> Tr
         if gain < (FIRST_SHARE if first else SHARE) * max(stage.left_out - 1.0, 1e-3):
             continue
         if not first and gain < OF_ALL * (original - 1.0):
+            continue
+        if reduced(trial.program, trial.fit, program.unseen) > reduced(program, current, program.unseen):
             continue
         return trial
     return None
