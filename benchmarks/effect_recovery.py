@@ -41,9 +41,7 @@ def concealed(program: Program, u: np.ndarray, rng: np.random.Generator) -> Prog
             measured = np.where(there, value + np.where(there, sigma, 0.0) * error, 0.0)
             row.append(dataclasses.replace(channel, measured=measured, sigma=sigma))
         channels.append(row)
-    made = dataclasses.replace(program, channels=channels, fitted=np.ones_like(program.fitted))
-    made._evaluate, made._always = program._evaluate, program._always
-    return made
+    return dataclasses.replace(program, channels=channels, fitted=np.ones_like(program.fitted))
 
 
 def recovered(program: Program, slug: str, rng: np.random.Generator) -> tuple[str, float]:

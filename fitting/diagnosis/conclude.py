@@ -8,7 +8,7 @@ from scipy.stats import chi2
 from pneusma_jax.effects import CATALOGUE
 
 from .designs import best_design
-from .explain import CLOSE, ENOUGH, LEVEL, Explanation, Stage
+from .explain import CLOSE, ENOUGH, LEVEL, Explanation
 from .generic import Generic, race
 from .locate import Place, locate
 from .program import Program
@@ -152,8 +152,8 @@ def _refuted(explanation: Explanation, generic: Generic | None) -> float:
     doubt = 0.0
     if np.max(np.abs(fit.u[program.unknowns.base]), initial=0.0) > ASTRAY:
         doubt = DOUBTFUL
-    chosen = [(s, t) for s in explanation.stages for t in s.trials if t.slug == s.chosen]
-    before, after = chosen[0][0].left_out, chosen[-1][1].left_out
+    entered = [stage.entered for stage in explanation.stages if stage.chosen]
+    before, after = explanation.stages[0].left_out, entered[-1].left_out
     worse = after >= before
     if generic is not None and after - 1.0 > NOTHING_LEFT * (before - 1.0):
         worse |= generic.left_out - 1.0 < 0.5 * (after - 1.0)
@@ -194,7 +194,8 @@ def _found(explanation: Explanation, unknown: float) -> list[Found]:
     program, fit = explanation.program, explanation.final
     found = []
     for slug in fit.slugs:
-        stage, trial = _stage_of(explanation, slug)
+        stage = next(stage for stage in explanation.stages if stage.chosen == slug)
+        trial = stage.entered
         rivals = [t for t in stage.trials if t.slug != slug]
         logs = np.array([trial.bayes, 0.0, *(t.bayes for t in rivals)])
         weights = np.exp(logs - logs.max())
@@ -219,13 +220,6 @@ def _alike(rival: Trial, trial: Trial) -> bool:
     """Whether a rival explains the recordings nearly as well: its misfit is as good as noise, too."""
     mine, other = (reduced(t.program, t.fit, t.program.fitted) for t in (trial, rival))
     return other < 1.1 * max(mine, 1.0) and trial.bayes - rival.bayes < 10.0
-
-
-def _stage_of(explanation: Explanation, slug: str) -> tuple[Stage, Trial]:
-    for stage in explanation.stages:
-        if stage.chosen == slug:
-            return stage, next(t for t in stage.trials if t.slug == slug)
-    raise AssertionError(slug)
 
 
 def _unmodelled(unknown: float, found: list[Found], explanation: Explanation) -> Found:

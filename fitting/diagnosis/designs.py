@@ -51,11 +51,10 @@ def best_design(first: Trial, second: Trial, kind: str) -> Design | None:
         kind: of the recordings.
     """
     best = None
-    for change, stacked in _changed(first.program.stacked, kind):
-        other = second.program.stacked
+    both = zip(_changed(first.program.stacked, kind), _changed(second.program.stacked, kind), strict=True)
+    for (change, stacked), (_, other) in both:
         one = first.program.evaluate(first.fit.u, first.fit.free[:0], stacked)
-        changed = dict(_changed(other, kind))[change]
-        two = second.program.evaluate(second.fit.u, second.fit.free, changed)
+        two = second.program.evaluate(second.fit.u, second.fit.free, other)
         gains = [_separation(first.program, one, two, k, second) for k in range(len(one.misfit))]
         k = int(np.argmax(gains))
         if gains[k] > 0.0 and (best is None or gains[k] > best.log_bayes):

@@ -62,6 +62,11 @@ class Stage:
     left_out: float = np.nan
     chosen: str | None = None
 
+    @property
+    def entered(self) -> Trial | None:
+        """The trial of the effect that entered."""
+        return next((t for t in self.trials if t.slug == self.chosen), None)
+
 
 @dataclass
 class Explanation:
@@ -109,7 +114,7 @@ def explain(
     found = screen(Refitter(started), base, program.unknowns.slugs, rng)
     if found.p_value > LEVEL and not program.fitted.all():
         progress("looking at the recordings for validation as well")
-        whole, fit = settled_fit(replace_fitted(started), (), base.u)
+        whole, fit = settled_fit(replace(started, fitted=np.ones_like(started.fitted)), (), base.u)
         again = screen(Refitter(whole), fit, program.unknowns.slugs, rng)
         if again.p_value <= SECOND_LOOK:
             explanation = _search(whole, fit, again, rng, progress, effort)
@@ -117,13 +122,6 @@ def explain(
                 explanation.together = True
                 return explanation
     return _search(started, base, found, rng, progress, effort)
-
-
-def replace_fitted(program: Program) -> Program:
-    """The program with every recording fitted."""
-    copy = replace(program, fitted=np.ones_like(program.fitted))
-    copy._evaluate, copy._always = program._evaluate, program._always
-    return copy
 
 
 def _search(

@@ -150,7 +150,7 @@ def _scores(conclusion: Conclusion) -> str:
 def _race(conclusion: Conclusion) -> str:
     """What was found against a correction without a name, on fitted recordings left out in turn."""
     generic, stages = conclusion.generic, conclusion.explanation.stages
-    named = [t.left_out for s in stages for t in s.trials if t.slug == s.chosen]
+    named = [stage.entered.left_out for stage in stages if stage.chosen]
     if generic is None or not named:
         return ""
     return html.paragraph(

@@ -5,7 +5,7 @@ One evaluation gives the outputs of all recordings and their derivatives along a
 else in a diagnosis is linear algebra on its whitened results.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import equinox as eqx
@@ -61,6 +61,8 @@ class Program:
     rows: list[Rows]
     evaluations: int = field(default=0)
     failed: float = FAILED
+    _evaluate: Callable | None = field(default=None, repr=False)
+    _always: tuple[Effect, ...] = ()
 
     @classmethod
     def of(

@@ -8,11 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from .explain import Explanation
+from .generic import RIDGE, hats, knots_of
 from .locate import Place, drivers_of
 from .trials import reduced
-
-KNOTS = 8
-RIDGE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -42,8 +40,8 @@ def remainder(explanation: Explanation, place: Place) -> Remainder | None:
     drivers = drivers_of(program, fit)
     best = None
     for name in place.drivers:
-        knots = np.unique(np.quantile(np.nan_to_num(drivers[name]), np.linspace(0.0, 1.0, KNOTS)))
-        if len(knots) < 3:
+        knots = knots_of(drivers[name])
+        if knots is None:
             continue
         A, r = _columns(explanation, drivers[name], knots, program.fitted)
         values = -np.linalg.solve(
@@ -70,9 +68,6 @@ def _columns(
     blocks, misfit = [], []
     for k in np.flatnonzero(chosen):
         channel = program.channels[k][0]
-        x = np.clip(np.nan_to_num(driver[k]), knots[0], knots[-1])
-        hats = np.stack([np.interp(x, knots, row) for row in np.eye(len(knots))])
-        there = np.isfinite(channel.sigma)
-        blocks.append(channel.whitened(np.where(there, hats, 0.0)).T)
+        blocks.append(hats(program, k, 0, driver, knots).T)
         misfit.append(fit.evaluation.misfit[k][: len(channel.measured)])
     return np.concatenate(blocks), np.concatenate(misfit)

@@ -8,6 +8,7 @@ import numpy as np
 from .program import Program
 from .refit import SHAPE_SD, Fit, Refitter
 from .screen import Score, Screen
+from .unknowns import Unknowns
 
 TRIED = 10
 """Candidates that are fitted together with the base, of those that the screen ranks first."""
@@ -56,7 +57,6 @@ class Trial:
 def settle(program: Program, u: np.ndarray) -> Program:
     """The program with hidden phases as a model reads them; the original is left alone."""
     copy = replace(program)
-    copy._evaluate, copy._always = program._evaluate, program._always
     copy.settle(u)
     return copy
 
@@ -92,9 +92,8 @@ def trials_of(
     Returns:
         The trials, strongest evidence first, and how many fits were made.
     """
-    refitter = Refitter(program)
     likely = [s for s in found.scores if s.p_value < LIKELY][: effort * TRIED]
-    starts = {score.slug: _starts(refitter, current, score) for score in likely}
+    starts = {score.slug: _starts(program.unknowns, score) for score in likely}
     best: dict[str, Fit] = {}
     kept, fits = [score.slug for score in likely], 0
 
@@ -133,9 +132,8 @@ def trials_of(
     return trials, fits
 
 
-def _starts(refitter: Refitter, current: Fit, score: Score) -> list[np.ndarray]:
+def _starts(unknowns: Unknowns, score: Score) -> list[np.ndarray]:
     """Where the fit of a candidate begins: from the screen's estimate, and from nominal constants."""
-    unknowns = refitter.unknowns
     nominal = score.start.copy()
     nominal[unknowns.base] = 0.0
     own = unknowns.amplitudes(score.slug)
