@@ -28,7 +28,7 @@ def input_noise(recordings: list[Recording], stacked: Rows) -> dict[str, np.ndar
     """
     rows = np.asarray(stacked.mask).sum(axis=1)
     found = {}
-    for name in stacked.inputs:
+    for name in stacked.inputs.keys() - stacked.measured.keys():
         sigma = np.zeros(len(rows))
         for k, recording in enumerate(recordings):
             sigma[k] = _noise(recording, name) / np.sqrt(max(len(recording) / max(rows[k], 1), 1.0))

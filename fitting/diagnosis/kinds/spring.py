@@ -1,10 +1,11 @@
 """Springs on a test stand in a diagnosis: elongation in; force and resistance out, from one hidden phase.
 
-The martensite fraction behind a resistance is read with every candidate's own sensors and strains,
-smoothed, and must then reproduce the resistance: what bends a resistance cannot hide in the phase.
+The martensite fraction is no input: it is a hidden course that has to explain force and resistance together,
+under every candidate anew. A resistance says much about a cold wire and nothing about a hot one; read row by
+row, it would turn small errors of a constant into phases that no force fits, and a fit would stall there.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import jax
@@ -21,6 +22,11 @@ from pneusma_jax.chain import Effect
 OUTPUTS = ("force", "resistance")
 DRIFT = 1e-9
 """Variance per second of the walk behind a resistance, where its own course does not tell it."""
+HELD = 1e-6
+"""Weight of the course so far in every row, which keeps rows that say nothing where they are."""
+ROUNDS = 5
+LONGEST = 0.3
+"""Longest step of the fraction in one round."""
 rows_for = spring.rows_for
 parameters_for = spring.parameters_for
 
@@ -42,8 +48,11 @@ def predict(
     def course(activation: Any) -> pj.SpringHistory:
         return pj.simulate_spring(element, elongation, activation, state, time=time, effects=effects)
 
-    first = course(pj.Resistance(rows.inputs["resistance"]))
-    xi0 = _smoothed(element, first, rows)
+    def outputs(xi0: Array) -> Array:
+        seen = course(pj.MartensiteFraction(xi0)).seen
+        return jnp.stack([seen[name] for name in OUTPUTS])
+
+    xi0 = _course(outputs, course(pj.Resistance(rows.inputs["resistance"])).rows.xi0, rows)
     found = course(pj.MartensiteFraction(xi0))
     rate = jnp.gradient(found.rows.gamma) / jnp.maximum(jnp.gradient(time), 1e-9)
     drivers = {
@@ -56,19 +65,34 @@ def predict(
     return {name: found.seen[name] for name in OUTPUTS}, drivers
 
 
-def _smoothed(element: pj.Spring, read: pj.SpringHistory, rows: Rows) -> Array:
-    """Martensite fraction as a slow walk behind single readings, each weighed by what it tells."""
-    xi0, gamma = jnp.clip(read.rows.xi0, 0.0, 1.0), read.rows.gamma
-    law = lambda x: element.alloy.resistivity(x, gamma) * element.geometry.wire_length  # noqa: E731
-    _, slope = jax.jvp(law, (xi0,), (jnp.ones_like(xi0),))
-    weight = rows.weight["resistance"]
-    measured = rows.measured["resistance"]
-    missing = jnp.where(weight > 0.0, measured - read.seen["resistance"], 0.0)
+def _course(outputs: Callable[[Array], Array], read: Array, rows: Rows) -> Array:
+    """Martensite fraction that explains force and resistance best, as a loose walk, shape (rows,).
+
+    Gauss-Newton from single readings of the resistance. What a row remembers counts as its own; so the course
+    is nearly, not wholly, the best one. The rounds carry no tangents, one step after them does.
+
+    Args:
+        outputs: force and resistance, shape (2, rows), at a course.
+        read: first trial, shape (rows,).
+        rows: the recording.
+    """
+    frozen = lambda xi0: jax.lax.stop_gradient(jax.jvp(outputs, (xi0,), (jnp.ones_like(xi0),)))  # noqa: E731
+    weight = jnp.stack([rows.weight[name] for name in OUTPUTS])
+    measured = jnp.stack([rows.measured[name] for name in OUTPUTS])
     step = jnp.maximum(jnp.diff(rows.time, prepend=rows.time[:1]), 1e-6)
     wander = jnp.maximum(rows.extra["wander"], DRIFT)
     coupling = jnp.where(jnp.arange(step.size) > 0, 1.0 / (wander * step), 0.0)
     after = jnp.concatenate([coupling[1:], jnp.zeros(1)])
-    information = (slope * weight) ** 2
-    diagonal = information + coupling + after + 1e-6
-    right = information * xi0 + slope * weight**2 * missing + 1e-6 * xi0
-    return jnp.clip(solve_tridiagonal(diagonal, -after, right), 0.0, 1.0)
+
+    def better(xi0: Array, predicted: Array, slope: Array) -> Array:
+        information = jnp.sum((slope * weight) ** 2, axis=0)
+        right = information * xi0 + jnp.sum(slope * weight**2 * (measured - predicted), axis=0)
+        found = solve_tridiagonal(information + coupling + after + HELD, -after, right + HELD * xi0)
+        return jnp.clip(xi0 + jnp.clip(found - xi0, -LONGEST, LONGEST), 0.0, 1.0)
+
+    def round_(_: int, xi0: Array) -> Array:
+        return jax.lax.stop_gradient(better(xi0, *frozen(xi0)))
+
+    start = jax.lax.stop_gradient(jnp.clip(read, 0.0, 1.0))
+    settled = jax.lax.fori_loop(0, ROUNDS, round_, start)
+    return better(settled, outputs(settled), frozen(settled)[1])
