@@ -8,6 +8,8 @@ from .explain import Explanation
 from .program import Program
 from .refit import Fit
 
+INTERNAL = ("gamma_", "ohms_", "taken")
+"""Beginnings of the names of drivers that reports do not use."""
 BINS = 10
 DRIVERS = 3
 """Most drivers that are reported."""
@@ -54,7 +56,7 @@ def drivers_of(program: Program, fit: Fit) -> dict[str, np.ndarray]:
     """Everything that rows differ in, by the names that reports use, (recordings, rows)."""
     count = len(program.recordings)
     found = {name: np.asarray(values)[:count] for name, values in fit.evaluation.drivers.items()}
-    found = {n: v for n, v in found.items() if not n.startswith(("gamma_", "ohms_"))}
+    found = {n: v for n, v in found.items() if not n.startswith(INTERNAL)}
     found["time"] = np.asarray(program.stacked.time)[:count]
     for name, values in found.items():
         if name == "strain" and "max_strain" not in found:

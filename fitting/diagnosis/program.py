@@ -50,6 +50,7 @@ class Program:
         evaluations: how often the program ran.
         failed: standard deviations that a row without an answer counts for; more than any misfit of the
             nominal base model, so that no fit gains by failing.
+        taken: measured values of every recording that a hidden course takes up, shape (recordings,).
     """
 
     kind: str
@@ -61,6 +62,7 @@ class Program:
     rows: list[Rows]
     evaluations: int = field(default=0)
     failed: float = FAILED
+    taken: np.ndarray = field(default_factory=lambda: np.zeros(0))
     _evaluate: Callable | None = field(default=None, repr=False)
     _always: tuple[Effect, ...] = ()
 
@@ -92,8 +94,6 @@ class Program:
         rows = [_with_numbers(r, known) for r in rows]
         stacked = stack(rows, coarse=True)
         unknowns = Unknowns(module.parameters_for(campaign), tried, LETTERS[kind], known)
-        if hasattr(module, "prepared"):
-            stacked = module.prepared(unknowns.values(np.zeros(len(unknowns))), stacked)
         size = stacked.mask.shape[1]
         channels = [
             channels_of(recording, r, module.OUTPUTS, size)
@@ -109,9 +109,12 @@ class Program:
         if not fitted.any():
             raise InputError(f"{campaign.path}: every recording has role validation; nothing is left to fit")
         program = cls(kind, list(campaign.recordings), stacked, channels, unknowns, fitted, rows)
+        program.taken = np.zeros(len(channels))
         program._compile(module, model.effects)
+        program.prepare(unknowns.neutral)
         program.settle(unknowns.neutral)
         program._count_input_noise(unknowns.neutral)
+        program.prepare(unknowns.neutral)
         nominal = program.evaluate(unknowns.neutral, unknowns.base[:0]).misfit
         program.failed = max(FAILED, *(float(np.max(np.abs(m), initial=0.0)) for m in nominal))
         return program
@@ -120,6 +123,19 @@ class Program:
     def unseen(self) -> np.ndarray:
         """Mask of the recordings that only score: those that are not fitted, or all where every one is."""
         return self.fitted if self.fitted.all() else ~self.fitted
+
+    @property
+    def has_walks(self) -> bool:
+        """Whether the kind has hidden courses whose walks `prepare` finds."""
+        return hasattr(kind_module(self.kind), "prepared")
+
+    def prepare(self, u: np.ndarray) -> None:
+        """Find the walks of hidden courses at the base constants of `u`, where the kind has them."""
+        if self.has_walks:
+            values = self.unknowns.values(u)
+            self.stacked = kind_module(self.kind).prepared(values, self.stacked, self.channels)
+            taken = self.evaluate(u, self.unknowns.base[:0]).drivers["taken"]
+            self.taken = np.array([np.sum(taken[k]) for k in range(len(self.channels))])
 
     @property
     def has_phases(self) -> bool:
@@ -225,8 +241,16 @@ class Program:
         return Evaluation(misfit, jacobian, raw, drivers)
 
     def observations(self, chosen: np.ndarray) -> int:
-        """Measured values of some recordings, given by a mask."""
-        return sum(channel.count for k in np.flatnonzero(chosen) for channel in self.channels[k])
+        """Measured values of some recordings, given by a mask, less those that hidden courses take up."""
+        return round(sum(self.count(k) * self.free_share(k) for k in np.flatnonzero(chosen)))
+
+    def count(self, k: int) -> int:
+        """Measured values of recording k."""
+        return sum(channel.count for channel in self.channels[k])
+
+    def free_share(self, k: int) -> float:
+        """Part of the measured values of recording k that no hidden course takes up."""
+        return 1.0 - float(self.taken[k]) / max(self.count(k), 1)
 
 
 def _with_numbers(rows: Rows, known: Mapping[str, Quantity]) -> Rows:

@@ -81,7 +81,7 @@ def _score(
     program: Program, parts: list[tuple[Evaluation, list[np.ndarray]]], names: list[str], how: str
 ) -> HeldOut:
     squares: dict[str, list[float]] = {}
-    total, count = 0.0, 0
+    total, count = 0.0, 0.0
     for evaluation, out in parts:
         for k, channels in enumerate(program.channels):
             first = 0
@@ -89,9 +89,10 @@ def _score(
                 size = len(channel.measured)
                 chosen = (out[k][first : first + size] > 0.0) & np.isfinite(channel.sigma)
                 misfit = evaluation.misfit[k][first : first + size][chosen]
-                total, count = total + float(misfit @ misfit), count + int(chosen.sum())
+                total += float(misfit @ misfit)
+                count += float(chosen.sum()) * program.free_share(k)
                 error = (evaluation.predicted[k][j] - channel.measured)[chosen]
                 squares.setdefault(channel.quantity, []).extend((error[np.isfinite(error)] ** 2).tolist())
                 first += size
     rmse = {name: float(np.sqrt(np.mean(values))) for name, values in squares.items() if values}
-    return HeldOut(names, how, rmse, total / max(count, 1))
+    return HeldOut(names, how, rmse, total / max(count, 1.0))

@@ -71,6 +71,10 @@ def settled_fit(
 ) -> tuple[Program, Fit]:
     """A fit whose hidden phases are those of the fitted model."""
     fit = Refitter(program).fit(slugs, start) if not slugs else None
+    if program.has_walks and not slugs:
+        program = replace(program)
+        program.prepare(fit.u)
+        fit = Refitter(program).fit(slugs, fit.u)
     for _ in range(rounds if program.has_phases else 0):
         program = settle(program, fit.u if fit else start)
         fit = Refitter(program).fit(slugs, fit.u if fit else start)

@@ -26,7 +26,12 @@ def _evidence(values: Mapping[str, Array], stacked: Rows, wander: Array) -> Arra
     return jax.vmap(lambda rows: wander_evidence(values, rows, wander))(stacked)
 
 
-def with_wander(values: Mapping[str, Array], stacked: Rows) -> Rows:
+def with_wander(
+    values: Mapping[str, Array],
+    stacked: Rows,
+    loose: float = LOOSE,
+    candidates: tuple[float, ...] = CANDIDATES,
+) -> Rows:
     """A stack whose walks are as fast as their resistances say at these parameters.
 
     A test in which resistance says nothing (hot, or too short) is given the median of the others, and one
@@ -35,12 +40,14 @@ def with_wander(values: Mapping[str, Array], stacked: Rows) -> Rows:
     Args:
         values: free parameters by name, SI.
         stacked: recordings of kind spring.
+        loose: factor on the variance that resistance shows.
+        candidates: variances per second to choose from.
     """
     values = {name: jnp.asarray(value, float) for name, value in values.items()}
-    table = np.array([np.asarray(_evidence(values, stacked, jnp.asarray(w))) for w in CANDIDATES])
+    table = np.array([np.asarray(_evidence(values, stacked, jnp.asarray(w))) for w in candidates])
     held = np.asarray(stacked.extra["level_sd"]) == 0.0
     told = (np.ptp(table, axis=0) > DECISIVE) & ~held
-    best = np.asarray(CANDIDATES)[np.argmax(table, axis=0)]
-    usual = 10.0 ** np.median(np.log10(best[told])) if told.any() else CANDIDATES[len(CANDIDATES) // 2]
-    wander = LOOSE * np.where(told, best, usual)
+    best = np.asarray(candidates)[np.argmax(table, axis=0)]
+    usual = 10.0 ** np.median(np.log10(best[told])) if told.any() else candidates[len(candidates) // 2]
+    wander = loose * np.where(told, best, usual)
     return eqx.tree_at(lambda rows: rows.extra["wander"], stacked, jnp.asarray(wander))
