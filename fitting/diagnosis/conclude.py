@@ -15,7 +15,7 @@ from .program import Program
 from .prove import HeldOut, averaged, held_out
 from .refit import Fit
 from .remainder import Remainder, remainder
-from .trials import Trial, reduced
+from .trials import Trial, floor, reduced
 from .words import separating
 
 UNMODELLED = "unmodelled"
@@ -85,11 +85,14 @@ def conclude(explanation: Explanation) -> Conclusion:
     masks = program.fitted, program.unseen
     base = [reduced(explanation.base_program, explanation.base, mask) for mask in masks]
     last = [reduced(program, explanation.final, mask) for mask in masks]
+    floors = [floor(program, explanation.final, mask) for mask in masks]
     named = bool(explanation.final.slugs)
     significant = explanation.p_value <= LEVEL
     mismatch = named or (significant and min(base) > FAINT)
     generic = race(explanation.base_program, explanation.base) if mismatch else None
-    unknown = max(_unknown(base, last), _refuted(explanation, generic) if named else 0.0) if mismatch else 0.0
+    unknown = _unknown(base, last, floors) if mismatch else 0.0
+    if named:
+        unknown = max(unknown, _refuted(explanation, generic))
     if mismatch and not named:
         unknown = max(unknown, 0.9)
     if not mismatch:  # no candidate survived being fitted; what is left is judged as a whole
@@ -160,12 +163,12 @@ def _refuted(explanation: Explanation, generic: Generic | None) -> float:
     return REFUTED if worse else doubt
 
 
-def _unknown(base: list[float], last: list[float]) -> float:
-    """Probability that what is left is none of the candidates, from how much is left."""
+def _unknown(base: list[float], last: list[float], floors: list[float]) -> float:
+    """Probability that what is left is none of the candidates, from how much is left over noise."""
     worst = 0.0
-    for before, after in zip(base, last, strict=True):
-        if after > ENOUGH and before > 1.0:
-            share = (after - 1.0) / max(before - 1.0, 1e-6)
+    for before, after, noise in zip(base, last, floors, strict=True):
+        if after > ENOUGH and before > noise:
+            share = (after - noise) / max(before - noise, 1e-6)
             worst = max(worst, (share - NOTHING_LEFT) / (MUCH_LEFT - NOTHING_LEFT))
     return float(np.clip(worst, 0.01, 0.97))
 

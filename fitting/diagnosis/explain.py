@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .folds import left_out
+from .folds import gain, left_out
 from .program import Program
 from .refit import Fit, Refitter
 from .screen import Screen, screen
@@ -35,6 +35,8 @@ OF_ALL = 0.025
 PREDICTS = 5.0
 """Log-likelihood of recordings left out in turn that every effect must gain, deflated as log Bayes factors
 are."""
+WORSE = 3.0
+"""Log-likelihood of recordings that were not fitted, deflated, that an effect may cost."""
 FAINT = 1.2
 """Reduced chi-square of left-out recordings up to which no effect is believed that ends at a bound."""
 CLOSE = 4.0
@@ -176,24 +178,26 @@ def _choice(program: Program, current: Fit, stage: Stage, original: float) -> Tr
         stage: with the trials, best first; what is left out is scored as far as it is asked for.
         original: the base model's score on recordings left out; NaN for the first effect.
     """
-    first = not current.slugs
+    first, before = not current.slugs, None
     for trial in stage.trials:
         if trial.bayes < CERTAIN or (not first and trial.stopped):
             continue
-        if np.isnan(stage.left_out):
-            stage.left_out = left_out(program, current)
+        if before is None:
+            before = left_out(program, current)
+            stage.left_out = float(before.sum())
         if first and trial.stopped and stage.left_out < FAINT:
             continue
-        trial.left_out = left_out(trial.program, trial.fit)
-        gain = stage.left_out - trial.left_out
+        gained = gain(before, left_out(trial.program, trial.fit))
+        trial.left_out = stage.left_out - gained
         count = program.observations(program.fitted)
-        if 0.5 * count * gain / inflation_of(trial.program, trial.fit) < PREDICTS:
+        if 0.5 * count * gained / inflation_of(trial.program, trial.fit) < PREDICTS:
             continue
-        if gain < (FIRST_SHARE if first else SHARE) * max(stage.left_out - 1.0, 1e-3):
+        if gained < (FIRST_SHARE if first else SHARE) * max(stage.left_out - 1.0, 1e-3):
             continue
-        if not first and gain < OF_ALL * (original - 1.0):
+        if not first and gained < OF_ALL * (original - 1.0):
             continue
-        if reduced(trial.program, trial.fit, program.unseen) > reduced(program, current, program.unseen):
+        lost = reduced(trial.program, trial.fit, program.unseen) - reduced(program, current, program.unseen)
+        if 0.5 * program.observations(program.unseen) * lost / inflation_of(trial.program, trial.fit) > WORSE:
             continue
         return trial
     return None

@@ -14,9 +14,9 @@ DECIDING = 3
 """Groups of recordings that are left out in turn to decide about an effect."""
 ROUNDS = 15
 """Most trial steps of a model that is fitted without some recordings."""
-FEW = 4
-"""Recordings of one specimen up to which parts of all are left out at once: without a whole one, the others
-are too few to stand for its conditions, and predicting it would be extrapolation."""
+FEW = 8
+"""Recordings of one specimen up to which parts of all are left out at once: each usually stands for
+conditions that no other has, and predicting a whole one would be extrapolation."""
 
 Masks = list[np.ndarray]
 """A mask of the values of every recording."""
@@ -67,16 +67,26 @@ def _parts_of_all(sizes: Sequence[int], members: Sequence[int]) -> list[Masks]:
     return found
 
 
-def left_out(program: Program, fit: Fit) -> float:
-    """Reduced chi-square of the fitted recordings, each predicted by a fit without it.
+def left_out(program: Program, fit: Fit) -> np.ndarray:
+    """Chi-square of the fitted recordings, predicted by fits without them: a reduced one, in parts by fold.
 
     Args:
         program: with the phases of the model.
         fit: model of all of them, from which every fold starts.
     """
-    total = 0.0
+    found = []
     for out in deciding(program, [len(m) for m in fit.evaluation.misfit]):
         weight = [f * (1.0 - w) for f, w in zip(program.fitted, out, strict=True)]
         again = Refitter(program, weight).fit(fit.slugs, fit.u, ROUNDS)
-        total += again.evaluation.chi2(out)
-    return total / max(program.observations(program.fitted), 1)
+        found.append(again.evaluation.chi2(out))
+    return np.array(found) / max(program.observations(program.fitted), 1)
+
+
+def gain(before: np.ndarray, after: np.ndarray) -> float:
+    """What a model gains on values left out in turn, reduced.
+
+    The fold that fares worst is left out where it loses: without the rows in which an effect acts, a fit may
+    end at another value of it that nothing contradicts.
+    """
+    gains = before - after
+    return float(gains.sum() - min(gains.min(), 0.0))

@@ -38,7 +38,8 @@ class Trial:
         bayes: log Bayes factor over the model without it, deflated by what the best model leaves.
         returned: largest departure of a base constant from nominal, in standard deviations.
         program: in which it was fitted; phases may be read anew.
-        left_out: reduced chi-square of fitted recordings left out in turn; NaN where it was not asked for.
+        left_out: reduced chi-square of fitted recordings left out in turn, as `folds.gain` counts; NaN
+            where it was not asked for.
     """
 
     slug: str
@@ -64,6 +65,23 @@ def settle(program: Program, u: np.ndarray) -> Program:
 def reduced(program: Program, fit: Fit, chosen: np.ndarray) -> float:
     """Chi-square per measured value of some recordings, given by a mask."""
     return fit.evaluation.chi2(chosen.astype(float)) / max(program.observations(chosen), 1)
+
+
+def floor(program: Program, fit: Fit, chosen: np.ndarray) -> float:
+    """Chi-square per measured value that noise alone explains: 1, or what neighbouring misfits differ by.
+
+    Noise that grows with its signal leaves more in recordings of large signals; physics leaves slow courses.
+    """
+    steps = [np.zeros(0)]
+    for k in np.flatnonzero(chosen):
+        first = 0
+        for channel in program.channels[k]:
+            size = len(channel.measured)
+            r = fit.evaluation.misfit[k][first : first + size][np.isfinite(channel.sigma)]
+            steps.append(np.diff(r, 2) ** 2 / 6.0)
+            first += size
+    total = float(np.sum(np.concatenate(steps)))
+    return max(1.0, total / max(program.observations(chosen), 1))
 
 
 def settled_fit(

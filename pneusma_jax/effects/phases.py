@@ -192,10 +192,12 @@ class TensionCompressionAsymmetry(Effect):
 class SelfHeatingRate(Effect):
     """Latent heat warms a wire that is strained fast: `rise` [1] of stress per strain gained in `tau` [s].
 
-    The strain that the wire gained lately, its high-passed strain, counts over 0.05.
+    The strain that the wire gained lately, its high-passed strain, counts over 0.05. `heat` [Pa] is what the
+    stress gains, in the same way, per fraction that the strain transformed lately: warm metal needs more.
     """
 
     rise: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    heat: Array = eqx.field(converter=jnp.asarray, default=0.0)
     tau: Array = eqx.field(converter=jnp.asarray, default=5.0)
 
     slug: ClassVar[str] = "self_heating_rate"
@@ -205,44 +207,64 @@ class SelfHeatingRate(Effect):
     literature: ClassVar[str] = "Shaw and Kyriakides, J. Mech. Phys. Solids 43 (1995) 1243"
     specs: ClassVar[dict[str, Spec]] = {
         "rise": Spec(0.0, 0.0, 0.6, 0.1, "1", "rise of the stress per recent strain of 0.05"),
+        "heat": Spec(0.0, 0.0, 400e6, 30e6, "Pa", "stress gained per fraction transformed lately", kinds="S"),
         "tau": Spec(5.0, 0.3, 120.0, 5.0, "s", "time in which the heat is lost", True),
     }
 
     def begin(self, at: Known) -> dict[int, tuple]:
-        """Whether there was a row, its strain, and the strain gained lately."""
-        return each(at, zeros(3))
+        """Whether there was a row; its strain and what was gained lately; the same of the fraction."""
+        return each(at, zeros(5))
 
-    def _gained(self, at: Known, gamma: Array, last: tuple) -> Array:
-        """Exact for a strain that is linear over the row."""
-        started, before, gained = last
+    @staticmethod
+    def _transformed(at: Known, gamma: Array, xi0: Array) -> Array:
+        """Fraction that the strain detwinned or transformed; 0 of a wire whose stress is prescribed."""
+        if "spring" not in at:
+            return jnp.zeros_like(gamma)
+        alloy = law_of(at)
+        return xi0 * alloy.xi_sm(gamma) + (1.0 - xi0) * alloy.xi_sa(gamma)
+
+    def _gained(self, at: Known, now: Array, started: Array, before: Array, gained: Array) -> Array:
+        """High-passed course, exact for one that is linear over the row."""
         ratio = at["interval"] / self.tau
         flat = ratio < 1e-8
         fresh = jnp.where(flat, 1.0, -jnp.expm1(-ratio) / jnp.where(flat, 1.0, ratio))
-        return jnp.exp(-ratio) * gained + fresh * started * (gamma - before)
+        return jnp.exp(-ratio) * gained + fresh * started * (now - before)
 
     def stress(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.stress`."""
-        return value * (1.0 + self.rise * self._gained(at, at["gamma"], memory[at["number"]]) / 0.05)
+        started, *last = memory[at["number"]]
+        strained = self._gained(at, at["gamma"], started, *last[:2])
+        done = self._gained(at, self._transformed(at, at["gamma"], at["xi0"]), started, *last[2:])
+        return value * (1.0 + self.rise * strained / 0.05) + self.heat * done
 
     def remember(self, memory: dict, at: Known) -> dict:
-        """Strain, and what was gained."""
-        return {
-            number: (jnp.asarray(1.0), response.gamma, self._gained(at, response.gamma, last))
-            for number, _, last, response in solved_springs(at, memory)
-        }
+        """Strain and fraction, and what was gained of both."""
+        later = {}
+        for number, _, (started, *last), response in solved_springs(at, memory):
+            done = self._transformed(at, response.gamma, response.xi0)
+            later[number] = (
+                jnp.asarray(1.0),
+                response.gamma,
+                self._gained(at, response.gamma, started, *last[:2]),
+                done,
+                self._gained(at, done, started, *last[2:]),
+            )
+        return later
 
 
 class CyclicShakedown(Effect):
     """Irreversible strain that grows with cycles, `(1 - exp(-N / cycles))` times `strain` [1].
 
     It is added to the residual strain after the base rule; `shift` [1] is the part that moves the whole law,
-    and `resistivity` [1] what the resistance gains. N counts the elongation's path over twice the largest
+    `apparent` [1] what the resistivity does not see of the strain, and `resistivity` [1] what the resistance
+    gains beside that. N counts the elongation's path over twice the largest
     stretch of the test (a spring or wire whose length is prescribed), else the fraction's path over two: heat
     cycles.
     """
 
     strain: Array = eqx.field(converter=jnp.asarray, default=0.0)
     shift: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    apparent: Array = eqx.field(converter=jnp.asarray, default=0.0)
     resistivity: Array = eqx.field(converter=jnp.asarray, default=0.0)
     cycles: Array = eqx.field(converter=jnp.asarray, default=3.0)
 
@@ -254,6 +276,7 @@ class CyclicShakedown(Effect):
     specs: ClassVar[dict[str, Spec]] = {
         "strain": Spec(0.0, 0.0, 0.03, 8e-3, "1", "residual strain after many cycles"),
         "shift": Spec(0.0, 0.0, 0.03, 4e-3, "1", "strain after many cycles that unloads in every state"),
+        "apparent": Spec(0.0, 0.0, 0.03, 4e-3, "1", "strain that the resistivity does not see", kinds="S"),
         "resistivity": Spec(0.0, -0.05, 0.05, 0.01, "1", "relative change of the resistance", kinds="AS"),
         "cycles": Spec(3.0, 0.3, 50.0, 3.0, "1", "cycles in which two thirds of it come", True),
     }
@@ -277,7 +300,12 @@ class CyclicShakedown(Effect):
 
     def resistance(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.resistance`."""
-        return value * (1.0 + self.resistivity * self._progress(at, memory))
+        progress = self._progress(at, memory)
+        if "spring" in at:
+            law, length = law_of(at).resistivity, at["spring"].geometry.wire_length
+            seen = at["gamma"] - self.apparent * progress
+            value = value + length * (law(at["xi0"], seen) - law(at["xi0"], at["gamma"]))
+        return value * (1.0 + self.resistivity * progress)
 
     def remember(self, memory: dict, at: Known) -> dict:
         """Go on counting."""
