@@ -30,8 +30,8 @@ LEAST_WEIGHT = 0.02
 """Probability from which an explanation takes part in averaged predictions."""
 NOTHING_LEFT = 0.05
 """Share of the misfit that a right explanation may leave."""
-MUCH_LEFT = 0.35
-"""Share from which what is left is called something else."""
+MUCH_LEFT = 0.35, 0.6
+"""Share from which what is left is called something else: of what was fitted, and of what was not."""
 FAINT = 1.4
 """Reduced chi-square up to which a misfit that no effect explains is not held against the model."""
 
@@ -166,10 +166,10 @@ def _refuted(explanation: Explanation, generic: Generic | None) -> float:
 def _unknown(base: list[float], last: list[float], floors: list[float]) -> float:
     """Probability that what is left is none of the candidates, from how much is left over noise."""
     worst = 0.0
-    for before, after, noise in zip(base, last, floors, strict=True):
+    for before, after, noise, much in zip(base, last, floors, MUCH_LEFT, strict=True):
         if after > ENOUGH and before > noise:
             share = (after - noise) / max(before - noise, 1e-6)
-            worst = max(worst, (share - NOTHING_LEFT) / (MUCH_LEFT - NOTHING_LEFT))
+            worst = max(worst, (share - NOTHING_LEFT) / (much - NOTHING_LEFT))
     return float(np.clip(worst, 0.01, 0.97))
 
 

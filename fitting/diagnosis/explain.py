@@ -14,7 +14,7 @@ from .folds import gain, left_out
 from .program import Program
 from .refit import Fit, Refitter
 from .screen import Screen, screen
-from .trials import Trial, inflation_of, reduced, settle, settled_fit, trials_of
+from .trials import Trial, floor, inflation_of, reduced, settle, settled_fit, trials_of
 
 MOST_EFFECTS = 3
 POLISHING = 40
@@ -37,6 +37,8 @@ PREDICTS = 5.0
 are."""
 WORSE = 3.0
 """Log-likelihood of recordings that were not fitted, deflated, that an effect may cost."""
+KEPT = 0.5
+"""Share of the misfit of validation recordings from which they contradict an explanation."""
 FAINT = 1.2
 """Reduced chi-square of left-out recordings up to which no effect is believed that ends at a bound."""
 CLOSE = 4.0
@@ -82,7 +84,8 @@ class Explanation:
         stages: of the search.
         p_value, p_is_bound: of the base's misfit by chance.
         tries: fits that were made.
-        together: recordings for validation were fitted, too, because only they contradict the base model.
+        together: recordings for validation were fitted, too, because only they contradict the base model, or
+            because they contradict what the others say.
     """
 
     program: Program
@@ -114,16 +117,49 @@ def explain(
     started, base = settled_fit(program, (), None, rounds=2)
     progress(f"screening {len(program.unknowns.slugs)} effects")
     found = screen(Refitter(started), base, program.unknowns.slugs, rng)
-    if found.p_value > LEVEL and not program.fitted.all():
-        progress("looking at the recordings for validation as well")
-        whole, fit = settled_fit(replace(started, fitted=np.ones_like(started.fitted)), (), base.u)
-        again = screen(Refitter(whole), fit, program.unknowns.slugs, rng)
-        if again.p_value <= SECOND_LOOK:
-            explanation = _search(whole, fit, again, rng, progress, effort)
-            if explanation.final.slugs:
-                explanation.together = True
-                return explanation
-    return _search(started, base, found, rng, progress, effort)
+    if not program.fitted.all() and found.p_value > LEVEL:
+        explanation = _together(started, base, SECOND_LOOK, rng, progress, effort)
+        if explanation is not None:
+            return explanation
+    explanation = _search(started, base, found, rng, progress, effort)
+    if not program.fitted.all() and explanation.final.slugs and _contradicted(explanation):
+        again = _together(started, base, LEVEL, rng, progress, effort)
+        if again is not None and _score(again, ~program.fitted) < _score(explanation, ~program.fitted):
+            return again
+    return explanation
+
+
+def _together(
+    program: Program,
+    base: Fit,
+    level: float,
+    rng: np.random.Generator,
+    progress: Callable[[str], None],
+    effort: int,
+) -> Explanation | None:
+    """A search on all recordings, those for validation too; None where it finds nothing."""
+    progress("looking at the recordings for validation as well")
+    whole, fit = settled_fit(replace(program, fitted=np.ones_like(program.fitted)), (), base.u)
+    found = screen(Refitter(whole), fit, program.unknowns.slugs, rng)
+    if found.p_value > level:
+        return None
+    explanation = _search(whole, fit, found, rng, progress, effort)
+    explanation.together = True
+    return explanation if explanation.final.slugs else None
+
+
+def _score(explanation: Explanation, chosen: np.ndarray) -> float:
+    return reduced(explanation.program, explanation.final, chosen)
+
+
+def _contradicted(explanation: Explanation) -> bool:
+    """Whether recordings for validation keep most of a misfit that is more than chance."""
+    program, fit = explanation.program, explanation.final
+    noise = floor(program, fit, program.unseen)
+    before = reduced(explanation.base_program, explanation.base, program.unseen) - noise
+    after = reduced(program, fit, program.unseen) - noise
+    certain = 0.5 * program.observations(program.unseen) * after > CERTAIN
+    return certain and after > KEPT * before
 
 
 def _search(

@@ -3,6 +3,7 @@
 from typing import Any, ClassVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
@@ -83,13 +84,14 @@ class TransformationHysteresis(Effect):
 class RPhase(Effect):
     """A third phase on cooling only: strain [1], resistivity [1] (relative); onset [K] above the middle.
 
-    Its share is that of what is not yet martensite, `xi0 k / (1 - xi0 + k xi0)`, `k = exp(onset / T_width)`:
-    the reversible curve moved up by the onset. It shears by `strain`, fully from 0.5 % of strain on.
+    Its share is that of what is not yet martensite: the reversible curve over temperature moved up by the
+    onset, and `narrow` [1] times as steep. It shears by `strain`, fully from 0.5 % of strain on.
     """
 
     strain: Array = eqx.field(converter=jnp.asarray, default=0.0)
     resistivity: Array = eqx.field(converter=jnp.asarray, default=0.0)
     onset: Array = eqx.field(converter=jnp.asarray, default=8.0)
+    narrow: Array = eqx.field(converter=jnp.asarray, default=1.0)
 
     slug: ClassVar[str] = "r_phase"
     component: ClassVar[str] = "spring"
@@ -100,6 +102,7 @@ class RPhase(Effect):
         "strain": Spec(0.0, 0.0, 0.012, 0.006, "1", "transformation strain of the R-phase"),
         "resistivity": Spec(0.0, 0.0, 0.3, 0.08, "1", "resistivity over that of the mixture", kinds="S"),
         "onset": Spec(8.0, 2.0, 25.0, 8.0, "K", "temperature above the middle of the transformation", True),
+        "narrow": Spec(1.0, 0.5, 6.0, 1.5, "1", "steepness over that of the transformation", True),
     }
 
     def begin(self, at: Known) -> dict[int, tuple]:
@@ -108,10 +111,14 @@ class RPhase(Effect):
 
     def _share(self, at: Known, last: tuple) -> Array:
         law, xi0 = law_of(at), at["xi0"]
-        gain = jnp.exp(self.onset / law.T_width)
+        least = jnp.finfo(jnp.result_type(xi0)).tiny ** 0.5
+        inside = (xi0 > least) & (xi0 < 1.0)
+        x = jnp.where(inside, xi0, 0.5)
+        above = jnp.log(x / (1.0 - x)) + self.onset / law.T_width
+        formed = jnp.where(inside, jax.nn.sigmoid(self.narrow * above), xi0 >= 1.0)
         # play over 2 % of the fraction: cooling raises it
         cooling = 1.0 - branch(xi0, last, 0.02)
-        return cooling * (1.0 - xi0) * xi0 * gain / (1.0 - xi0 + gain * xi0)
+        return cooling * (1.0 - xi0) * formed
 
     def stress(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.stress`."""
@@ -193,11 +200,14 @@ class SelfHeatingRate(Effect):
     """Latent heat warms a wire that is strained fast: `rise` [1] of stress per strain gained in `tau` [s].
 
     The strain that the wire gained lately, its high-passed strain, counts over 0.05. `heat` [Pa] is what the
-    stress gains, in the same way, per fraction that the strain transformed lately: warm metal needs more.
+    stress gains, in the same way, per fraction that the strain transformed lately: warm metal needs more. A
+    wire that is heated and cooled from outside stays `warmth` [K] per fraction gained lately behind its
+    thermometer.
     """
 
     rise: Array = eqx.field(converter=jnp.asarray, default=0.0)
     heat: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    warmth: Array = eqx.field(converter=jnp.asarray, default=0.0)
     tau: Array = eqx.field(converter=jnp.asarray, default=5.0)
 
     slug: ClassVar[str] = "self_heating_rate"
@@ -208,12 +218,14 @@ class SelfHeatingRate(Effect):
     specs: ClassVar[dict[str, Spec]] = {
         "rise": Spec(0.0, 0.0, 0.6, 0.1, "1", "rise of the stress per recent strain of 0.05"),
         "heat": Spec(0.0, 0.0, 400e6, 30e6, "Pa", "stress gained per fraction transformed lately", kinds="S"),
+        "warmth": Spec(0.0, 0.0, 150.0, 20.0, "K", "warmth per fraction transformed lately", kinds="W"),
         "tau": Spec(5.0, 0.3, 120.0, 5.0, "s", "time in which the heat is lost", True),
     }
 
     def begin(self, at: Known) -> dict[int, tuple]:
-        """Whether there was a row; its strain and what was gained lately; the same of the fraction."""
-        return each(at, zeros(5))
+        """Whether there was a row; its strain and what was gained lately; the same of the fraction that the
+        strain transformed, and of the fraction that heat did."""
+        return each(at, zeros(7))
 
     @staticmethod
     def _transformed(at: Known, gamma: Array, xi0: Array) -> Array:
@@ -234,7 +246,7 @@ class SelfHeatingRate(Effect):
         """See `Effect.stress`."""
         started, *last = memory[at["number"]]
         strained = self._gained(at, at["gamma"], started, *last[:2])
-        done = self._gained(at, self._transformed(at, at["gamma"], at["xi0"]), started, *last[2:])
+        done = self._gained(at, self._transformed(at, at["gamma"], at["xi0"]), started, *last[2:4])
         return value * (1.0 + self.rise * strained / 0.05) + self.heat * done
 
     def remember(self, memory: dict, at: Known) -> dict:
@@ -247,9 +259,16 @@ class SelfHeatingRate(Effect):
                 response.gamma,
                 self._gained(at, response.gamma, started, *last[:2]),
                 done,
-                self._gained(at, done, started, *last[2:]),
+                self._gained(at, done, started, *last[2:4]),
+                response.xi0,
+                self._gained(at, response.xi0, started, *last[4:]),
             )
         return later
+
+    def temperature(self, value: Array, at: Known, memory: dict) -> Array:
+        """See `Effect.temperature`: by what was gained up to the row before."""
+        lately = jnp.exp(-at["interval"] / self.tau) * memory[at["number"]][6]
+        return value + self.warmth * lately
 
 
 class CyclicShakedown(Effect):

@@ -100,10 +100,14 @@ class CameraCalibration(Effect):
 
 
 class ForceCalibration(Effect):
-    """Load cell with offset and drift; offset [N], drift [N/s]. (Its gain cannot be told from a modulus.)"""
+    """Load cell with offset and drift; offset [N], drift [N/s], that comes to an end at a rate `settling` [1/s].
+
+    (Its gain cannot be told from a modulus.)
+    """
 
     offset: Array = eqx.field(converter=jnp.asarray, default=0.0)
     drift: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    settling: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "force_calibration"
     component: ClassVar[str] = "sensor"
@@ -113,11 +117,15 @@ class ForceCalibration(Effect):
     specs: ClassVar[dict[str, Spec]] = {
         "offset": Spec(0.0, -0.1, 0.1, 0.02, "N", "zero offset of the load cell"),
         "drift": Spec(0.0, -1e-3, 1e-3, 1e-4, "N/s", "drift of the load cell"),
+        "settling": Spec(0.0, 0.0, 0.1, 2e-3, "1/s", "rate at which the drift comes to an end", True),
     }
 
     def outputs(self, value: dict[str, Array], at: Known, memory: Any) -> dict[str, Array]:
         """See `Effect.outputs`; over a coupon's cross-section it is a stress."""
-        error = self.offset + self.drift * at["time"]
+        ended = self.settling * at["time"]
+        flat = ended < 1e-9
+        share = jnp.where(flat, 1.0 - 0.5 * ended, -jnp.expm1(-ended) / jnp.where(flat, 1.0, ended))
+        error = self.offset + self.drift * at["time"] * share
         if "stress" in value:
             return value | {"stress": value["stress"] + error / at["area"]}
         return value | {"force": value["force"] + error}
