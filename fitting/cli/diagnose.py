@@ -44,15 +44,16 @@ def diagnose_command(
     words = ["pneusma", "diagnose", str(campaign), "--out", str(out), "--seed", str(seed)]
     words += (["--model", model] if model else []) + (["--thorough"] if thorough else [])
     command = shlex.join(words)
+    start = load_model(model) if model else None
     with _progress() as told:
-        conclusion = diagnose(recordings, seed, told, load_model(model) if model else None, thorough)
+        conclusion = diagnose(recordings, seed, told, start, thorough)
     figures = {"recordings": recordings_figure(conclusion), "probabilities": probability_figure(conclusion)}
     report = json.dumps(report_of(conclusion), indent=1)
     documents = {
         "report.json": report,
         "report.html": page_of(conclusion, recordings.title, command, figures),
         "augmented.toml": render_model(
-            model_of(conclusion, f"pneusma diagnose of {recordings.title}, seed {seed}")
+            model_of(conclusion, f"pneusma diagnose of {recordings.title}, seed {seed}", start)
         ),
         **{f"{name}.png": png(figure) for name, figure in figures.items()},
     }

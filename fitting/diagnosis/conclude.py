@@ -11,8 +11,8 @@ from .designs import best_design
 from .explain import CLOSE, ENOUGH, LEVEL, Explanation
 from .generic import Generic, race
 from .locate import Place, locate
-from .program import Program
-from .prove import HeldOut, averaged, held_out
+from .program import Evaluation, Program
+from .prove import Correction, HeldOut, averaged, held_out
 from .refit import Fit
 from .remainder import Remainder, remainder
 from .trials import Trial, reduced
@@ -78,6 +78,18 @@ class Conclusion:
     remainder: Remainder | None
     generic: Generic | None
 
+    @property
+    def model(self) -> tuple[Program, Fit]:
+        """What enters the augmented model, less a remainder: the base model alone where nothing is named."""
+        x, named = self.explanation, any(f.slug != UNMODELLED for f in self.found)
+        return (x.program, x.final) if named else (x.base_program, x.base)
+
+    @property
+    def shown(self) -> Evaluation:
+        """What the augmented model predicts of every recording."""
+        evaluation = self.model[1].evaluation
+        return evaluation if self.remainder is None else self.remainder.shown(evaluation)
+
 
 def conclude(explanation: Explanation) -> Conclusion:
     """Weigh a search."""
@@ -104,8 +116,14 @@ def conclude(explanation: Explanation) -> Conclusion:
     if mismatch and (unknown > 0.5 or not named):
         found = [_unmodelled(unknown, found, explanation), *[f for f in found if f.probability > 0.5]]
     place = locate(explanation)
-    before, after = held_out(explanation)
+    described = bool(found) and all(f.slug == UNMODELLED for f in found)
+    rest = remainder(explanation, place) if described else None
+    before, after = held_out(explanation, rest.corrected if rest else _nothing if described else None)
     members = _members(explanation)
+    if described:
+        base = UNMODELLED, explanation.base_program, explanation.base, unknown, rest and rest.corrected
+        others = [(s, p, f, (1.0 - unknown) * w, more) for s, p, f, w, more in members if s != "base"]
+        members = [base if others else (*base[:3], 1.0, base[4]), *others]
     return Conclusion(
         explanation,
         mismatch,
@@ -118,19 +136,24 @@ def conclude(explanation: Explanation) -> Conclusion:
         _set(candidates, unknown) if mismatch else [],
         before,
         after,
-        averaged([(p, fit, w) for _, p, fit, w in members]) if len(members) > 1 else after,
-        {slug: w for slug, _, _, w in members},
+        averaged([member[1:] for member in members]) if len(members) > 1 else after,
+        {slug: w for slug, _, _, w, _ in members},
         _next(explanation, found),
-        remainder(explanation, place) if mismatch and unknown > 0.5 else None,
+        rest,
         generic,
     )
 
 
-def _members(explanation: Explanation) -> list[tuple[str, Program, Fit, float]]:
+def _nothing(evaluation: Evaluation, weight: object) -> Evaluation:
+    """No correction: nothing that goes with the misfit predicts it."""
+    return evaluation
+
+
+def _members(explanation: Explanation) -> list[tuple[str, Program, Fit, float, Correction | None]]:
     """Explanations that predictions average over: those of the last effect, by their probabilities."""
     stage = next((s for s in reversed(explanation.stages) if s.chosen), None)
     if stage is None:
-        return [("base", explanation.base_program, explanation.base, 1.0)]
+        return [("base", explanation.base_program, explanation.base, 1.0, None)]
     logs = np.array([t.bayes for t in stage.trials])
     weights = np.exp(logs - logs.max())
     kept = [
@@ -141,7 +164,7 @@ def _members(explanation: Explanation) -> list[tuple[str, Program, Fit, float]]:
     total = sum(w for _, w in kept)
     final = explanation.program, explanation.final
     return [
-        (t.slug, *(final if t.slug == stage.chosen else (t.program, t.fit)), float(w / total))
+        (t.slug, *(final if t.slug == stage.chosen else (t.program, t.fit)), float(w / total), None)
         for t, w in kept
     ]
 

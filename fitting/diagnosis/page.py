@@ -70,14 +70,16 @@ def _remainder(conclusion: Conclusion) -> list[str]:
     span = f"between {rest.knots[0]:.4g} and {rest.knots[-1]:.4g} (SI)"
     text = (
         f"A smooth function of {rest.driver} {span}, added to {rest.quantity}, takes the reduced chi-square "
-        f"from {rest.before:.3g} to {rest.after:.3g}. It describes and does not explain; outside that range "
-        "it is unknown."
+        f"of recordings that were not fitted from {conclusion.before.reduced_chi2:.3g} to "
+        f"{conclusion.after.reduced_chi2:.3g}. It describes and does not explain. It is in augmented.toml as "
+        "unmodelled; outside that range it is unknown, and simulations with the model hold it and say so."
     )
-    rows = [(f"{x:.4g}", f"{y:.4g}") for x, y in zip(rest.knots, rest.values, strict=True)]
+    columns = zip(rest.knots, rest.values, rest.sd, strict=True)
+    rows = [(f"{x:.4g}", f"{y:.4g}", f"{sd:.2g}") for x, y, sd in columns]
     return [
         html.heading("What remains, described"),
         html.paragraph(text),
-        html.table((rest.driver, f"correction of {rest.quantity}"), rows),
+        html.table((rest.driver, f"correction of {rest.quantity}", "standard error"), rows),
     ]
 
 
@@ -161,14 +163,14 @@ def _race(conclusion: Conclusion) -> str:
 
 
 def _base(conclusion: Conclusion) -> str:
-    x = conclusion.explanation
+    x, final = conclusion.explanation, conclusion.model[1]
     rows = []
     for k in x.program.unknowns.base:
         item = x.program.unknowns.items[k]
         rows.append(
             (item.name, f"{item.reference:.4g}",
              f"{float(item.value(x.base.u[k])):.4g} ({x.base.u[k]:+.1f} sd)",
-             f"{float(item.value(x.final.u[k])):.4g} ({x.final.u[k]:+.1f} sd)", item.unit)
+             f"{float(item.value(final.u[k])):.4g} ({final.u[k]:+.1f} sd)", item.unit)
         )  # fmt: skip
     if not rows:
         return html.paragraph("The recordings state every constant as exact.")

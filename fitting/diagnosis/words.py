@@ -80,11 +80,26 @@ def verdict_sentences(conclusion: Conclusion) -> list[str]:
         "left out in turn": "recordings left out in turn",
     }
     held = where.get(base.how, "parts of the one recording, left out in turn (within-recording)")
+    with_it = "With it"
+    if names == ["unmodelled"]:
+        rest = conclusion.remainder
+        if rest is None:
+            return [
+                lead,
+                "Nothing that was recorded goes with what is left closely enough to be modelled: the misfit "
+                f"of {held} stays at a reduced chi-square of {base.reduced_chi2:.3g}.",
+                _by_chance(chance),
+            ]
+        with_it = f"With a smooth function of {rest.driver} added to {rest.quantity}, which explains nothing,"
     return [
         lead,
-        f"With it the misfit of {held} falls from a reduced chi-square of {values}.",
-        f"Chance alone would give such a misfit of the base model with a probability of {chance}.",
+        f"{with_it} the misfit of {held} falls from a reduced chi-square of {values}.",
+        _by_chance(chance),
     ]
+
+
+def _by_chance(chance: str) -> str:
+    return f"Chance alone would give such a misfit of the base model with a probability of {chance}."
 
 
 def place_text(conclusion: Conclusion) -> str:
