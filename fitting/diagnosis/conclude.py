@@ -35,6 +35,10 @@ MUCH_LEFT = 0.35
 FAINT = 1.4
 """Reduced chi-square up to which a misfit that no effect explains is not held against the model."""
 
+GROSS = 4.0
+"""Reduced chi-square of fitted and of left-out recordings from which they contradict the model, even where no
+signature of an effect stands out."""
+
 
 @dataclass
 class Found:
@@ -99,16 +103,16 @@ def conclude(explanation: Explanation) -> Conclusion:
     last = [reduced(program, explanation.final, mask) for mask in masks]
     named = bool(explanation.final.slugs)
     significant = explanation.p_value <= LEVEL
+    if min(base) > GROSS and not significant:
+        explanation.p_value = _tail(program, base[0])
+        significant = explanation.p_value <= LEVEL
     mismatch = named or (significant and min(base) > FAINT)
     generic = race(explanation.base_program, explanation.base) if mismatch else None
     unknown = max(_unknown(base, last), _refuted(explanation, generic) if named else 0.0) if mismatch else 0.0
     if mismatch and not named:
         unknown = max(unknown, 0.9)
     if not mismatch:  # no candidate survived being fitted; what is left is judged as a whole
-        chi2_base = base[0] * program.observations(program.fitted)
-        explanation.p_value = max(
-            explanation.p_value, float(chi2.sf(chi2_base, program.observations(program.fitted)))
-        )
+        explanation.p_value = max(explanation.p_value, _tail(program, base[0]))
         explanation.p_is_bound = False
     candidates, nothing = _probabilities(explanation, mismatch, unknown)
     unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
@@ -142,6 +146,12 @@ def conclude(explanation: Explanation) -> Conclusion:
         rest,
         generic,
     )
+
+
+def _tail(program: Program, reduced_chi2: float) -> float:
+    """Probability of a chi-square of the fitted recordings as large as this by chance."""
+    count = program.observations(program.fitted)
+    return float(chi2.sf(reduced_chi2 * count, count))
 
 
 def _nothing(evaluation: Evaluation, weight: object) -> Evaluation:

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from fitting.recordings import schema
 from fitting.report import html
+from pneusma_jax.remainder import unit_of
 from pneusma_jax.units import from_si
 
 from .conclude import Conclusion, HeldOut
@@ -67,7 +68,8 @@ def _remainder(conclusion: Conclusion) -> list[str]:
     rest = conclusion.remainder
     if rest is None:
         return []
-    span = f"between {rest.knots[0]:.4g} and {rest.knots[-1]:.4g} (SI)"
+    units = [f" [{unit_of(name)}]" for name in (rest.driver, rest.quantity)]
+    span = f"between {rest.knots[0]:.4g} and {rest.knots[-1]:.4g}{units[0]}"
     text = (
         f"A smooth function of {rest.driver} {span}, added to {rest.quantity}, takes the reduced chi-square "
         f"of recordings that were not fitted from {conclusion.before.reduced_chi2:.3g} to "
@@ -79,7 +81,7 @@ def _remainder(conclusion: Conclusion) -> list[str]:
     return [
         html.heading("What remains, described"),
         html.paragraph(text),
-        html.table((rest.driver, f"correction of {rest.quantity}", "standard error"), rows),
+        html.table((f"{rest.driver}{units[0]}", f"correction of {rest.quantity}{units[1]}", "sd"), rows),
     ]
 
 

@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 from diagnosis_coupons import curve, write
 
+from fitting.augmented import load_model, save_model
 from fitting.diagnosis import diagnose
-from fitting.diagnosis.document import report_of
+from fitting.diagnosis.document import model_of, report_of
+from fitting.diagnosis.words import verdict_sentences
 from fitting.recordings import read_campaign
+from fitting.simulation import predict
 
 
 @pytest.fixture(scope="module")
@@ -26,5 +29,33 @@ def test_it_is_not_given_a_name(strange):
 
 def test_it_is_described_by_what_it_goes_with(strange):
     report = report_of(strange)
-    assert report["remainder"]["driver"] in ("strain", "max_strain", "strain_rate", "time")
-    assert report["remainder"]["reduced_chi2"]["after"] < report["remainder"]["reduced_chi2"]["before"]
+    assert report["remainder"]["driver"] == "strain" and report["remainder"]["quantity"] == "stress"
+    assert report["fit"]["after"]["reduced_chi2"] < 0.2 * report["fit"]["before"]["reduced_chi2"]
+    assert report["fit"]["averaged"]["over"] == {"unmodelled": 1.0}
+    assert report["remainder"]["reduced_chi2"]["after"] == report["fit"]["after"]["reduced_chi2"]
+    said = " ".join(verdict_sentences(strange))
+    assert "smooth function of strain added to stress, which explains nothing" in said
+
+
+def test_what_is_saved_predicts_what_was_scored(strange, tmp_path):
+    """The model from disk, simulated like any other, is the one that the report is about."""
+    model = load_model(save_model(model_of(strange, "a test"), tmp_path / "augmented.toml"))
+    (rest,) = model.remainders
+    assert rest.span == pytest.approx((0.0, 0.8), abs=0.01) and rest.corrections[0].prior.sd > 0.0
+    recording = next(r for r in strange.explanation.program.recordings if r.role == "validation")
+    found = predict(recording, model=model)
+    error = found.outputs["stress_kPa"] - recording.columns["stress_kPa"]
+    rmse = float(np.sqrt(np.mean(error**2)))
+    assert rmse == pytest.approx(report_of(strange)["fit"]["after"]["rmse"]["stress_kPa"], rel=1e-6)
+
+
+def test_a_diagnosis_goes_on_from_it_and_keeps_it(strange, tmp_path):
+    """With the smooth term there, what it cannot follow is still said, and is not called agreement."""
+    model = load_model(save_model(model_of(strange, "a test"), tmp_path / "augmented.toml"))
+    campaign = read_campaign(strange.explanation.program.recordings[0].path.parent)
+    again = diagnose(campaign, seed=1, model=model)
+    assert again.before.reduced_chi2 == pytest.approx(strange.after.reduced_chi2, rel=0.01)
+    assert again.before.reduced_chi2 > 4.0 and again.mismatch
+    assert report_of(again)["p_value"] < 0.01
+    kept = model_of(again, "a second test", model).remainders
+    assert kept[0] == model.remainders[0]
