@@ -1,6 +1,6 @@
 """From a search to a verdict: probabilities of every candidate, of nothing and of something unknown."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.stats import chi2
@@ -63,7 +63,7 @@ class Found:
 
 @dataclass
 class Conclusion:
-    """Everything that a report says."""
+    """Everything that a report says; `notes` is what to read with care, `asked` about effects asked for."""
 
     explanation: Explanation
     mismatch: bool
@@ -81,6 +81,8 @@ class Conclusion:
     next_experiment: dict | None
     remainder: Remainder | None
     generic: Generic | None
+    notes: list[str] = field(default_factory=list)
+    asked: list[dict] = field(default_factory=list)
 
     @property
     def model(self) -> tuple[Program, Fit]:

@@ -62,6 +62,8 @@ def report_of(conclusion: Conclusion) -> dict:
         "remainder": _remainder(conclusion),
         "tries": explanation.tries,
         "next_experiment": conclusion.next_experiment,
+        "notes": conclusion.notes,
+        "asked": conclusion.asked,
     }
 
 

@@ -34,6 +34,8 @@ def page_of(conclusion: Conclusion, title: str, command: str, figures: Mapping[s
         f"<h1>Diagnosis: {escape(title)}</h1>",
         html.paragraph(f"{asked} ({len(fitted)} fitted)? If not, what does it leave out?", "subtitle"),
         html.verdict(verdict_sentences(conclusion)),
+        *(html.paragraph(f"{note}.", "warning") for note in conclusion.notes),
+        html.bullets([one["text"] for one in conclusion.asked]),
         html.figure(
             figures["recordings"],
             "Recordings, the base model refitted within its tolerances, and the model "
