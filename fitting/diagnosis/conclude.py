@@ -32,6 +32,8 @@ NOTHING_LEFT = 0.05
 """Share of the misfit that a right explanation may leave."""
 MUCH_LEFT = 0.35
 """Share from which what is left is called something else."""
+HELPS = 0.5
+"""Share of the misfit of what was left out that a doubtful effect may leave to stay in the model."""
 FAINT = 1.4
 """Reduced chi-square up to which a misfit that no effect explains is not held against the model."""
 
@@ -119,17 +121,14 @@ def conclude(explanation: Explanation) -> Conclusion:
     candidates, nothing = _probabilities(explanation, mismatch, unknown)
     unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
     found = _found(explanation, unknown) if named else []
+    place, rest, members = locate(explanation), None, _members(explanation)
     if mismatch and (unknown > 0.5 or not named):
-        found = [_unmodelled(unknown, found, explanation), *[f for f in found if f.probability > 0.5]]
-    place = locate(explanation)
-    described = bool(found) and all(f.slug == UNMODELLED for f in found)
-    rest = remainder(explanation, place) if described else None
-    before, after = held_out(explanation, rest.corrected if rest else _nothing if described else None)
-    members = _members(explanation)
-    if described:
-        base = UNMODELLED, explanation.base_program, explanation.base, unknown, rest and rest.corrected
-        others = [(s, p, f, (1.0 - unknown) * w, more) for s, p, f, w, more in members if s != "base"]
-        members = [base if others else (*base[:3], 1.0, base[4]), *others]
+        found, model, rest, before, after = _described(explanation, place, unknown, found)
+        share = unknown if named else 1.0
+        members = [(s, p, f, (1.0 - share) * w, more) for s, p, f, w, more in members if s != "base"]
+        members.insert(0, (UNMODELLED, *model, share, rest and rest.corrected))
+    else:
+        before, after = held_out(explanation)
     return Conclusion(
         explanation,
         mismatch,
@@ -156,9 +155,26 @@ def _tail(program: Program, reduced_chi2: float) -> float:
     return float(chi2.sf(reduced_chi2 * count, count))
 
 
-def _nothing(evaluation: Evaluation, weight: object) -> Evaluation:
-    """No correction: nothing that goes with the misfit predicts it."""
-    return evaluation
+def _described(
+    explanation: Explanation, place: Place, unknown: float, doubtful: list[Found]
+) -> tuple[list[Found], tuple[Program, Fit], Remainder | None, HeldOut, HeldOut]:
+    """What enters the model where something is unmodelled, and the scores of the base model and of it.
+
+    Doubtful effects do if what was left out needs them, a smooth term if it is predicted better with it.
+    """
+    found = [_unmodelled(unknown, doubtful, explanation)]
+    model, final = (explanation.base_program, explanation.base), (explanation.program, explanation.final)
+    before = after = averaged([(*model, 1.0)])
+    if doubtful:
+        score = averaged([(*final, 1.0)])
+        if score.reduced_chi2 - 1.0 < HELPS * max(before.reduced_chi2 - 1.0, 0.0):
+            found, model, after = [*found, *doubtful], final, score
+    rest = remainder(*model, place)
+    if rest is not None:
+        score = averaged([(*model, 1.0, rest.corrected)])
+        if score.reduced_chi2 < after.reduced_chi2:
+            return found, model, rest, before, score
+    return found, model, None, before, after
 
 
 def _members(explanation: Explanation) -> list[tuple[str, Program, Fit, float, Correction | None]]:

@@ -34,16 +34,10 @@ class HeldOut:
     reduced_chi2: float
 
 
-def held_out(explanation: Explanation, rest: Correction | None = None) -> tuple[HeldOut, HeldOut]:
-    """Scores of the refitted base model and of the final one, on the same values.
-
-    Args:
-        explanation: with both.
-        rest: correction of the base model that is the final one, instead of effects.
-    """
-    base, final = (explanation.base_program, explanation.base), (explanation.program, explanation.final)
-    last = (*final, 1.0) if rest is None else (*base, 1.0, rest)
-    return averaged([(*base, 1.0)]), averaged([last])
+def held_out(explanation: Explanation) -> tuple[HeldOut, HeldOut]:
+    """Scores of the refitted base model and of the final one, on the same values."""
+    models = (explanation.base_program, explanation.base), (explanation.program, explanation.final)
+    return tuple(averaged([(*model, 1.0)]) for model in models)
 
 
 Model = tuple[Program, Fit, float] | tuple[Program, Fit, float, Correction | None]

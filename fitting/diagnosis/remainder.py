@@ -1,18 +1,18 @@
 """What no named effect explains, as a smooth function of what it goes with: described, not explained.
 
-It is added to the refitted base model and enters the augmented model as `unmodelled`. Outside the range of
-its driver it is unknown: it is held there, and that is said.
+It is added to the last model that was fitted and enters the augmented model as `unmodelled`. Outside the
+range of its driver it is unknown: it is held there, and that is said.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .explain import Explanation
 from .folds import Masks, deciding
 from .generic import RIDGE, hats
 from .locate import Place, drivers_of
 from .program import Evaluation, Program
+from .refit import Fit
 
 COUNTS = (8, 16)
 """Numbers of knots that are tried."""
@@ -23,7 +23,7 @@ class Remainder:
     """A piecewise linear correction of one output.
 
     Attributes:
-        program: with the phases of the base model.
+        program: with the phases of the model that it is added to.
         quantity: output that it adds to.
         driver: what it is a function of.
         course: of the driver, shape (recordings, rows).
@@ -40,11 +40,11 @@ class Remainder:
     sd: np.ndarray
 
     def corrected(self, evaluation: Evaluation, weight: Masks) -> Evaluation:
-        """An evaluation of the base model with the correction fitted to its weighed misfit."""
+        """An evaluation of the model with the correction fitted to its weighed misfit."""
         return self._added(evaluation, self.solved(evaluation, weight)[0])
 
     def shown(self, evaluation: Evaluation) -> Evaluation:
-        """An evaluation of the base model with the correction itself."""
+        """An evaluation of the model with the correction itself."""
         return self._added(evaluation, self.values)
 
     def solved(self, evaluation: Evaluation, weight: Masks) -> tuple[np.ndarray, np.ndarray]:
@@ -81,15 +81,15 @@ class Remainder:
         return replace(evaluation, misfit=misfit, predicted=predicted)
 
 
-def remainder(explanation: Explanation, place: Place) -> Remainder | None:
-    """Describe what the refitted base model leaves, by the driver that predicts parts that are left out best.
+def remainder(program: Program, fit: Fit, place: Place) -> Remainder | None:
+    """Describe what a model leaves, by the driver of a place that predicts parts that are left out best.
 
-    None where no driver of the place does better than nothing.
+    None where no driver does better than nothing.
     """
-    program, evaluation = explanation.base_program, explanation.base.evaluation
+    evaluation = fit.evaluation
     first = int(np.flatnonzero(program.fitted)[0])
     quantity = program.channels[first][0].quantity
-    courses = drivers_of(program, explanation.base)
+    courses = drivers_of(program, fit)
     sizes = [len(m) for m in evaluation.misfit]
     outs = deciding(program, sizes)
     trains = [[f * (1.0 - w) for f, w in zip(program.fitted, out, strict=True)] for out in outs]

@@ -81,16 +81,20 @@ def verdict_sentences(conclusion: Conclusion) -> list[str]:
     }
     held = where.get(base.how, "parts of the one recording, left out in turn (within-recording)")
     with_it = "With it"
-    if names == ["unmodelled"]:
+    if names[0] == "unmodelled":
         rest = conclusion.remainder
-        if rest is None:
+        terms = [f"{name}, which is doubtful," for name in names[1:]]
+        if rest is not None:
+            smooth = f"a smooth function of {rest.driver} added to {rest.quantity}"
+            terms.append(f"{smooth}, which explains nothing,")
+        if not terms:
             return [
                 lead,
                 "Nothing that was recorded goes with what is left closely enough to be modelled: the misfit "
                 f"of {held} stays at a reduced chi-square of {base.reduced_chi2:.3g}.",
                 _by_chance(chance),
             ]
-        with_it = f"With a smooth function of {rest.driver} added to {rest.quantity}, which explains nothing,"
+        with_it = f"With {' and '.join(terms)}"
     return [
         lead,
         f"{with_it} the misfit of {held} falls from a reduced chi-square of {values}.",

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from diagnosis_coupons import curve, write
+from diagnosis_coupons import curve, softened, write
 
 from fitting.augmented import load_model, save_model
 from fitting.diagnosis import diagnose
@@ -59,3 +59,28 @@ def test_a_diagnosis_goes_on_from_it_and_keeps_it(strange, tmp_path):
     assert report_of(again)["p_value"] < 0.01
     kept = model_of(again, "a second test", model).remainders
     assert kept[0] == model.remainders[0]
+
+
+def test_a_doubtful_effect_stays_only_where_left_out_recordings_need_it(strange):
+    assert [f.slug for f in strange.found] == ["unmodelled"] and strange.model[1] is strange.explanation.base
+
+
+@pytest.fixture(scope="module")
+def half(tmp_path_factory):
+    """Softening, and a ripple on top of it."""
+    folder = tmp_path_factory.mktemp("half") / "campaign"
+    return diagnose(read_campaign(write(folder, lambda e: softened(e, 0.2) + 2.0 * np.sin(28.0 * e))), seed=1)
+
+
+def test_what_is_doubtful_and_what_is_unexplained_are_in_the_model_that_was_scored(half, tmp_path):
+    assert half.mismatch and half.found[0].slug == "unmodelled"
+    assert [f.slug for f in half.found[1:]] == ["mullins_softening"] and half.found[1].probability < 0.5
+    assert half.after.reduced_chi2 < 0.5 * half.before.reduced_chi2
+    model = load_model(save_model(model_of(half, "a test"), tmp_path / "augmented.toml"))
+    assert [added.slug for added in model.added] == ["mullins_softening", "unmodelled"]
+    recording = next(r for r in half.explanation.program.recordings if r.role == "validation")
+    error = predict(recording, model=model).outputs["stress_kPa"] - recording.columns["stress_kPa"]
+    scored = report_of(half)["fit"]["after"]["rmse"]["stress_kPa"]
+    assert float(np.sqrt(np.mean(error**2))) == pytest.approx(scored, rel=1e-6)
+    said = " ".join(verdict_sentences(half))
+    assert "With mullins_softening, which is doubtful, and a smooth function of" in said
