@@ -21,6 +21,8 @@ ELEMENT = {
     "elastomer": "silicone",
 }
 """What a row of a kind knows of its specimen."""
+EDGE = 0.01
+"""Of the range of the driver, how far a row may lie outside it unmarked: averaged rows were fitted."""
 STRAINS = ("strain", "strain_rate", "max_strain")
 UNITS = {
     "pressure": "Pa",
@@ -89,7 +91,8 @@ class Unmodelled(Effect):
         known = jnp.isfinite(driver)
         x = jnp.where(known, driver, self.knots[0])
         added = jnp.where(known, jnp.interp(x, self.knots, self.values), 0.0)
-        outside = ~known | (x < self.knots[0]) | (x > self.knots[-1])
+        edge = EDGE * (self.knots[-1] - self.knots[0])
+        outside = ~known | (x < self.knots[0] - edge) | (x > self.knots[-1] + edge)
         sums, marks = f"unmodelled_{self.quantity}", f"beyond_{self.quantity}"
         before, marked = value.get(sums, 0.0), value.get(marks, 0.0)
         return value | {

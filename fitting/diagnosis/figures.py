@@ -62,10 +62,9 @@ def _one(conclusion: Conclusion, k: int, top: plt.Axes, below: plt.Axes) -> None
     top.plot(time, show(base), color=BASE, lw=1.3, label="base model, refitted")
     changed = conclusion.shown is not x.base.evaluation
     if changed:
-        found = "with what was found"
-        if conclusion.remainder is not None:
-            found += " and a smooth term, unexplained"
-        top.plot(time, show(after), color=AFTER, lw=1.3, label=found)
+        terms = ["what was found"] if conclusion.model[1].slugs else []
+        terms += ["a smooth term, unexplained"] if conclusion.remainder is not None else []
+        top.plot(time, show(after), color=AFTER, lw=1.3, label=f"with {' and '.join(terms)}")
     role = "" if x.program.fitted[k] else " (validation)"
     top.set_title(f"{recording.name}{role}", fontsize=9)
     top.set_ylabel(axis_label(column), fontsize=8)

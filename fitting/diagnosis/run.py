@@ -8,6 +8,7 @@ from fitting.augmented import AugmentedModel
 from fitting.models.registry import kind_of
 from fitting.recordings import Campaign
 from pneusma_jax.errors import InputError
+from pneusma_jax.remainder import EDGE
 
 from .check import answers, asked_effects, checked
 from .conclude import Conclusion, conclude
@@ -65,6 +66,7 @@ def _beyond(conclusion: Conclusion, model: AugmentedModel | None) -> list[str]:
     courses = drivers_of(program, conclusion.explanation.base) if model and model.remainders else {}
     for rest in model.remainders if model else ():
         low, high = rest.span
+        low, high = low - EDGE * (high - low), high + EDGE * (high - low)
         course = courses.get(rest.driver)
         there = np.asarray(program.stacked.mask)[: len(program.recordings)]
         beyond = there if course is None else there & ~((course >= low) & (course <= high))

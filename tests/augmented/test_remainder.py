@@ -105,6 +105,15 @@ def test_within_its_range_nothing_is_said_to_be_extrapolated(ripple):
     assert not any("held" in sentence for sentence in predict(pull(0.4), model=ripple).notices)
 
 
+def test_a_hundredth_beyond_is_not_marked():
+    """Fits see means of neighbouring rows, whose ends lie a little inside those of the rows."""
+    one = Unmodelled([0.0, 0.4], [0.0, 4e3], "elastomer", "stress", "strain")
+    strain = jnp.asarray([-0.003, 0.0, 0.403, 0.405, -0.005])
+    found = simulate_coupon(pj.load_silicone(), strain, effects=(one,)).seen
+    assert found["beyond_stress"].tolist() == [0.0, 0.0, 0.0, 1.0, 1.0]
+    np.testing.assert_allclose(found["unmodelled_stress"], [0.0, 0.0, 4e3, 4e3, 0.0], atol=1e-9)
+
+
 def test_the_command_marks_rows_and_warns(ripple, tmp_path):
     csv_path = write_recording(pull(), tmp_path / "campaign")
     model = save_model(ripple, tmp_path / "model.toml")
