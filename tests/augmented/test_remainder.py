@@ -128,6 +128,16 @@ def test_the_command_marks_rows_and_warns(ripple, tmp_path):
     assert float(rows[2]["model_unmodelled_stress_kPa"]) == pytest.approx(3.0)
 
 
+def test_without_a_clock_time_is_the_number_of_the_row():
+    """As a fit takes it."""
+    model = AugmentedModel(added=(remainder("elastomer", "stress", "time", [0.0, 8.0], [0.0, 8e3]),))
+    recording = pull()
+    del recording.columns["time_s"]
+    found = predict(recording, model=model)
+    np.testing.assert_allclose(found.marks["model_unmodelled_stress_kPa"], np.arange(9.0), atol=1e-12)
+    assert not found.marks[BEYOND].any()
+
+
 def test_of_another_kind_it_is_left_out_and_said_so(ripple):
     tube = AugmentedModel(added=(remainder("tube", "length", "pressure", [0.0, 1e4], [0.0, 1e-3]),))
     found, plain = predict(pull(), model=tube), predict(pull())
