@@ -170,8 +170,13 @@ class Chain(eqx.Module):
 PLAIN = Chain()
 
 
+TOLD = "told_"
+"""Before the names by which slots hand values of rows to `recorded`; no instrument shows them."""
+
+
 def as_recorded(effects: tuple[Effect, ...], seen: dict[str, Array], time: Array) -> dict[str, Array]:
     """Channels of a whole recording, shape (rows,) each, after every effect on their clocks."""
+    told = {name: course for name, course in seen.items() if name.startswith(TOLD)}
     for effect in effects:
-        seen = effect.recorded(seen, time)
-    return seen
+        seen = effect.recorded(seen, time) | told  # which no instrument's clock moves
+    return {name: course for name, course in seen.items() if name not in told}

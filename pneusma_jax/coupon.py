@@ -66,6 +66,7 @@ def simulate_coupon(
     def step(memories: tuple, row: tuple) -> tuple:
         strain, time, interval, cycle = row
         known = dict(time=time, interval=interval, cycle=cycle, silicone=law, area=area)
+        known["recorded_strain"] = strain
         chain = Chain(effects, memories, Known(known))
 
         def stress_at(strain: Array) -> Array:

@@ -15,7 +15,7 @@ class TubeHistory(eqx.Module):
 
     Attributes:
         rows: the equilibrium of every row; arrays have a leading axis of rows.
-        seen: `length` [m] as the instruments show it, shape (rows,).
+        seen: `length` [m] as the instruments show it, shape (rows,), and what an `unmodelled` remainder adds.
     """
 
     rows: Equilibrium
@@ -55,4 +55,5 @@ def simulate_tube(
         ValueError: as `simulate_history`.
     """
     history = simulate_history(tube, pressure, (), (), time=time, effects=effects)
-    return TubeHistory(history.rows, {"length": history.seen["length"]})
+    bent = ("curvature", "bend_angle")
+    return TubeHistory(history.rows, {name: x for name, x in history.seen.items() if name not in bent})

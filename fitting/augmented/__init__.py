@@ -2,7 +2,9 @@
 
 from .files import SCHEMA, load_model, save_model
 from .model import AddedEffect, AugmentedModel, add_effect, fitted
+from .remainder import AddedRemainder
 
 __all__ = [
-    "SCHEMA", "AddedEffect", "AugmentedModel", "add_effect", "fitted", "load_model", "save_model",
+    "SCHEMA", "AddedEffect", "AddedRemainder", "AugmentedModel", "add_effect", "fitted", "load_model",
+    "save_model",
 ]  # fmt: skip

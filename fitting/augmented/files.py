@@ -14,6 +14,7 @@
 
 A number of `[base]` belongs to the kind of table that has one of its name and dimension; where several have,
 the kind comes first: `"silicone.density"`. `[specimen."NAME"]` holds numbers of one specimen alone.
+An effect `unmodelled` is in `remainder.py`.
 """
 
 import dataclasses
@@ -42,6 +43,7 @@ from .model import (
     option_names,
     parameter_of,
 )
+from .remainder import SLUG, AddedRemainder, read_remainder, remainder_entry
 
 SCHEMA = "pneusma-model/1"
 TABLES = ("design", "alloy", "material")
@@ -134,13 +136,16 @@ def _measures(dimension: str, unit: str) -> bool:
     return UNITS[unit].dimension == (TEMPERATURE if dimension == TEMPERATURE_DIFFERENCE else dimension)
 
 
-def _effects(entries: Any, path: Path) -> Iterable[AddedEffect]:
+def _effects(entries: Any, path: Path) -> Iterable[AddedEffect | AddedRemainder]:
     if not isinstance(entries, list):
         raise InputError(f"{path}: effect must be a list of tables, [[effect]], one for each effect")
     for number, entry in enumerate(entries, 1):
         where = f"{path}: effect {number}"
         if not isinstance(entry, dict) or not isinstance(entry.get("slug"), str):
             raise InputError(f"{where} has no slug, the name of an effect")
+        if entry["slug"] == SLUG:
+            yield read_remainder(entry, f"{where} ({SLUG})")
+            continue
         try:
             effect = find_effect(entry["slug"])
         except InputError as error:
@@ -231,7 +236,9 @@ def _write_numbers(table: Any, base: Base) -> None:
             table[key] = quantity_entry(quantity, dimension)
 
 
-def _effect_entry(added: AddedEffect) -> Any:
+def _effect_entry(added: AddedEffect | AddedRemainder) -> Any:
+    if isinstance(added, AddedRemainder):
+        return remainder_entry(added)
     entry = tomlkit.table()
     entry["slug"] = added.slug
     for name, choice in added.options.items():

@@ -18,6 +18,8 @@ from pneusma_jax.effects import find_effect
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.units import INTERNAL_UNITS, TEMPERATURE_DIFFERENCE, UNITS, from_si
 
+from .remainder import AddedRemainder
+
 Base = Mapping[str, Mapping[str, Quantity]]
 """Quantities by kind of table (`alloy`, `silicone`, `actuator`) and name."""
 SLACK = 1e-6  # of the width of an effect's bounds: a fit may end a rounding error beyond one
@@ -58,7 +60,7 @@ class AugmentedModel:
     Attributes:
         base: numbers that replace those of the tables, by kind of table and name, in SI; a name's quantity
             holds its own unit, origin and prior.
-        added: effects, in the order in which they act.
+        added: effects, in the order in which they act, and what is left `unmodelled`.
         tables: names or paths of the tables that the numbers belong to: any of `design`, `alloy`, `material`.
         specimens: as `base`, for single specimens, by the name that recordings state.
         name, description: for people.
@@ -66,7 +68,7 @@ class AugmentedModel:
     """
 
     base: Base = field(default_factory=dict)
-    added: tuple[AddedEffect, ...] = ()
+    added: tuple[AddedEffect | AddedRemainder, ...] = ()
     tables: Mapping[str, str] = field(default_factory=dict)
     specimens: Mapping[str, Base] = field(default_factory=dict)
     name: str = "model"
@@ -77,6 +79,11 @@ class AugmentedModel:
     def effects(self) -> tuple[Effect, ...]:
         """What `simulate_history` and `simulate_spring` take as `effects`."""
         return tuple(added.build() for added in self.added)
+
+    @property
+    def remainders(self) -> tuple[AddedRemainder, ...]:
+        """What is described in it and not explained."""
+        return tuple(added for added in self.added if isinstance(added, AddedRemainder))
 
     def quantities(self, kind: str, specimen: str | None = None) -> dict[str, Quantity]:
         """The model's own numbers of one kind of table, those of a specimen over those of all."""

@@ -259,7 +259,7 @@ def recording(path: Path, options: dict[str, Any]) -> None:
     folder = result_folder(options["out"])
     for sentence in told.notices + prediction.notices:
         notice(sentence)
-    columns = {f"model_{name}": values for name, values in prediction.outputs.items()}
+    columns = {f"model_{name}": values for name, values in prediction.outputs.items()} | prediction.marks
     written = [write_whole(folder / "model.csv", csv_text(told.columns | columns, told.comments))]
     if prediction.states:
         clock = {name: told.columns[name] for name in ("time_s",) if name in told.columns}

@@ -13,10 +13,18 @@ import click
 @click.option("--seed", type=int, default=0, show_default=True, help="Of everything random.")
 @click.option("--model", metavar="FILE", help="Model to start from, as --model of simulate takes it.")
 @click.option("--thorough", is_flag=True, help="Fit twice as many candidates; takes about twice as long.")
+@click.option("--effect", "asked", metavar="SLUG", multiple=True, help="Ask about an effect; repeatable.")
 @click.option("--json", "as_json", is_flag=True, help="Print report.json to stdout.")
 @click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
 def diagnose_command(
-    campaign: Path, out: Path, seed: int, model: str | None, thorough: bool, as_json: bool, force: bool
+    campaign: Path,
+    out: Path,
+    seed: int,
+    model: str | None,
+    thorough: bool,
+    asked: tuple[str, ...],
+    as_json: bool,
+    force: bool,
 ) -> None:
     """Compare CAMPAIGN (a folder of recordings, or one CSV) with the model and explain the mismatch.
 
@@ -43,27 +51,31 @@ def diagnose_command(
 
     words = ["pneusma", "diagnose", str(campaign), "--out", str(out), "--seed", str(seed)]
     words += (["--model", model] if model else []) + (["--thorough"] if thorough else [])
+    words += [word for slug in asked for word in ("--effect", slug)]
     command = shlex.join(words)
+    start = load_model(model) if model else None
     with _progress() as told:
-        conclusion = diagnose(recordings, seed, told, load_model(model) if model else None, thorough)
+        conclusion = diagnose(recordings, seed, told, start, thorough, asked)
     figures = {"recordings": recordings_figure(conclusion), "probabilities": probability_figure(conclusion)}
     report = json.dumps(report_of(conclusion), indent=1)
     documents = {
         "report.json": report,
         "report.html": page_of(conclusion, recordings.title, command, figures),
         "augmented.toml": render_model(
-            model_of(conclusion, f"pneusma diagnose of {recordings.title}, seed {seed}")
+            model_of(conclusion, f"pneusma diagnose of {recordings.title}, seed {seed}", start)
         ),
         **{f"{name}.png": png(figure) for name, figure in figures.items()},
     }
     files = publish(out, documents, force)
-    for text in recordings.notices:
+    for text in recordings.notices + conclusion.notes:
         notice(text)
     if as_json:
         click.echo(report)
         return
     for sentence in verdict_sentences(conclusion):
         click.echo(sentence)
+    for one in conclusion.asked:
+        click.echo(one["text"])
     click.echo()
     done(files)
 

@@ -1,6 +1,6 @@
 """From a search to a verdict: probabilities of every candidate, of nothing and of something unknown."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.stats import chi2
@@ -11,8 +11,8 @@ from .designs import best_design
 from .explain import CLOSE, ENOUGH, LEVEL, Explanation
 from .generic import Generic, race
 from .locate import Place, locate
-from .program import Program
-from .prove import HeldOut, averaged, held_out
+from .program import Evaluation, Program
+from .prove import Correction, HeldOut, averaged, held_out
 from .refit import Fit
 from .remainder import Remainder, remainder
 from .trials import Trial, floor, reduced
@@ -32,8 +32,14 @@ NOTHING_LEFT = 0.05
 """Share of the misfit that a right explanation may leave."""
 MUCH_LEFT = 0.35, 0.6
 """Share from which what is left is called something else: of what was fitted, and of what was not."""
+HELPS = 0.5
+"""Share of the misfit of what was left out that a doubtful effect may leave to stay in the model."""
 FAINT = 1.4
 """Reduced chi-square up to which a misfit that no effect explains is not held against the model."""
+
+GROSS = 4.0
+"""Reduced chi-square of fitted and of left-out recordings from which they contradict the model, even where no
+signature of an effect stands out."""
 
 
 @dataclass
@@ -59,7 +65,7 @@ class Found:
 
 @dataclass
 class Conclusion:
-    """Everything that a report says."""
+    """Everything that a report says; `notes` is what to read with care, `asked` about effects asked for."""
 
     explanation: Explanation
     mismatch: bool
@@ -77,6 +83,20 @@ class Conclusion:
     next_experiment: dict | None
     remainder: Remainder | None
     generic: Generic | None
+    notes: list[str] = field(default_factory=list)
+    asked: list[dict] = field(default_factory=list)
+
+    @property
+    def model(self) -> tuple[Program, Fit]:
+        """What enters the augmented model, less a remainder: the base model alone where nothing is named."""
+        x, named = self.explanation, any(f.slug != UNMODELLED for f in self.found)
+        return (x.program, x.final) if named else (x.base_program, x.base)
+
+    @property
+    def shown(self) -> Evaluation:
+        """What the augmented model predicts of every recording."""
+        evaluation = self.model[1].evaluation
+        return evaluation if self.remainder is None else self.remainder.shown(evaluation)
 
 
 def conclude(explanation: Explanation) -> Conclusion:
@@ -88,6 +108,9 @@ def conclude(explanation: Explanation) -> Conclusion:
     floors = [floor(program, explanation.final, mask) for mask in masks]
     named = bool(explanation.final.slugs)
     significant = explanation.p_value <= LEVEL
+    if min(base) > GROSS and not significant:
+        explanation.p_value = _tail(program, base[0])
+        significant = explanation.p_value <= LEVEL
     mismatch = named or (significant and min(base) > FAINT)
     generic = race(explanation.base_program, explanation.base) if mismatch else None
     unknown = _unknown(base, last, floors) if mismatch else 0.0
@@ -96,19 +119,19 @@ def conclude(explanation: Explanation) -> Conclusion:
     if mismatch and not named:
         unknown = max(unknown, 0.9)
     if not mismatch:  # no candidate survived being fitted; what is left is judged as a whole
-        chi2_base = base[0] * program.observations(program.fitted)
-        explanation.p_value = max(
-            explanation.p_value, float(chi2.sf(chi2_base, program.observations(program.fitted)))
-        )
+        explanation.p_value = max(explanation.p_value, _tail(program, base[0]))
         explanation.p_is_bound = False
     candidates, nothing = _probabilities(explanation, mismatch, unknown)
     unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
     found = _found(explanation, unknown) if named else []
+    place, rest, members = locate(explanation), None, _members(explanation)
     if mismatch and (unknown > 0.5 or not named):
-        found = [_unmodelled(unknown, found, explanation), *[f for f in found if f.probability > 0.5]]
-    place = locate(explanation)
-    before, after = held_out(explanation)
-    members = _members(explanation)
+        found, model, rest, before, after = _described(explanation, place, unknown, found)
+        share = unknown if named else 1.0
+        members = [(s, p, f, (1.0 - share) * w, more) for s, p, f, w, more in members if s != "base"]
+        members.insert(0, (UNMODELLED, *model, share, rest and rest.corrected))
+    else:
+        before, after = held_out(explanation)
     return Conclusion(
         explanation,
         mismatch,
@@ -121,19 +144,47 @@ def conclude(explanation: Explanation) -> Conclusion:
         _set(candidates, unknown) if mismatch else [],
         before,
         after,
-        averaged([(p, fit, w) for _, p, fit, w in members]) if len(members) > 1 else after,
-        {slug: w for slug, _, _, w in members},
+        averaged([member[1:] for member in members]) if len(members) > 1 else after,
+        {slug: w for slug, _, _, w, _ in members},
         _next(explanation, found),
-        remainder(explanation, place) if mismatch and unknown > 0.5 else None,
+        rest,
         generic,
     )
 
 
-def _members(explanation: Explanation) -> list[tuple[str, Program, Fit, float]]:
+def _tail(program: Program, reduced_chi2: float) -> float:
+    """Probability of a chi-square of the fitted recordings as large as this by chance."""
+    count = program.observations(program.fitted)
+    return float(chi2.sf(reduced_chi2 * count, count))
+
+
+def _described(
+    explanation: Explanation, place: Place, unknown: float, doubtful: list[Found]
+) -> tuple[list[Found], tuple[Program, Fit], Remainder | None, HeldOut, HeldOut]:
+    """What enters the model where something is unmodelled, and the scores of the base model and of it.
+
+    Doubtful effects do if what was left out needs them, a smooth term if it is predicted better with it.
+    """
+    found = [_unmodelled(unknown, doubtful, explanation)]
+    model, final = (explanation.base_program, explanation.base), (explanation.program, explanation.final)
+    before = after = averaged([(*model, 1.0)])
+    if doubtful:
+        score = averaged([(*final, 1.0)])
+        if score.reduced_chi2 - 1.0 < HELPS * max(before.reduced_chi2 - 1.0, 0.0):
+            found, model, after = [*found, *doubtful], final, score
+    rest = remainder(*model, place)
+    if rest is not None:
+        score = averaged([(*model, 1.0, rest.corrected)])
+        if score.reduced_chi2 < after.reduced_chi2:
+            return found, model, rest, before, score
+    return found, model, None, before, after
+
+
+def _members(explanation: Explanation) -> list[tuple[str, Program, Fit, float, Correction | None]]:
     """Explanations that predictions average over: those of the last effect, by their probabilities."""
     stage = next((s for s in reversed(explanation.stages) if s.chosen), None)
     if stage is None:
-        return [("base", explanation.base_program, explanation.base, 1.0)]
+        return [("base", explanation.base_program, explanation.base, 1.0, None)]
     logs = np.array([t.bayes for t in stage.trials])
     weights = np.exp(logs - logs.max())
     kept = [
@@ -144,7 +195,7 @@ def _members(explanation: Explanation) -> list[tuple[str, Program, Fit, float]]:
     total = sum(w for _, w in kept)
     final = explanation.program, explanation.final
     return [
-        (t.slug, *(final if t.slug == stage.chosen else (t.program, t.fit)), float(w / total))
+        (t.slug, *(final if t.slug == stage.chosen else (t.program, t.fit)), float(w / total), None)
         for t, w in kept
     ]
 

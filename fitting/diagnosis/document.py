@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from fitting.augmented import AddedEffect, AugmentedModel, add_effect, fitted
+from fitting.augmented import AddedEffect, AddedRemainder, AugmentedModel, add_effect, fitted
 from fitting.recordings import schema
 from pneusma_jax.calibration_keys import QUANTITIES
-from pneusma_jax.calibration_model import Quantity
+from pneusma_jax.calibration_model import Prior, Quantity
+from pneusma_jax.remainder import unit_of
 from pneusma_jax.units import from_si
 
 from .conclude import UNMODELLED, Conclusion
@@ -61,6 +62,8 @@ def report_of(conclusion: Conclusion) -> dict:
         "remainder": _remainder(conclusion),
         "tries": explanation.tries,
         "next_experiment": conclusion.next_experiment,
+        "notes": conclusion.notes,
+        "asked": conclusion.asked,
     }
 
 
@@ -102,38 +105,45 @@ def _remainder(conclusion: Conclusion) -> dict | None:
         "driver": rest.driver,
         "knots": rest.knots.tolist(),
         "correction": rest.values.tolist(),
-        "reduced_chi2": {"before": _finite(rest.before), "after": _finite(rest.after)},
+        "sd": rest.sd.tolist(),
+        "reduced_chi2": {
+            "before": _finite(conclusion.before.reduced_chi2),
+            "after": _finite(conclusion.after.reduced_chi2),
+        },
     }
 
 
 def _base(conclusion: Conclusion) -> dict:
     """Constants of the base model: nominal, refitted alone, refitted with the effects."""
     explanation, found = conclusion.explanation, {}
+    final = conclusion.model[1]
     for k in explanation.program.unknowns.base:
         item = explanation.program.unknowns.items[k]
         found[item.name] = {
             "nominal": float(item.reference),
             "alone": float(item.value(explanation.base.u[k])),
-            "with_effects": float(item.value(explanation.final.u[k])),
-            "sd": item.spread(explanation.final.u[k], explanation.final.sd(k)),
+            "with_effects": float(item.value(final.u[k])),
+            "sd": item.spread(final.u[k], final.sd(k)),
             "departure_sd": {
                 "alone": float(explanation.base.u[k]),
-                "with_effects": float(explanation.final.u[k]),
+                "with_effects": float(final.u[k]),
             },
         }
     return found
 
 
-def model_of(conclusion: Conclusion, source: str) -> AugmentedModel:
-    """The base model with its refitted constants and the effects that were found.
+def model_of(conclusion: Conclusion, source: str, start: AugmentedModel | None = None) -> AugmentedModel:
+    """The base model with its refitted constants, the effects that were found, and what is left unmodelled.
 
     Args:
         conclusion: of a diagnosis.
         source: what it was fitted to, for the file.
+        start: model that the diagnosis started from, whose numbers and effects it keeps; a
+            diagnosis reads none of single specimens.
     """
-    explanation = conclusion.explanation
-    program, fit = explanation.program, explanation.final
-    common: dict[str, dict[str, Quantity]] = {}
+    program, fit = conclusion.model
+    start = start or AugmentedModel()
+    common: dict[str, dict[str, Quantity]] = {kind: dict(table) for kind, table in start.base.items()}
     own: dict[str, dict[str, dict[str, Quantity]]] = {}
     specimens = list(dict.fromkeys(r.specimen for r in program.recordings))
     for k in program.unknowns.base:
@@ -152,12 +162,30 @@ def model_of(conclusion: Conclusion, source: str) -> AugmentedModel:
         for key in ("design", "alloy", "material")
         if first.full_geometry().get(key) not in (None, "fit")
     }
-    return AugmentedModel(common, tuple(_added(conclusion, source)), tables, own, "augmented", source)
+    added = *start.added, *_added(conclusion, source), *_rest(conclusion, source)
+    return AugmentedModel(common, added, {**start.tables, **tables}, own, "augmented", source)
+
+
+def _rest(conclusion: Conclusion, source: str) -> list[AddedRemainder]:
+    """What is unmodelled, if it is modelled at all."""
+    rest = conclusion.remainder
+    if rest is None:
+        return []
+    numbers = zip(rest.knots, rest.values, rest.sd, strict=True)
+    knots, corrections = [], []
+    for k, (at, value, sd) in enumerate(numbers, 1):
+        knots.append(Quantity(f"knot_{k}", float(at), unit_of(rest.driver), "fitted", source))
+        prior = Prior(mean=float(value), sd=float(sd)) if sd > 0.0 else None
+        corrections.append(
+            Quantity(f"correction_{k}", float(value), unit_of(rest.quantity), "fitted", source, prior)
+        )
+    kind = conclusion.explanation.program.kind
+    return [AddedRemainder(kind, rest.quantity, rest.driver, tuple(knots), tuple(corrections))]
 
 
 def _added(conclusion: Conclusion, source: str) -> list[AddedEffect]:
     """Effects within their physical bounds, to rounding."""
-    program, fit, found = conclusion.explanation.program, conclusion.explanation.final, []
+    (program, fit), found = conclusion.model, []
     for f in conclusion.found:
         if f.slug == UNMODELLED:
             continue

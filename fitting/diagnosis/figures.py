@@ -57,17 +57,20 @@ def _one(conclusion: Conclusion, k: int, top: plt.Axes, below: plt.Axes) -> None
     there = np.isfinite(channel.sigma)
     time = np.asarray(x.program.stacked.time)[k][there]
     show = lambda values: from_si(np.asarray(values)[there], unit)  # noqa: E731
-    base, after = x.base.evaluation.predicted[k][0], x.final.evaluation.predicted[k][0]
+    base, after = x.base.evaluation.predicted[k][0], conclusion.shown.predicted[k][0]
     top.plot(time, show(channel.measured), ".", ms=2.5, color=DATA, label="measured")
     top.plot(time, show(base), color=BASE, lw=1.3, label="base model, refitted")
-    if conclusion.found:
-        top.plot(time, show(after), color=AFTER, lw=1.3, label="with what was found")
+    changed = conclusion.shown is not x.base.evaluation
+    if changed:
+        terms = ["what was found"] if conclusion.model[1].slugs else []
+        terms += ["a smooth term, unexplained"] if conclusion.remainder is not None else []
+        top.plot(time, show(after), color=AFTER, lw=1.3, label=f"with {' and '.join(terms)}")
     role = "" if x.program.fitted[k] else " (validation)"
     top.set_title(f"{recording.name}{role}", fontsize=9)
     top.set_ylabel(axis_label(column), fontsize=8)
     sigma = channel.sigma[there]
     below.plot(time, (np.asarray(base) - channel.measured)[there] / sigma, color=BASE, lw=0.9)
-    if conclusion.found:
+    if changed:
         below.plot(time, (np.asarray(after) - channel.measured)[there] / sigma, color=AFTER, lw=0.9)
     below.axhspan(-2, 2, color="#94a3b8", alpha=0.25, lw=0)
     rows = conclusion.place.rows

@@ -13,6 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.characterise.noise import robust_noise
+from fitting.models.channels import serial_correlation
 from fitting.models.rows import Rows
 from fitting.recordings import Recording
 
@@ -22,13 +23,15 @@ from .noise import Channel
 def input_noise(recordings: list[Recording], stacked: Rows) -> dict[str, np.ndarray]:
     """1-sigma of every input, stated or as its fast changes show it, SI, by quantity, shape (recordings,).
 
+    An input that is an output of the model, too, has its noise there.
+
     Args:
         recordings: as they were read.
         stacked: the same as arrays, perhaps averaged over blocks and padded with further recordings.
     """
     rows = np.asarray(stacked.mask).sum(axis=1)
     found = {}
-    for name in stacked.inputs.keys() - stacked.measured.keys():
+    for name in sorted(stacked.inputs.keys() - stacked.measured.keys()):
         sigma = np.zeros(len(rows))
         for k, recording in enumerate(recordings):
             sigma[k] = _noise(recording, name) / np.sqrt(max(len(recording) / max(rows[k], 1), 1.0))
@@ -38,25 +41,23 @@ def input_noise(recordings: list[Recording], stacked: Rows) -> dict[str, np.ndar
 
 
 def _noise(recording: Recording, name: str) -> float:
-    """1-sigma of one input of one recording, SI."""
+    """1-sigma of one input of one recording, SI; correlated errors count as white ones that are as slow."""
     if not recording.has(name):
         return 0.0
+    values = recording.si(name)
+    time = recording.si("time") if recording.has("time") else np.arange(float(len(values)))
+    there = np.isfinite(values) & np.isfinite(time)
     stated = recording.noise_si(name)
     if stated is not None:
-        return stated
-    values, time = recording.si(name), recording.si("time")
-    there = np.isfinite(values) & np.isfinite(time)
+        correlation = serial_correlation(values[there], stated) if stated > 0.0 else 0.0
+        return stated * float(np.sqrt((1.0 + correlation) / (1.0 - correlation)))
     return robust_noise(time[there], values[there]) if there.sum() > 2 else 0.0
 
 
 def shifted(stacked: Rows, name: str, sigma: np.ndarray) -> Rows:
-    """Recordings with an input, also where it is a measured output, shifted by a number each."""
-    moved = lambda column: jnp.asarray(np.asarray(column) + sigma[:, None])  # noqa: E731
-    inputs = stacked.inputs | {name: moved(stacked.inputs[name])}
-    measured = stacked.measured
-    if name in measured:
-        measured = measured | {name: moved(measured[name])}
-    return replace(stacked, inputs=inputs, measured=measured)
+    """Recordings with an input shifted by a number each."""
+    moved = jnp.asarray(np.asarray(stacked.inputs[name]) + sigma[:, None])
+    return replace(stacked, inputs=stacked.inputs | {name: moved})
 
 
 def with_input_noise(

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from fitting.recordings import schema
 from fitting.report import html
+from pneusma_jax.remainder import unit_of
 from pneusma_jax.units import from_si
 
 from .conclude import Conclusion, HeldOut
@@ -33,6 +34,8 @@ def page_of(conclusion: Conclusion, title: str, command: str, figures: Mapping[s
         f"<h1>Diagnosis: {escape(title)}</h1>",
         html.paragraph(f"{asked} ({len(fitted)} fitted)? If not, what does it leave out?", "subtitle"),
         html.verdict(verdict_sentences(conclusion)),
+        *(html.paragraph(f"{note}.", "warning") for note in conclusion.notes),
+        html.bullets([one["text"] for one in conclusion.asked]),
         html.figure(
             figures["recordings"],
             "Recordings, the base model refitted within its tolerances, and the model "
@@ -67,17 +70,20 @@ def _remainder(conclusion: Conclusion) -> list[str]:
     rest = conclusion.remainder
     if rest is None:
         return []
-    span = f"between {rest.knots[0]:.4g} and {rest.knots[-1]:.4g} (SI)"
+    units = [f" [{unit_of(name)}]" for name in (rest.driver, rest.quantity)]
+    span = f"between {rest.knots[0]:.4g} and {rest.knots[-1]:.4g}{units[0]}"
     text = (
         f"A smooth function of {rest.driver} {span}, added to {rest.quantity}, takes the reduced chi-square "
-        f"from {rest.before:.3g} to {rest.after:.3g}. It describes and does not explain; outside that range "
-        "it is unknown."
+        f"of recordings that were not fitted from {conclusion.before.reduced_chi2:.3g} to "
+        f"{conclusion.after.reduced_chi2:.3g}. It describes and does not explain. It is in augmented.toml as "
+        "unmodelled; outside that range it is unknown, and simulations with the model hold it and say so."
     )
-    rows = [(f"{x:.4g}", f"{y:.4g}") for x, y in zip(rest.knots, rest.values, strict=True)]
+    columns = zip(rest.knots, rest.values, rest.sd, strict=True)
+    rows = [(f"{x:.4g}", f"{y:.4g}", f"{sd:.2g}") for x, y, sd in columns]
     return [
         html.heading("What remains, described"),
         html.paragraph(text),
-        html.table((rest.driver, f"correction of {rest.quantity}"), rows),
+        html.table((f"{rest.driver}{units[0]}", f"correction of {rest.quantity}{units[1]}", "sd"), rows),
     ]
 
 
@@ -161,14 +167,14 @@ def _race(conclusion: Conclusion) -> str:
 
 
 def _base(conclusion: Conclusion) -> str:
-    x = conclusion.explanation
+    x, final = conclusion.explanation, conclusion.model[1]
     rows = []
     for k in x.program.unknowns.base:
         item = x.program.unknowns.items[k]
         rows.append(
             (item.name, f"{item.reference:.4g}",
              f"{float(item.value(x.base.u[k])):.4g} ({x.base.u[k]:+.1f} sd)",
-             f"{float(item.value(x.final.u[k])):.4g} ({x.final.u[k]:+.1f} sd)", item.unit)
+             f"{float(item.value(final.u[k])):.4g} ({final.u[k]:+.1f} sd)", item.unit)
         )  # fmt: skip
     if not rows:
         return html.paragraph("The recordings state every constant as exact.")

@@ -1,6 +1,6 @@
 """What a model is worth on recordings that it was not fitted to."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,6 +9,9 @@ from .explain import Explanation
 from .folds import ROUNDS, Masks, folds
 from .program import Evaluation, Program
 from .refit import Fit, Refitter
+
+Correction = Callable[[Evaluation, Masks], Evaluation]
+"""Of a prediction, from what is weighed of its misfit."""
 
 MOST_FOLDS = 8
 """Groups of recordings that are left out in turn, where there are more."""
@@ -37,12 +40,17 @@ def held_out(explanation: Explanation) -> tuple[HeldOut, HeldOut]:
     return tuple(averaged([(*model, 1.0)]) for model in models)
 
 
-def averaged(models: Sequence[tuple[Program, Fit, float]]) -> HeldOut:
+Model = tuple[Program, Fit, float] | tuple[Program, Fit, float, Correction | None]
+
+
+def averaged(models: Sequence[Model]) -> HeldOut:
     """Score of the weighted mean of several models' predictions of values that were not fitted.
 
     Args:
-        models: of one campaign: program with its phases, fit, and weight; weights sum to one.
+        models: of one campaign: program with its phases, fit, weight, and a correction if there is one;
+            weights sum to one.
     """
+    models = [(*model, None)[:4] for model in models]
     program = models[0][0]
     sizes = [len(m) for m in models[0][1].evaluation.misfit]
     if program.fitted.all():
@@ -60,7 +68,11 @@ def averaged(models: Sequence[tuple[Program, Fit, float]]) -> HeldOut:
         def predicted(p: Program, fit: Fit, out: Masks) -> Evaluation:
             return fit.evaluation
 
-    parts = [(_mean([(predicted(p, fit, out), w) for p, fit, w in models]), out) for out in outs]
+    def modelled(p: Program, fit: Fit, more: Correction | None, out: Masks) -> Evaluation:
+        found = predicted(p, fit, out)
+        return found if more is None else more(found, [1.0 - w for w in out])
+
+    parts = [(_mean([(modelled(p, fit, more, out), w) for p, fit, w, more in models]), out) for out in outs]
     return _score(program, parts, names, how)
 
 

@@ -1,73 +1,127 @@
 """What no named effect explains, as a smooth function of what it goes with: described, not explained.
 
-It holds within the range of the drivers that were recorded, and is never extrapolated: beyond, it is unknown.
+It is added to the last model that was fitted and enters the augmented model as `unmodelled`. Outside the
+range of its driver it is unknown: it is held there, and that is said.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .explain import Explanation
-from .generic import RIDGE, hats, knots_of
+from .folds import Masks, deciding
+from .generic import RIDGE, hats
 from .locate import Place, drivers_of
-from .trials import reduced
+from .program import Evaluation, Program
+from .refit import Fit
+
+COUNTS = (8, 16)
+"""Numbers of knots that are tried."""
 
 
 @dataclass(frozen=True)
 class Remainder:
-    """A piecewise linear correction of the first channel.
+    """A piecewise linear correction of one output.
 
     Attributes:
-        quantity: channel that it adds to.
+        program: with the phases of the model that it is added to.
+        quantity: output that it adds to.
         driver: what it is a function of.
-        knots: of the driver, ascending; the correction is unknown outside.
-        values: correction at each knot, SI.
-        before, after: reduced chi-square on recordings that decide, without and with it.
+        course: of the driver, shape (recordings, rows).
+        knots: of the driver, ascending, from its smallest to its largest fitted value.
+        values, sd: added at each knot, and standard errors; SI.
     """
 
+    program: Program
     quantity: str
     driver: str
+    course: np.ndarray
     knots: np.ndarray
     values: np.ndarray
-    before: float
-    after: float
+    sd: np.ndarray
+
+    def corrected(self, evaluation: Evaluation, weight: Masks) -> Evaluation:
+        """An evaluation of the model with the correction fitted to its weighed misfit."""
+        return self._added(evaluation, self.solved(evaluation, weight)[0])
+
+    def shown(self, evaluation: Evaluation) -> Evaluation:
+        """An evaluation of the model with the correction itself."""
+        return self._added(evaluation, self.values)
+
+    def solved(self, evaluation: Evaluation, weight: Masks) -> tuple[np.ndarray, np.ndarray]:
+        """What to add at each knot, and standard errors; a weak ridge holds what nothing tells at zero."""
+        blocks, misfit = [], []
+        for k, j, part in self._parts():
+            w = np.broadcast_to(weight[k], evaluation.misfit[k].shape)[part]
+            blocks.append(w[:, None] * hats(self.program, k, j, self.course, self.knots).T)
+            misfit.append(w * evaluation.misfit[k][part])
+        A, r = np.concatenate(blocks), np.concatenate(misfit)
+        H = A.T @ A
+        H += max(RIDGE * np.trace(H) / len(self.knots), 1e-12) * np.eye(len(self.knots))
+        return -np.linalg.solve(H, A.T @ r), np.sqrt(np.diag(np.linalg.inv(H)))
+
+    def _parts(self) -> list[tuple[int, int, slice]]:
+        """Recording, channel and place in the recording's misfit of every course of the quantity."""
+        found = []
+        for k, channels in enumerate(self.program.channels):
+            first = 0
+            for j, channel in enumerate(channels):
+                size = len(channel.measured)
+                if channel.quantity == self.quantity:
+                    found.append((k, j, slice(first, first + size)))
+                first += size
+        return found
+
+    def _added(self, evaluation: Evaluation, values: np.ndarray) -> Evaluation:
+        misfit = [m.copy() for m in evaluation.misfit]
+        predicted = [list(channels) for channels in evaluation.predicted]
+        for k, j, part in self._parts():
+            misfit[k][part] += values @ hats(self.program, k, j, self.course, self.knots)
+            x = np.nan_to_num(self.course[k])
+            predicted[k][j] = predicted[k][j] + np.interp(x, self.knots, values)
+        return replace(evaluation, misfit=misfit, predicted=predicted)
 
 
-def remainder(explanation: Explanation, place: Place) -> Remainder | None:
-    """Describe what the final model leaves by the driver that describes it best on the fitted recordings."""
-    program, fit = explanation.program, explanation.final
-    judge = program.unseen
-    drivers = drivers_of(program, fit)
-    best = None
+def remainder(program: Program, fit: Fit, place: Place) -> Remainder | None:
+    """Describe what a model leaves, by the driver of a place that predicts parts that are left out best.
+
+    None where no driver does better than nothing.
+    """
+    evaluation = fit.evaluation
+    first = int(np.flatnonzero(program.fitted)[0])
+    quantity = program.channels[first][0].quantity
+    courses = drivers_of(program, fit)
+    sizes = [len(m) for m in evaluation.misfit]
+    outs = deciding(program, sizes)
+    trains = [[f * (1.0 - w) for f, w in zip(program.fitted, out, strict=True)] for out in outs]
+    best, least = None, sum(evaluation.chi2(out) for out in outs)
     for name in place.drivers:
-        knots = knots_of(drivers[name])
-        if knots is None:
-            continue
-        A, r = _columns(explanation, drivers[name], knots, program.fitted)
-        values = -np.linalg.solve(
-            A.T @ A + RIDGE * np.trace(A.T @ A) / len(knots) * np.eye(len(knots)), A.T @ r
-        )
-        misfit = float(np.sum((r + A @ values) ** 2))
-        if best is None or misfit < best[0]:
-            best = (misfit, name, knots, values)
+        for count in COUNTS:
+            knots = _knots(program, quantity, courses[name], count)
+            if knots is None:
+                continue
+            blank = np.zeros(len(knots))
+            trial = Remainder(program, quantity, name, courses[name], knots, blank, blank)
+            left = sum(
+                trial.corrected(evaluation, train).chi2(out) for train, out in zip(trains, outs, strict=True)
+            )
+            if left < least:
+                best, least = trial, left
     if best is None:
         return None
-    _, name, knots, values = best
-    B, s = _columns(explanation, drivers[name], knots, judge)
-    others = fit.evaluation.chi2(judge.astype(float)) - float(s @ s)
-    after = (others + float(np.sum((s + B @ values) ** 2))) / max(program.observations(judge), 1)
-    quantity = program.channels[0][0].quantity
-    return Remainder(quantity, name, knots, values, reduced(program, fit, judge), after)
+    everything = [np.full(size, float(f)) for size, f in zip(sizes, program.fitted, strict=True)]
+    values, sd = best.solved(evaluation, everything)
+    return replace(best, values=values, sd=sd)
 
 
-def _columns(
-    explanation: Explanation, driver: np.ndarray, knots: np.ndarray, chosen: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Whitened hat functions of a driver, and whitened misfit of the first channel, of some recordings."""
-    program, fit = explanation.program, explanation.final
-    blocks, misfit = [], []
-    for k in np.flatnonzero(chosen):
-        channel = program.channels[k][0]
-        blocks.append(hats(program, k, 0, driver, knots).T)
-        misfit.append(fit.evaluation.misfit[k][: len(channel.measured)])
-    return np.concatenate(blocks), np.concatenate(misfit)
+def _knots(program: Program, quantity: str, course: np.ndarray, count: int) -> np.ndarray | None:
+    """Quantiles of the driver over the fitted values; None where it hardly varies."""
+    seen = [
+        course[k][: len(channel.sigma)][np.isfinite(channel.sigma)]
+        for k in np.flatnonzero(program.fitted)
+        for channel in program.channels[k]
+        if channel.quantity == quantity
+    ]
+    seen = np.concatenate(seen)
+    seen = seen[np.isfinite(seen)]
+    knots = np.unique(np.quantile(seen, np.linspace(0.0, 1.0, count))) if seen.size else seen
+    return knots if len(knots) >= 3 else None

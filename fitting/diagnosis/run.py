@@ -1,6 +1,6 @@
 """`diagnose`: from a campaign to a conclusion and its documents."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -8,9 +8,12 @@ from fitting.augmented import AugmentedModel
 from fitting.models.registry import kind_of
 from fitting.recordings import Campaign
 from pneusma_jax.errors import InputError
+from pneusma_jax.remainder import EDGE
 
+from .check import answers, asked_effects, checked
 from .conclude import Conclusion, conclude
 from .explain import explain
+from .locate import drivers_of
 from .program import Program
 
 FEWEST = 20
@@ -23,6 +26,7 @@ def diagnose(
     progress: Callable[[str], None] = lambda _: None,
     model: AugmentedModel | None = None,
     thorough: bool = False,
+    asked: Sequence[str] = (),
 ) -> Conclusion:
     """Compare a campaign with the base model, and say what physics it leaves out.
 
@@ -32,12 +36,15 @@ def diagnose(
         progress: told what happens, in words.
         model: base model to start from, instead of the published one.
         thorough: fit twice as many candidates, and follow twice as many to the end.
+        asked: slugs of effects about which the conclusion says what the recordings tell.
 
     Raises:
-        InputError: if the recordings cannot be used: of several kinds, without variation, or too few values.
+        InputError: if the recordings cannot be used: of several kinds, without variation, or too few values;
+            or for an effect that recordings of their kind do not show.
     """
     kind = kind_of(campaign)
-    _check(campaign)
+    asked = asked_effects(asked, kind)
+    notes = checked(campaign)
     progress("building the model of the campaign")
     program = Program.of(campaign, kind, model=model)
     count = program.observations(program.fitted)
@@ -47,19 +54,25 @@ def diagnose(
         )
     explanation = explain(program, np.random.default_rng(seed), progress, 2 if thorough else 1)
     progress("scoring recordings that were not fitted")
-    return conclude(explanation)
+    conclusion = conclude(explanation)
+    conclusion.notes = notes + _beyond(conclusion, model)
+    conclusion.asked = answers(asked, conclusion)
+    return conclusion
 
 
-def _check(campaign: Campaign) -> None:
-    """Refuse recordings in which nothing happens."""
-    for recording in campaign.recordings:
-        varied = False
-        for name in recording.known_columns:
-            values = recording.columns[name]
-            values = values[np.isfinite(values)]
-            varied |= name != "time_s" and values.size > 1 and float(np.ptp(values)) > 0.0
-        if not varied:
-            raise InputError(
-                f"{recording.path or recording.name}: nothing varies in this recording, so there is nothing "
-                "to explain"
+def _beyond(conclusion: Conclusion, model: AugmentedModel | None) -> list[str]:
+    """Where the model that a diagnosis started from holds a remainder that was not seen there."""
+    program, found = conclusion.explanation.base_program, []
+    courses = drivers_of(program, conclusion.explanation.base) if model and model.remainders else {}
+    for rest in model.remainders if model else ():
+        low, high = rest.span
+        low, high = low - EDGE * (high - low), high + EDGE * (high - low)
+        course = courses.get(rest.driver)
+        there = np.asarray(program.stacked.mask)[: len(program.recordings)]
+        beyond = there if course is None else there & ~((course >= low) & (course <= high))
+        if beyond.any():
+            found.append(
+                f"{rest.words}, was seen for {rest.span_words} only; beyond it is held at its end value in "
+                f"{int(beyond.sum())} of {int(there.sum())} rows"
             )
+    return found

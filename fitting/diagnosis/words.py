@@ -80,11 +80,30 @@ def verdict_sentences(conclusion: Conclusion) -> list[str]:
         "left out in turn": "recordings left out in turn",
     }
     held = where.get(base.how, "parts of the one recording, left out in turn (within-recording)")
+    with_it = "With it"
+    if names[0] == "unmodelled":
+        rest = conclusion.remainder
+        terms = [f"{name}, which is doubtful," for name in names[1:]]
+        if rest is not None:
+            smooth = f"a smooth function of {rest.driver} added to {rest.quantity}"
+            terms.append(f"{smooth}, which explains nothing,")
+        if not terms:
+            return [
+                lead,
+                "Nothing that was recorded goes with what is left closely enough to be modelled: the misfit "
+                f"of {held} stays at a reduced chi-square of {base.reduced_chi2:.3g}.",
+                _by_chance(chance),
+            ]
+        with_it = f"With {' and '.join(terms)}"
     return [
         lead,
-        f"With it the misfit of {held} falls from a reduced chi-square of {values}.",
-        f"Chance alone would give such a misfit of the base model with a probability of {chance}.",
+        f"{with_it} the misfit of {held} falls from a reduced chi-square of {values}.",
+        _by_chance(chance),
     ]
+
+
+def _by_chance(chance: str) -> str:
+    return f"Chance alone would give such a misfit of the base model with a probability of {chance}."
 
 
 def place_text(conclusion: Conclusion) -> str:

@@ -19,6 +19,7 @@ from fitting.simulation.specimen import (
     law_of,
     spring_of,
 )
+from fitting.simulation.unmodelled import marked
 from pneusma_jax.errors import InputError
 from pneusma_jax.nitinol.thermal import duty_cycle_current
 from pneusma_jax.tube_history import make_tube, simulate_tube
@@ -122,7 +123,9 @@ def _actuator(protocol: Protocol, specimen: Recording, model: AugmentedModel) ->
     outputs, known = _described(actuator, history)
     notices = actuator_cautions(actuator, history.rows, specimen.geometry.get("tip_to_base_clearance_deg"))
     title = f"{protocol.name}: {_short(specimen.full_geometry()['design'])}"
-    return Course(title, {}, outputs, known, notices)
+    bent = () if actuator.planar else ("curvature", "bend_angle")
+    marks, more = marked(model, history.seen, "actuator", bent)
+    return Course(title, {}, outputs, known | marks, notices + more)
 
 
 def _short(name: str) -> str:
@@ -269,7 +272,9 @@ def _spring(protocol: Protocol, specimen: Recording, model: AugmentedModel) -> C
     }  # fmt: skip
     title = f"{protocol.name}: spring of {_short(specimen.full_geometry()['alloy'])}"
     arrays = lambda table: {name: np.asarray(values) for name, values in table.items()}  # noqa: E731
-    return Course(title, {}, arrays(outputs), arrays(states), spring_cautions(spring, rows, "the spring"))
+    marks, more = marked(model, history.seen, "spring")
+    cautions = spring_cautions(spring, rows, "the spring") + more
+    return Course(title, {}, arrays(outputs), arrays(states) | marks, cautions)
 
 
 def _tube(protocol: Protocol, specimen: Recording, model: AugmentedModel) -> Course:
@@ -284,8 +289,9 @@ def _tube(protocol: Protocol, specimen: Recording, model: AugmentedModel) -> Cou
     status = np.array([pj.Status(int(code)).name for code in np.asarray(history.rows.status)])
     outputs = {"model_length_mm": from_si(length, "mm")}
     title = f"{protocol.name}: tube of {_short(specimen.full_geometry()['material'])}"
-    cautions = silicone_cautions(law, strain, strain)
-    return Course(title, {}, outputs, {"status": status, "model_strain": strain}, cautions)
+    marks, more = marked(model, history.seen, "tube")
+    cautions = silicone_cautions(law, strain, strain) + more
+    return Course(title, {}, outputs, {"status": status, "model_strain": strain} | marks, cautions)
 
 
 _RUNS: Mapping[str, Any] = {"actuator": _actuator, "spring": _spring, "tube": _tube}

@@ -30,6 +30,7 @@ from .specimen import (
     place,
     spring_of,
 )
+from .unmodelled import marked
 
 PASSES = 2  # of reading the resistance at the strain found and finding the strain anew; more change little
 
@@ -43,11 +44,14 @@ class Prediction:
             row could not be computed.
         states: what else the model knows of each row: `xi0_2`, `gamma_R_2` (no unit), `status` (its name).
         notices: in words, what to read with care.
+        marks: by column, what of the outputs is an unmodelled remainder, and where that is beyond what was
+            seen; see `unmodelled.marked`.
     """
 
     outputs: dict[str, np.ndarray]
     states: dict[str, np.ndarray] = field(default_factory=dict)
     notices: list[str] = field(default_factory=list)
+    marks: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 def predict(recording: Recording, denoise: bool = True, model: AugmentedModel = BASE) -> Prediction:
@@ -74,6 +78,7 @@ def predict(recording: Recording, denoise: bool = True, model: AugmentedModel = 
     outputs = {name: prediction.outputs[name] for name in recording.outputs if name in prediction.outputs}
     prediction.outputs = {name: _spread(values, complete) for name, values in outputs.items()}
     prediction.states = {name: _spread(values, complete) for name, values in prediction.states.items()}
+    prediction.marks = {name: _spread(values, complete) for name, values in prediction.marks.items()}
     if not complete.all():
         gaps = f"{int(np.sum(~complete))} of {len(complete)} rows lack one of {', '.join(drivers)}"
         prediction.notices.append(f"{gaps}: they are passed over")
@@ -150,7 +155,9 @@ def _predict_actuator(
     for n, response in zip(actuator.spring_numbers, found.springs, strict=True):
         known |= {f"xi0_{n}": response.xi0, f"gamma_R_{n}": response.gamma_R}
     clearance = recording.geometry.get("tip_to_base_clearance_deg")
-    return Prediction(outputs, known, notices + actuator_cautions(actuator, found, clearance, read))
+    notices += actuator_cautions(actuator, found, clearance, read)
+    marks, more = marked(model, seen, "actuator", () if actuator.planar else ("curvature", "bend_angle"))
+    return Prediction(outputs, known, notices + more, marks)
 
 
 def _smoothed(inputs: dict[str, np.ndarray], name: str, wanted: object) -> np.ndarray:
@@ -203,7 +210,10 @@ def _predict_spring(
         notices.append("force is predicted from resistance, and resistance from temperature on one curve")
     else:
         notices.append("resistance drives the spring, so it is not predicted; that takes temperature")
-    return Prediction(outputs, {"xi0": response.xi0, "gamma_R": response.gamma_R}, notices)
+    marks, more = marked(model, history.seen, "spring", ("resistance",))
+    return Prediction(
+        outputs, {"xi0": response.xi0, "gamma_R": response.gamma_R}, notices + more, marks
+    )
 
 
 def _by_stress(recording: Recording) -> bool:
@@ -238,33 +248,41 @@ def _predict_wire(
     lost = int(np.sum(~np.asarray(history.converged)))
     notices = [f"{prescribed} drives the wire, as it was held or varies less"]
     notices += [f"in {lost} of {len(inputs['time'])} rows no strain carries the stress"] if lost else []
-    return Prediction(outputs, {"xi0": history.rows.xi0}, notices)
+    marks, more = marked(model, history.seen, "wire")
+    return Prediction(outputs, {"xi0": history.rows.xi0}, notices + more, marks)
 
 
 def _predict_elastomer(
     recording: Recording, inputs: dict[str, np.ndarray], denoise: bool, model: AugmentedModel
 ) -> Prediction:
     law, strain = law_of(recording, model), inputs["strain"]
-    stress = law(jnp.asarray(strain))
+    stress, seen = law(jnp.asarray(strain)), {}
     if model.added:
         rows = ~recording.missing("strain")
         timed = {name: recording.si(name)[rows] for name in ("time", "cycle") if recording.has(name)}
-        stress = simulate_coupon(law, strain, **timed, effects=model.effects).seen["stress"]
-    return Prediction({"stress_kPa": from_si(stress, "kPa")}, {}, silicone_cautions(law, strain, strain))
+        timed.setdefault("time", 1.0 * np.flatnonzero(rows))  # numbers of rows, as fits take them
+        seen = simulate_coupon(law, strain, **timed, effects=model.effects).seen
+        stress = seen["stress"]
+    marks, more = marked(model, seen, "elastomer")
+    notices = silicone_cautions(law, strain, strain) + more
+    return Prediction({"stress_kPa": from_si(stress, "kPa")}, {}, notices, marks)
 
 
 def _predict_tube(
     recording: Recording, inputs: dict[str, np.ndarray], denoise: bool, model: AugmentedModel
 ) -> Prediction:
-    geometry, law = geometry_of(recording, model), law_of(recording, model)
+    geometry, law, seen = geometry_of(recording, model), law_of(recording, model), {}
     if model.added:
         tube, pressure = make_tube(geometry, law), _smoothed(inputs, "pressure", denoise)
         history = simulate_tube(tube, pressure, time=inputs["time"], effects=model.effects)
-        length = np.asarray(history.seen["length"])
+        seen, strain = history.seen, np.asarray(history.rows.length) / float(geometry.length) - 1.0
+        length = np.asarray(seen["length"])
     else:
         length = np.asarray(_tube_rows(inputs["pressure"], geometry, law))
-    strain = length / float(geometry.length) - 1.0
-    return Prediction({"length_mm": from_si(length, "mm")}, {}, silicone_cautions(law, strain, strain))
+        strain = length / float(geometry.length) - 1.0
+    marks, more = marked(model, seen, "tube")
+    notices = silicone_cautions(law, strain, strain) + more
+    return Prediction({"length_mm": from_si(length, "mm")}, {}, notices, marks)
 
 
 @eqx.filter_jit

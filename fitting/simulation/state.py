@@ -18,6 +18,7 @@ from pneusma_jax.units import from_si
 
 from .cautions import actuator_cautions
 from .specimen import BASE, actuator_of, full_geometry, gravity_of, place
+from .unmodelled import marked
 
 
 def read_geometry(path: str | Path) -> dict[str, Any]:
@@ -239,6 +240,8 @@ def actuator_state(
         time=np.zeros(1), effects=model.effects, gravity=gravity_of(specimen),
     )  # fmt: skip
     found, seen = jax.tree.map(lambda x: np.asarray(x)[0], (history.rows, history.seen))
+    bent = () if actuator.planar else ("curvature", "bend_angle")
+    drive.notices += marked(model, seen, "actuator", bent)[1]
     if not actuator.planar:  # the instruments show the plane of sides 1 and 2; free bending has a size
         seen = {"length": seen["length"]}
     return described_state(specimen, actuator, found, drive, seen)

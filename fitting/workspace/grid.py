@@ -1,7 +1,7 @@
 """Where a design can bend: curvature and bend angle over pressure and activation (Fig. 3.25)."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ import pneusma_jax as pj
 from fitting.augmented import AugmentedModel
 from fitting.simulation.cautions import actuator_cautions
 from fitting.simulation.specimen import BASE
+from fitting.simulation.unmodelled import marked
 from pneusma_jax.calibration import named_table
 from pneusma_jax.chain import Effect
 from pneusma_jax.units import from_si
@@ -41,6 +42,7 @@ class Workspace:
         cautions: in words.
         outer_diameter: of the tube [m].
         planar: whether it bends in one plane.
+        marks: by column, as the others: what an unmodelled remainder adds, and where it is beyond its range.
     """
 
     design: str
@@ -58,6 +60,7 @@ class Workspace:
     cautions: list[str]
     outer_diameter: float
     planar: bool = True
+    marks: dict[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def heated(self) -> tuple[int, ...]:
@@ -106,6 +109,7 @@ class Workspace:
         }
         if not self.planar:
             table["bend_direction_deg"] = from_si(self.direction, "deg") % 360.0
+        table |= self.marks
         return {name: np.broadcast_to(values, shape).ravel() for name, values in table.items()}
 
 
@@ -145,26 +149,32 @@ def compute_workspace(
     loads = np.broadcast_to(pressure, shape).ravel()
     count = heat.shape[1]
     rows = np.broadcast_to(fractions[:, :, None, :], (*shape, count)).reshape(loads.size, count)
-    found = _in_chunks(actuator, loads, rows, model.effects, progress)
+    found, added = _in_chunks(actuator, loads, rows, model.effects, progress)
     grid = lambda values: np.asarray(values).reshape(shape)  # noqa: E731
     planar = actuator.planar
     bend = found.bend_angle if planar else np.linalg.norm(np.asarray(found.bend), axis=-1)
+    curvature = bend / found.length
+    more = lambda name: added.get(f"unmodelled_{name}", 0.0)  # noqa: E731
+    marks, told = marked(model, added, "actuator", () if planar else ("curvature", "bend_angle"))
+    if planar:
+        curvature, bend = curvature + more("curvature"), bend + more("bend_angle")
     return Workspace(
         design=Path(design).name.removesuffix(".toml"),
         springs=actuator.spring_numbers,
         heat=heat,
         pressure=pressure,
         xi0=xi0,
-        curvature=grid(bend / found.length),
+        curvature=grid(curvature),
         bend=grid(bend),
         direction=grid(found.bend_direction),
-        length=grid(found.length),
+        length=grid(found.length + more("length")),
         delta_1=grid(found.delta_1),
         delta_2=grid(found.delta_2),
         status=grid(found.status),
-        cautions=actuator_cautions(actuator, found),
+        cautions=actuator_cautions(actuator, found) + told,
         outer_diameter=2.0 * float(actuator.section.radius),
         planar=planar,
+        marks={name: grid(values) for name, values in marks.items()},
     )
 
 
@@ -216,7 +226,7 @@ def _in_chunks(
     fractions: np.ndarray,
     effects: tuple[Effect, ...],
     progress: Callable[[int], object],
-) -> pj.Equilibrium:
+) -> tuple[pj.Equilibrium, dict[str, Any]]:
     """Every row, lot by lot through one compiled program; the last lot is filled up with its last row."""
     size = min(CHUNK, len(pressure))
     found = []
@@ -224,7 +234,7 @@ def _in_chunks(
         rows = np.minimum(np.arange(start, start + size), len(pressure) - 1)
         given = tuple(pj.MartensiteFraction(column) for column in fractions[rows].T)
         lot = _at_rest(actuator, pressure[rows], given, effects) if effects else (
-            pj.solve_batch(actuator, pressure[rows], given)
+            (pj.solve_batch(actuator, pressure[rows], given), {})
         )  # fmt: skip
         kept = min(size, len(pressure) - start)
         found.append(jax.tree.map(lambda leaf, kept=kept: np.asarray(leaf)[:kept], lot))
@@ -235,12 +245,13 @@ def _in_chunks(
 @eqx.filter_jit
 def _at_rest(
     actuator: pj.Actuator, pressure: Any, given: tuple, effects: tuple[Effect, ...]
-) -> pj.Equilibrium:
-    """Rows of a batch, each as the first of a recording under a model's effects."""
+) -> tuple[pj.Equilibrium, dict[str, Any]]:
+    """Rows of a batch, each as the first of a recording under a model's effects; what remainders add."""
 
-    def one(pressure: Any, given: tuple) -> pj.Equilibrium:
+    def one(pressure: Any, given: tuple) -> tuple[pj.Equilibrium, dict[str, Any]]:
         history = pj.simulate_history(actuator, pressure[None], given, time=np.zeros(1), effects=effects)
-        return jax.tree.map(lambda leaf: leaf[0], history.rows)
+        added = {name: x for name, x in history.seen.items() if name.startswith(("unmodelled_", "beyond_"))}
+        return jax.tree.map(lambda leaf: leaf[0], (history.rows, added))
 
     return jax.vmap(one)(pressure, given)
 

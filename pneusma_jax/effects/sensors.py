@@ -100,7 +100,7 @@ class CameraCalibration(Effect):
 
 
 class ForceCalibration(Effect):
-    """Load cell with offset and drift; offset [N], drift [N/s], that comes to an end at a rate `settling` [1/s].
+    """Load cell with offset and drift; offset [N], drift [N/s], that ends at a rate `settling` [1/s].
 
     (Its gain cannot be told from a modulus.)
     """
