@@ -69,7 +69,7 @@ def test_a_doubtful_effect_stays_only_where_left_out_recordings_need_it(strange)
 def half(tmp_path_factory):
     """Softening, and a ripple on top of it."""
     folder = tmp_path_factory.mktemp("half") / "campaign"
-    return diagnose(read_campaign(write(folder, lambda e: softened(e, 0.2) + 2.0 * np.sin(28.0 * e))), seed=1)
+    return diagnose(read_campaign(write(folder, lambda e: softened(e, 0.2) + 3.0 * np.sin(28.0 * e))), seed=1)
 
 
 def test_what_is_doubtful_and_what_is_unexplained_are_in_the_model_that_was_scored(half, tmp_path):
