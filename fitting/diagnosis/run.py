@@ -56,6 +56,11 @@ def diagnose(
     progress("scoring recordings that were not fitted")
     conclusion = conclude(explanation)
     conclusion.notes = notes + _beyond(conclusion, model)
+    if explanation.together:
+        conclusion.notes.append(
+            "Recordings for validation were fitted, too: only they contradict the base model, or they "
+            "contradict what the others say; all scores are of recordings left out in turn"
+        )
     conclusion.asked = answers(asked, conclusion)
     return conclusion
 
