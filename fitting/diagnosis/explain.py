@@ -41,6 +41,9 @@ KEPT = 0.5
 """Share of the misfit of validation recordings from which they contradict an explanation."""
 FAINT = 1.2
 """Reduced chi-square of left-out recordings up to which no effect is believed that ends at a bound."""
+LESS = 0.75
+"""Reduced chi-square of left-out recordings up to which none is: the base model predicts them better than the
+noise would let it."""
 CLOSE = 4.0
 """Log Bayes factor within which two explanations are not told apart."""
 ENOUGH = 1.25
@@ -221,7 +224,7 @@ def _choice(program: Program, current: Fit, stage: Stage, original: float) -> Tr
         if before is None:
             before = left_out(program, current)
             stage.left_out = float(before.sum())
-        if first and trial.stopped and stage.left_out < FAINT:
+        if first and stage.left_out < (FAINT if trial.stopped else LESS):
             continue
         gained = gain(before, left_out(trial.program, trial.fit))
         trial.left_out = stage.left_out - gained

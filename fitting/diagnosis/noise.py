@@ -55,8 +55,7 @@ class Channel:
 def channels_of(recording: Recording, rows: Rows, outputs: tuple[str, ...], size: int) -> list[Channel]:
     """Measured outputs of a recording, padded to `size` rows.
 
-    Where nobody states the noise it is estimated from high frequencies. What an uncertain phase adds to the
-    variance of an output (`rows.weight` against `rows.extra["clean"]`) is added to it.
+    Where nobody states the noise it is estimated from high frequencies.
 
     Args:
         recording: as it was read.
@@ -65,12 +64,11 @@ def channels_of(recording: Recording, rows: Rows, outputs: tuple[str, ...], size
         size: rows of the stack.
     """
     found = []
-    clean = rows.extra.get("clean", rows.weight)
+    own = rows.extra.get("clean", rows.weight)  # without what an uncertain phase adds
     for quantity in outputs:
-        if not recording.has(quantity) or quantity not in rows.weight:
+        if not recording.has(quantity) or quantity not in own:
             continue
-        weight, bare = np.asarray(rows.weight[quantity]), np.asarray(clean[quantity])
-        values, there = np.asarray(rows.measured[quantity]), weight > 0.0
+        values, there = np.asarray(rows.measured[quantity]), np.asarray(own[quantity]) > 0.0
         if not there.any():
             continue
         raw = recording.si(quantity)
@@ -83,13 +81,10 @@ def channels_of(recording: Recording, rows: Rows, outputs: tuple[str, ...], size
             sigma = robust_noise(np.asarray(rows.time)[there], values[there])
             sigma, correlation = unstated_noise(values[there], sigma)
             sigma = max(sigma, LEAST_NOISE * float(np.ptp(values[there])), 1e-12)
-        more = np.where(
-            there, 1.0 / np.where(there, weight, 1.0) ** 2 - 1.0 / np.where(there, bare, 1.0) ** 2, 0.0
-        )
         if block > 1 and stated:
             sigma, correlation = block_noise(sigma, correlation, block)
         total = np.full(size, np.inf)
-        total[: len(there)] = np.where(there, np.sqrt(sigma**2 + np.maximum(more, 0.0)), np.inf)
+        total[: len(there)] = np.where(there, sigma, np.inf)
         full = np.zeros(size)
         full[: len(values)] = values
         found.append(Channel(quantity, full, total, float(correlation)))

@@ -51,6 +51,7 @@ class Program:
         failed: standard deviations that a row without an answer counts for; more than any misfit of the
             nominal base model, so that no fit gains by failing.
         taken: measured values of every recording that a hidden course takes up, shape (recordings,).
+        bare: channels with their own noise only.
     """
 
     kind: str
@@ -63,6 +64,7 @@ class Program:
     evaluations: int = field(default=0)
     failed: float = FAILED
     taken: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    bare: list[list[Channel]] = field(default_factory=list)
     _evaluate: Callable | None = field(default=None, repr=False)
     _always: tuple[Effect, ...] = ()
 
@@ -109,11 +111,11 @@ class Program:
         if not fitted.any():
             raise InputError(f"{campaign.path}: every recording has role validation; nothing is left to fit")
         program = cls(kind, list(campaign.recordings), stacked, channels, unknowns, fitted, rows)
-        program.taken = np.zeros(len(channels))
+        program.taken, program.bare = np.zeros(len(channels)), channels
         program._compile(module, model.effects)
         program.prepare(unknowns.neutral)
         program.settle(unknowns.neutral)
-        program._count_input_noise(unknowns.neutral)
+        program.count_input_noise(unknowns.neutral)
         program.prepare(unknowns.neutral)
         nominal = program.evaluate(unknowns.neutral, unknowns.base[:0]).misfit
         program.failed = max(FAILED, *(float(np.max(np.abs(m), initial=0.0)) for m in nominal))
@@ -153,12 +155,19 @@ class Program:
         self.rows = kind_module(self.kind).settled(self.rows, drivers)
         self.stacked = stack(self.rows, self.stacked)
 
-    def _count_input_noise(self, u: np.ndarray) -> None:
+    def count_input_noise(self, u: np.ndarray) -> None:
         """Add what the noise of measured inputs does to the outputs, as the model at `u` has it."""
-        noise = input_noise(self.recordings, self.stacked)
-        nothing = self.unknowns.base[:0]
-        here = self.evaluate(u, nothing).predicted if noise else []
+        module, nothing = kind_module(self.kind), self.unknowns.base[:0]
         changes = {}
+        if hasattr(module, "phase_changes"):
+
+            def evaluate(rows: list[Rows]) -> "Evaluation":
+                return self.evaluate(u, nothing, stack(rows, self.stacked))
+
+            changes = {name: [one] for name, one in module.phase_changes(self.rows, evaluate).items()}
+        noise = input_noise(self.recordings, self.stacked)
+        noise = {name: sigma for name, sigma in noise.items() if name not in changes}
+        here = self.evaluate(u, nothing).predicted if noise else []
         for name, sigma in noise.items():
             there = [
                 self.evaluate(u, nothing, shifted(self.stacked, name, sign * sigma)).predicted
@@ -168,7 +177,7 @@ class Program:
                 [[b - a for a, b in zip(x, y, strict=True)] for x, y in zip(here, one, strict=True)]
                 for one in there
             ]
-        self.channels = with_input_noise(self.channels, changes)
+        self.channels = with_input_noise(self.bare, changes)
 
     def _compile(self, module: Kind, always: tuple[Effect, ...]) -> None:
         """One program for every campaign of these shapes: what a campaign states are arguments."""

@@ -95,6 +95,8 @@ def settled_fit(
         fit = Refitter(program).fit(slugs, fit.u)
     for _ in range(rounds if program.has_phases else 0):
         program = settle(program, fit.u if fit else start)
+        if not slugs:
+            program.count_input_noise(fit.u)
         fit = Refitter(program).fit(slugs, fit.u if fit else start)
     return program, fit
 

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Array
 
 from fitting.models import actuator
+from fitting.models.actuator_phase import UNKNOWN
 from fitting.models.actuator_rows import body_of
 from fitting.models.rows import Rows, numbers
 from fitting.recordings import Campaign, Recording
@@ -136,6 +137,44 @@ def settled(recordings: list[Rows], evaluate: Callable[[list[Rows]], dict[str, n
         for k, n in wired:
             gain[k] = _gain(rows, k, n, told["gamma"][k], np.nan_to_num(slopes[k][j, :count]))
         found.append(_put(rows, gain=tuple(gain), **told))
+    return found
+
+
+def phase_changes(
+    recordings: list[Rows], evaluate: Callable[[list[Rows]], Any]
+) -> dict[str, list[list[np.ndarray]]]:
+    """What the outputs change when a fraction is off by as much as its resistance leaves open, by resistance.
+
+    Where the whole answer folds, so that a colder spring is as much longer as to have the same resistance, or
+    where a hot wire is blind, that is much, and the same along the recording.
+
+    Args:
+        recordings: as they were settled.
+        evaluate: predictions and drivers of a model for recordings, an `Evaluation`.
+
+    Returns:
+        By name of the resistance: by recording and channel, (rows,).
+    """
+    layout = recordings[0].extra["layout"]
+    held = [_put(rows, gain=tuple(0.0 * np.asarray(g) for g in rows.extra["gain"])) for rows in recordings]
+    here, found = evaluate(held), {}
+    for k, n in enumerate(layout.spring_numbers):
+        name = f"resistance_{n}"
+        if name not in recordings[0].inputs:
+            continue
+        there = evaluate([_moved(rows, k) for rows in held])
+        found[name] = []
+        for j, rows in enumerate(recordings):
+            moved = {key: there.drivers[key][j] - here.drivers[key][j] for key in (f"ohms_{n}", f"xi0_{n}")}
+            step = np.where(moved[f"xi0_{n}"] == 0.0, NUDGE, moved[f"xi0_{n}"])
+            noise = float(rows.extra[f"noise_{name}"])
+            told = np.nan_to_num(moved[f"ohms_{n}"] / step)
+            sd = noise / np.sqrt(told**2 + (noise / UNKNOWN) ** 2) if noise > 0.0 else np.zeros(len(step))
+            blind = sd > BLIND
+            blind[len(rows.mask) :] = False
+            sd = sd * np.sqrt(np.where(blind, max(blind.sum(), 1), 1.0))
+            pairs = zip(here.predicted[j], there.predicted[j], strict=True)
+            found[name].append([sd * (b - a) / step for a, b in pairs])
     return found
 
 
