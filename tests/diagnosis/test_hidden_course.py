@@ -1,0 +1,130 @@
+"""The hidden phase of a spring in a diagnosis, and what folds and floors count."""
+
+from types import SimpleNamespace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.linalg import block_diag, toeplitz
+
+from fitting.diagnosis.folds import gain
+from fitting.diagnosis.inputs import input_noise
+from fitting.diagnosis.kinds.spring import HELD, _course
+from fitting.diagnosis.noise import Channel
+from fitting.diagnosis.trials import floor
+
+COUNT = 12
+
+
+def _rows(rng, wander=1e-3, correlation=(0.6, 0.0)):
+    sigma = {"force": rng.uniform(0.02, 0.04, COUNT), "resistance": rng.uniform(0.01, 0.02, COUNT)}
+    sigma["resistance"][5] = np.inf
+    extra = {"wander": jnp.asarray(wander)}
+    for name, rho in zip(sigma, correlation, strict=True):
+        extra |= {f"weight_{name}": jnp.asarray(1.0 / sigma[name]), f"correlation_{name}": jnp.asarray(rho)}
+    measured = {name: jnp.asarray(0.5 + 0.1 * rng.standard_normal(COUNT)) for name in sigma}
+    return SimpleNamespace(time=jnp.cumsum(jnp.full(COUNT, 0.5)), extra=extra, measured=measured), sigma
+
+
+def _dense(rows, sigma, slopes, correlation):
+    """The same by generalised least squares with full matrices."""
+    blocks = []
+    for name, rho in zip(sigma, correlation, strict=True):
+        there = np.isfinite(sigma[name])
+        precision = np.zeros((COUNT, COUNT))
+        runs = np.split(np.arange(COUNT), np.flatnonzero(~there))
+        for run in (r[there[r]] for r in runs):
+            if run.size:
+                covariance = toeplitz(rho ** np.arange(run.size)) * np.outer(sigma[name][run], sigma[name][run])
+                precision[np.ix_(run, run)] = np.linalg.inv(covariance)
+        blocks.append(precision)
+    precision = block_diag(*blocks)
+    A = np.concatenate([np.diag(s) for s in slopes])
+    steps = np.diff(np.eye(COUNT), axis=0)
+    walk = steps.T @ steps / (float(rows.extra["wander"]) * 0.5)
+    y = np.concatenate([np.asarray(rows.measured[name]) for name in sigma])
+    return np.linalg.solve(A.T @ precision @ A + walk + HELD * np.eye(COUNT), A.T @ precision @ y)
+
+
+def test_the_course_is_that_of_generalised_least_squares():
+    rng = np.random.default_rng(2)
+    rows, sigma = _rows(rng)
+    slopes = rng.uniform(0.8, 1.2, (2, COUNT))
+    course, taken = _course(lambda x: jnp.asarray(slopes) * x, jnp.full(COUNT, 0.5), rows)
+    assert course == pytest.approx(_dense(rows, sigma, slopes, (0.6, 0.0)), abs=1e-5)
+    assert np.all((np.asarray(taken) > 0.0) & (np.asarray(taken) <= 1.0))
+
+
+def test_the_course_follows_a_constant_of_the_law_as_the_implicit_function_does():
+    rng = np.random.default_rng(3)
+    rows, _ = _rows(rng)
+
+    def course(gain):
+        return _course(lambda x: jnp.stack([gain * x, 0.9 * x]), jnp.full(COUNT, 0.5), rows)[0]
+
+    slope = np.asarray(jax.jvp(course, (1.0,), (1.0,))[1])
+    apart = np.asarray((course(1.0 + 1e-4) - course(1.0 - 1e-4)) / 2e-4)
+    left_out_by_gauss_newton = 0.3 * np.max(np.abs(apart))
+    assert slope == pytest.approx(apart, abs=left_out_by_gauss_newton)
+    assert np.corrcoef(slope, apart)[0, 1] > 0.9
+
+
+def test_a_resistance_beyond_the_law_is_left_over_where_force_knows_the_phase():
+    """What stalled fits: a resistance just below the hot wire's stood for no martensite at all."""
+    rows, _ = _rows(np.random.default_rng(4), correlation=(0.0, 0.0))
+    rows.measured = {"force": jnp.full(COUNT, 0.35), "resistance": jnp.full(COUNT, -0.05)}
+    course, _ = _course(lambda x: jnp.stack([x, x**7]), jnp.zeros(COUNT), rows)
+    assert course == pytest.approx(np.full(COUNT, 0.35), abs=0.02)
+
+
+def test_the_fold_that_fares_worst_is_forgiven_but_no_other():
+    before = np.array([1.0, 1.0, 1.0])
+    assert gain(before, np.array([0.5, 9.0, 0.5])) == pytest.approx(1.0)
+    assert gain(before, np.array([0.5, 9.0, 9.0])) == pytest.approx(-7.5)
+    assert gain(before, np.array([0.5, 0.9, 0.6])) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("slow", "least", "most"), [(False, 2.0, 6.0), (True, 1.0, 1.01)])
+def test_fast_misfit_is_noise_and_slow_misfit_is_not(slow, least, most):
+    rng = np.random.default_rng(5)
+    r = 2.0 * np.sin(np.linspace(0.0, 9.0, 200)) if slow else 2.0 * rng.standard_normal(200)
+    channel = Channel("force", np.zeros(200), np.ones(200), 0.0)
+    program = SimpleNamespace(channels=[[channel]], observations=lambda chosen: 200)
+    fit = SimpleNamespace(evaluation=SimpleNamespace(misfit=[r]))
+    assert least <= floor(program, fit, np.array([True])) <= most
+
+
+def test_noise_of_an_input_without_a_clock_and_with_correlated_errors():
+    rng = np.random.default_rng(6)
+    white = rng.standard_normal(400)
+    slow = np.zeros(400)
+    for n in range(1, 400):
+        slow[n] = 0.8 * slow[n - 1] + 0.6 * white[n]
+    stacked = SimpleNamespace(mask=np.ones((1, 400), bool), inputs={"strain": None}, measured={})
+
+    def noise(values, stated):
+        return input_noise([_Column(values, 0.01 if stated else None)], stacked)["strain"][0]
+
+    assert noise(0.01 * white, False) == pytest.approx(0.01, rel=0.2)
+    assert noise(0.01 * white, True) == pytest.approx(0.01)
+    assert noise(0.01 * slow, True) == pytest.approx(0.03, rel=0.35)
+
+
+class _Column:
+    """A recording that is nothing but one column."""
+
+    def __init__(self, values, noise):
+        self.values, self.noise = values, noise
+
+    def __len__(self):
+        return len(self.values)
+
+    def has(self, name):
+        return name == "strain"
+
+    def si(self, name):
+        return self.values
+
+    def noise_si(self, name):
+        return self.noise
