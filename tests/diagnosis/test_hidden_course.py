@@ -59,15 +59,15 @@ def test_the_course_is_that_of_generalised_least_squares():
 def test_the_course_follows_a_constant_of_the_law_as_the_implicit_function_does():
     rng = np.random.default_rng(3)
     rows, _ = _rows(rng)
+    true = 0.5 + 0.1 * jnp.sin(rows.time)
+    rows.measured = {"force": true, "resistance": 0.9 * true}  # Gauss-Newton leaves out what misfit adds
 
     def course(gain):
         return _course(lambda x: jnp.stack([gain * x, 0.9 * x]), jnp.full(COUNT, 0.5), rows)[0]
 
     slope = np.asarray(jax.jvp(course, (1.0,), (1.0,))[1])
     apart = np.asarray((course(1.0 + 1e-4) - course(1.0 - 1e-4)) / 2e-4)
-    left_out_by_gauss_newton = 0.3 * np.max(np.abs(apart))
-    assert slope == pytest.approx(apart, abs=left_out_by_gauss_newton)
-    assert np.corrcoef(slope, apart)[0, 1] > 0.9
+    assert slope == pytest.approx(apart, abs=0.02 * np.max(np.abs(apart)))
 
 
 def test_a_resistance_beyond_the_law_is_left_over_where_force_knows_the_phase():
