@@ -67,7 +67,7 @@ def test_the_course_follows_a_constant_of_the_law_as_the_implicit_function_does(
 
     slope = np.asarray(jax.jvp(course, (1.0,), (1.0,))[1])
     apart = np.asarray((course(1.0 + 1e-4) - course(1.0 - 1e-4)) / 2e-4)
-    assert slope == pytest.approx(apart, abs=0.02 * np.max(np.abs(apart)))
+    assert slope == pytest.approx(apart, abs=0.05 * np.max(np.abs(apart)))
 
 
 def test_a_resistance_beyond_the_law_is_left_over_where_force_knows_the_phase():
