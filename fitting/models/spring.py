@@ -97,6 +97,7 @@ def rows_of(
         base={**{name: np.asarray(float(alloy[name])) for name in ALLOY}, **_dimensions(recording)},
         extra={
             "wander": np.asarray(WANDER),
+            "pace": np.asarray(WANDER),
             "level": np.asarray(0.5 if held_at is None else held_at),
             "level_sd": np.asarray(SPREAD if held_at is None else 0.0),
             "force_informs": np.asarray(1.0),
@@ -279,6 +280,10 @@ def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
     decisions known everything is smooth and all rows are computed at once. A fit decides, fits, and decides
     again until nothing changes.
 
+    It is decided on the course at the pace that resistance shows, not on the looser one of a fit: the hottest
+    row of a noisy course is the one whose noise was lowest, and remembered by all later rows it would pull
+    the whole scale of the fraction.
+
     Args:
         values: free parameters by name, SI.
         stacked: recordings of kind spring.
@@ -286,7 +291,8 @@ def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
     plain = undecided(stacked)
 
     def decide(rows: Rows) -> Decisions:
-        return _law(values, rows).decide(trajectory(values, rows).xi0)
+        steady = eqx.tree_at(lambda r: r.extra["wander"], rows, rows.extra["pace"])
+        return _law(values, rows).decide(trajectory(values, steady).xi0)
 
     return eqx.tree_at(lambda r: r.extra, plain, {**plain.extra, "decisions": jax.vmap(decide)(plain)})
 

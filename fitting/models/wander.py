@@ -27,7 +27,8 @@ def _evidence(values: Mapping[str, Array], stacked: Rows, wander: Array) -> Arra
 
 
 def with_wander(values: Mapping[str, Array], stacked: Rows) -> Rows:
-    """A stack whose walks are as fast as their resistances say at these parameters.
+    """A stack whose walks are as fast as their resistances say at these parameters: `pace`, and `wander`,
+    which a fit takes.
 
     A test in which resistance says nothing (hot, or too short) is given the median of the others, and one
     whose phase is held stays held.
@@ -42,5 +43,7 @@ def with_wander(values: Mapping[str, Array], stacked: Rows) -> Rows:
     told = (np.ptp(table, axis=0) > DECISIVE) & ~held
     best = np.asarray(CANDIDATES)[np.argmax(table, axis=0)]
     usual = 10.0 ** np.median(np.log10(best[told])) if told.any() else CANDIDATES[len(CANDIDATES) // 2]
-    wander = LOOSE * np.where(told, best, usual)
-    return eqx.tree_at(lambda rows: rows.extra["wander"], stacked, jnp.asarray(wander))
+    pace = jnp.asarray(np.where(told, best, usual))
+    return eqx.tree_at(
+        lambda rows: (rows.extra["wander"], rows.extra["pace"]), stacked, (LOOSE * pace, pace)
+    )
