@@ -17,6 +17,8 @@ LOOSE = 1e4
 """Factor on the variance that resistance shows. A walk as tight as it looks is itself a measurement of the
 fraction's scale, which is a function of `a` and `b`: it pulled them off by two to three standard errors. As
 loose as this it only bridges rows in which the resistance says nothing."""
+ALIKE = 2.0
+"""Log-evidence within which a slower walk does as well as the best."""
 DECISIVE = 3.0
 """Spread of the log-evidence below which a test says nothing about its wander."""
 
@@ -43,7 +45,11 @@ def with_wander(values: Mapping[str, Array], stacked: Rows) -> Rows:
     told = (np.ptp(table, axis=0) > DECISIVE) & ~held
     best = np.asarray(CANDIDATES)[np.argmax(table, axis=0)]
     usual = 10.0 ** np.median(np.log10(best[told])) if told.any() else CANDIDATES[len(CANDIDATES) // 2]
-    pace = jnp.asarray(np.where(told, best, usual))
+    wander = LOOSE * np.where(told, best, usual)
+    steady = np.asarray(CANDIDATES)[np.argmax(table > table.max(axis=0) - ALIKE, axis=0)]
+    pace = np.where(told, steady, usual)
     return eqx.tree_at(
-        lambda rows: (rows.extra["wander"], rows.extra["pace"]), stacked, (LOOSE * pace, pace)
+        lambda rows: (rows.extra["wander"], rows.extra["pace"]),
+        stacked,
+        (jnp.asarray(wander), jnp.asarray(pace)),
     )
