@@ -22,7 +22,8 @@ from pneusma_jax.units import to_si
 
 from .alloy_table import alloy_table, estimate
 from .information import Information, information, sentences, spread_given_geometry
-from .joint import Joint, fit_jointly, shifted, try_others
+from .joint import Joint, fit_jointly, retried, shifted, try_others
+from .memory_starts import memory_starts
 from .modes import Mode, other_modes
 from .next_test import NextTest, next_test
 from .problem import Problem
@@ -183,6 +184,9 @@ def characterise_spring(
     start = {name: entry.value for name, entry in problem.parameters.items()}
     staged, stages = run_stages(problem, progress) if identify else (start, [])
     joint = fit_jointly(problem, staged, progress)
+    if identify:
+        joint = try_others(joint, memory_starts(joint.problem.inflated(1.0), joint.values, seed), progress)
+        joint = retried(joint, progress)
     others = _other_starts(joint, stages, identify, starts - 1, seed)
     joint = try_others(joint, others, progress)
     told = information(joint.problem, joint.parameters)

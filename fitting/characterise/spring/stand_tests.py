@@ -21,12 +21,14 @@ LEVEL: dict[Phase, float | None] = {"cold": 1.0, "hot": 0.0, "intermediate": Non
 """Martensite fraction that a test is taken to be at when the alloy is to be identified."""
 BEGINNING = 0.02
 """Shear strain up to which the first pull is taken as elastic."""
-CONTRAST = 0.01
-"""Least relative difference of the resistances at rest that tells phases apart."""
+CONTRAST = 0.001
+"""Least relative difference of the resistances at rest that tells phases apart whose stiffness differs."""
 STIFFER = 1.2
 """Least ratio of the stiffest test's slope to the softest's for one of them to be hot and the other cold."""
 SAME_RESISTANCE = 0.02
 """Share of the phases' contrast within which a test is as cold as the coldest, as hot as the hottest."""
+AS_SOFT = 0.1
+"""Relative slope within which a test may be as cold as the softest one; noise of a short pull is in it."""
 SAME_STIFFNESS = 0.03
 """Relative slope within which a test is as hot as the stiffest one."""
 COMES_BACK = 0.1
@@ -178,6 +180,7 @@ def _phases(readings: Sequence[_Reading]) -> list[tuple[Phase, str]]:
             ("cold", "nothing tells its phase; taken as cold, as the source takes what was not measured")
         ] * len(readings)
     softest, stiffest = int(np.nanargmin(slopes)), int(np.nanargmax(slopes))
+    softest = _coldest(slopes, rho, softest, stiffest)
     contrast = rho[softest] - rho[stiffest]
     apart = slopes[stiffest] > STIFFER * slopes[softest]
     if not apart or not abs(contrast) > CONTRAST * abs(rho[softest]):
@@ -185,6 +188,16 @@ def _phases(readings: Sequence[_Reading]) -> list[tuple[Phase, str]]:
             readings
         )
     return [_phase(s, r, slopes[stiffest], rho[softest], contrast) for s, r in zip(slopes, rho, strict=True)]
+
+
+def _coldest(slopes: np.ndarray, rho: np.ndarray, softest: int, stiffest: int) -> int:
+    """Of the tests that are as soft as the softest, the one whose resistance is farthest from the stiffest's.
+
+    Stiffness hardly tells a cold wire from one that is a few per cent austenite; resistance does.
+    """
+    alike = np.flatnonzero((slopes < (1.0 + AS_SOFT) * slopes[softest]) & np.isfinite(rho))
+    away = np.abs(rho[alike] - rho[stiffest])
+    return int(alike[np.argmax(away)]) if alike.size and np.isfinite(away).all() else softest
 
 
 def _by_alloy(alloy: Alloy, reading: _Reading) -> tuple[Phase, str]:
