@@ -208,7 +208,8 @@ class Augmented:
         for added in self.model.added:
             if added not in self.acting:
                 why = f"{added.slug} does not act in recordings of kind {self.kind}"
-                found += [Held(f"{added.slug}_{k}", q.value, q.unit, why) for k, q in added.parameters.items()]
+                own = added.parameters.items()
+                found += [Held(f"{added.slug}_{name}", q.value, q.unit, why) for name, q in own]
         for added, names in zip(self.acting, self.names, strict=True):
             for key, quantity in added.parameters.items():
                 name = names.get(key, f"{added.slug}_{key}")

@@ -329,7 +329,8 @@ def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
         return jax.tree.map(lambda x: x[found_best], every)
 
     before = stacked.extra.get("decisions")
-    found = jax.vmap(decide)(plain, before) if before is not None else jax.vmap(lambda r: decide(r, None))(plain)
+    first = jax.vmap(lambda rows: decide(rows, None))
+    found = first(plain) if before is None else jax.vmap(decide)(plain, before)
     return eqx.tree_at(lambda r: r.extra, plain, {**plain.extra, "decisions": found})
 
 

@@ -43,7 +43,7 @@ def sheet(result: GeneralCharacterisation) -> Sheet:
         sections=[
             Section("Fit", figures=("fit",)),
             Section("Parameters", table=_parameters(result), note="± one standard error."),
-            Section("The model", tuple(words.about_the_model(result)), _held(result), "Numbers that were held."),
+            Section("The model", tuple(words.about_the_model(result)), _held(result), HELD_NOTE),
             Section("Errors, recording by recording", table=_scores(result), note=SCORE_NOTE),
             Section("What these recordings cannot tell", loose or (NOTHING,), figures=("parameters",)),
             Section("Which test next", (advice(result.repeats),)),
@@ -59,6 +59,7 @@ def sheet(result: GeneralCharacterisation) -> Sheet:
     )
 
 
+HELD_NOTE = "Numbers that were held."
 NOTHING = "Nothing: everything that was free is known better than before."
 
 
@@ -123,10 +124,12 @@ def _model_json(result: GeneralCharacterisation) -> dict[str, Any]:
         return {}
     held = {
         one.name: {
-            "value": float(from_si(one.value, one.unit, one.unit == KELVIN)), "unit": one.unit, "why": one.why,
+            "value": float(from_si(one.value, one.unit, one.unit == KELVIN)),
+            "unit": one.unit,
+            "why": one.why,
         }
         for one in result.held()
-    }  # fmt: skip
+    }
     effects = [
         {"name": added.slug, "parameters": dict(names)}
         for added, names in zip(result.model.acting, result.model.names, strict=True)

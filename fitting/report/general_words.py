@@ -3,7 +3,6 @@
 from fitting.characterise.general.fit import MISFIT
 from fitting.characterise.general.pipeline import GeneralCharacterisation
 from fitting.characterise.general.scores import overall
-
 from pneusma_jax.effects import find_effect
 
 from .figures import axis_label

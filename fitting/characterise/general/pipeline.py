@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
+from fitting.augmented import AugmentedModel
 from fitting.characterise.result import Characterisation, Estimate
 from fitting.characterise.spring.alloy_table import KELVIN, estimate
 from fitting.characterise.spring.information import Information, with_errors
-from fitting.augmented import AugmentedModel
 from fitting.models import Model, model_of, priors
 from fitting.models.augmented import Augmented, Held, refitted
 from fitting.parameters import Parameters

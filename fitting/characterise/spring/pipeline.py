@@ -185,8 +185,8 @@ def characterise_spring(
     staged, stages = run_stages(problem, progress) if identify else (start, [])
     joint = fit_jointly(problem, staged, progress)
     if identify:
-        joint = try_others(joint, memory_starts(joint.problem.inflated(1.0), joint.values, seed), progress)
-        joint = retried(joint, progress)
+        again = memory_starts(joint.problem.inflated(1.0), staged, seed, progress)
+        joint = retried(try_others(joint, again, progress), progress)
     others = _other_starts(joint, stages, identify, starts - 1, seed)
     joint = try_others(joint, others, progress)
     told = information(joint.problem, joint.parameters)
