@@ -38,7 +38,8 @@ KINDS = {"spring_open": "spring"}
 OPTIONS = {
     "spring": {"starts": 1, "profile": 0},
     "spring_open": {"starts": 1, "profile": 0},
-    "tube": {"starts": 1}, "wire": {"starts": 1},
+    "tube": {"starts": 1},
+    "wire": {"starts": 1},
 }
 
 
@@ -103,17 +104,20 @@ def report(kind: str, done: list[dict]) -> None:
         print(f"  {method}, {len(usable)} campaigns")
         every = []
         for name in names:
-            z = np.array([e["z"][name] for e in usable])
-            place = np.array([e[method][name] for e in usable])
+            told = [e for e in usable if np.isfinite(e[method].get(name, np.nan))]  # not those at a bound
+            if len(told) < 2:
+                continue
+            z = np.array([e["z"][name] for e in told])
+            place = np.array([e[method][name] for e in told])
             every += list(place)
             inside = int(np.sum(np.abs(place - 0.5) < 0.5 * LEVEL))
-            low, high = clopper_pearson(inside, len(usable))
+            low, high = clopper_pearson(inside, len(told))
             counts = np.histogram(place, bins=BINS, range=(0.0, 1.0))[0]
-            p = chisquare(counts).pvalue if len(usable) >= 5 * BINS else float("nan")
+            p = chisquare(counts).pvalue if len(told) >= 5 * BINS else float("nan")
             print(
                 f"    {name:22s} bias {z.mean():+.2f} +/- {z.std(ddof=1) / len(z) ** 0.5:.2f} sd, 90 % "
                 "intervals hold "
-                f"{100 * inside / len(usable):.0f} % ({100 * low:.0f} to {100 * high:.0f} %), ranks "
+                f"{100 * inside / len(told):.0f} % ({100 * low:.0f} to {100 * high:.0f} %), ranks "
                 f"uniform p = {p:.3f}"
             )
         inside = int(np.sum(np.abs(np.array(every) - 0.5) < 0.5 * LEVEL))
@@ -125,7 +129,7 @@ def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     arguments.add_argument("kind", choices=list(WISHES))
     arguments.add_argument("--campaigns", type=int, default=100)
-    arguments.add_argument("--minutes", type=float, default=float("inf"), help="begin no campaign after these")
+    arguments.add_argument("--minutes", type=float, default=np.inf, help="begin no campaign after these")
     arguments.add_argument("--posterior", action="store_true", help="sample by emcee, too")
     arguments.add_argument("--file", type=Path, help="results so far; KIND_recovery.jsonl by default")
     arguments.add_argument("--report", action="store_true", help="only report what is in the file")

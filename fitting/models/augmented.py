@@ -314,9 +314,9 @@ class Augmented:
         return self._module.settled(recordings, drivers)
 
     def _walking(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
-        """Springs whose martensite fraction wanders as fast as resistance says."""
+        """Springs whose martensite fraction wanders as fast as resistance says, no faster: it is predicted."""
         base, _ = self._split(values)
-        found = np.asarray(self._module.prepared(base, stack(recordings)).extra["wander"])
+        found = np.asarray(self._module.prepared(base, stack(recordings)).extra["pace"])
         pairs = zip(recordings, found, strict=False)
         return [
             eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, "wander": np.asarray(wander)})
