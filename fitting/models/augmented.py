@@ -314,7 +314,7 @@ class Augmented:
         return self._module.settled(recordings, drivers)
 
     def _walking(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
-        """Springs whose martensite fraction wanders as fast as resistance says, no faster: it is predicted."""
+        """Springs whose martensite fraction wanders as fast as resistance says, and no faster."""
         base, _ = self._split(values)
         found = np.asarray(self._module.prepared(base, stack(recordings)).extra["pace"])
         pairs = zip(recordings, found, strict=False)

@@ -1,7 +1,8 @@
 """What each test on the stand is: cold, hot or between, how far it goes and whether it comes back.
  Decided from the recording itself. Resistance tells cold wire apart sharply, hot wire hardly (an exponent
 near eight); stiffness tells hot wire apart, because austenite is the stiffer phase whatever the alloy. So the
-resistance of the softest tests marks the cold end and the stiffness of the stiffest the hot one.
+stiffness of the stiffest test marks the hot end, and the resistance at rest that is farthest from its own the
+cold one.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,8 +28,6 @@ STIFFER = 1.2
 """Least ratio of the stiffest test's slope to the softest's for one of them to be hot and the other cold."""
 SAME_RESISTANCE = 0.02
 """Share of the phases' contrast within which a test is as cold as the coldest, as hot as the hottest."""
-AS_SOFT = 0.1
-"""Relative slope within which a test may be as cold as the softest one; noise of a short pull is in it."""
 SAME_STIFFNESS = 0.03
 """Relative slope within which a test is as hot as the stiffest one."""
 COMES_BACK = 0.1
@@ -179,25 +178,17 @@ def _phases(readings: Sequence[_Reading]) -> list[tuple[Phase, str]]:
         return [
             ("cold", "nothing tells its phase; taken as cold, as the source takes what was not measured")
         ] * len(readings)
-    softest, stiffest = int(np.nanargmin(slopes)), int(np.nanargmax(slopes))
-    softest = _coldest(slopes, rho, softest, stiffest)
-    contrast = rho[softest] - rho[stiffest]
-    apart = slopes[stiffest] > STIFFER * slopes[softest]
-    if not apart or not abs(contrast) > CONTRAST * abs(rho[softest]):
+    coldest, stiffest = int(np.nanargmin(slopes)), int(np.nanargmax(slopes))
+    away = np.abs(rho - rho[stiffest])
+    if np.isfinite(away).any():  # at rest resistance goes one way from hot to cold; stiffness has its noise
+        coldest = int(np.nanargmax(away))
+    contrast = rho[coldest] - rho[stiffest]
+    apart = slopes[stiffest] > STIFFER * slopes[coldest]
+    if not apart or not abs(contrast) > CONTRAST * abs(rho[coldest]):
         return [("cold", "all tests are alike in stiffness and resistance at rest; taken as cold")] * len(
             readings
         )
-    return [_phase(s, r, slopes[stiffest], rho[softest], contrast) for s, r in zip(slopes, rho, strict=True)]
-
-
-def _coldest(slopes: np.ndarray, rho: np.ndarray, softest: int, stiffest: int) -> int:
-    """Of the tests that are as soft as the softest, the one whose resistance is farthest from the stiffest's.
-
-    Stiffness hardly tells a cold wire from one that is a few per cent austenite; resistance does.
-    """
-    alike = np.flatnonzero((slopes < (1.0 + AS_SOFT) * slopes[softest]) & np.isfinite(rho))
-    away = np.abs(rho[alike] - rho[stiffest])
-    return int(alike[np.argmax(away)]) if alike.size and np.isfinite(away).all() else softest
+    return [_phase(s, r, slopes[stiffest], rho[coldest], contrast) for s, r in zip(slopes, rho, strict=True)]
 
 
 def _by_alloy(alloy: Alloy, reading: _Reading) -> tuple[Phase, str]:
@@ -217,7 +208,7 @@ def _phase(slope: float, rho: float, stiffest: float, cold: float, contrast: flo
     if share > 1.0 - SAME_RESISTANCE:
         return (
             "cold",
-            f"its resistance at rest is that of the softest test (to {100.0 * abs(1.0 - share):.1f} %)",
+            f"its resistance at rest is that of the coldest test (to {100.0 * abs(1.0 - share):.1f} %)",
         )
     if slope > (1.0 - SAME_STIFFNESS) * stiffest and share < SAME_RESISTANCE:
         return (
