@@ -153,8 +153,8 @@ def characterise_spring(
     """Identify an alloy from springs on a stand, or adjust a known one within its tolerances.
 
     With `alloy = "fit"` in the recordings everything is found, in the source's stages and then jointly; the
-    tests whose resistance at rest is farthest from that of the stiffest are taken to be fully martensitic, and
-    the stiffest fully austenitic, as the source does.
+    tests whose resistance at rest is farthest from that of the stiffest are taken to be fully martensitic,
+    and the stiffest fully austenitic, as the source does.
     With a named alloy only what `[tolerance]` leaves open is.
 
     Args:
