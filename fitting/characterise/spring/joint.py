@@ -149,6 +149,42 @@ def retried(joint: Joint, progress: Callable[[str], None] = lambda _: None) -> J
     return _settled(joint.starts, progress)
 
 
+def spanned(joint: Joint) -> Joint:
+    """The same fit with errors that span the other fits which are nearly as good.
+
+    With other turning points in the memory other constants fit as well, and the curvature about one of them
+    knows nothing of the others. Every fit counts as likely as its chi-square makes it; the second moment
+    about the best is what is added, and nothing where all starts end at one place.
+
+    Args:
+        joint: with all its starts.
+    """
+    best = joint.result
+    names = best.uncertainty.names
+    if not names or len(joint.starts) < 2:
+        return joint
+    least = min(_cost(start.result) for start in joint.starts)
+    centre = np.array([joint.starts[0].result.values[n] for n in names])
+    more, total = np.zeros((len(names), len(names))), 0.0
+    for start in joint.starts:
+        weight = float(np.exp(-0.5 * (_cost(start.result) - least) / joint.inflation**2))
+        away = np.array([start.result.values[n] for n in names]) - centre
+        more, total = more + weight * np.outer(away, away), total + weight
+    covariance = best.uncertainty.covariance + more / total
+    sd = np.sqrt(np.diag(covariance))
+    parameters, errors = best.parameters.copy(), dict(best.uncertainty.standard_errors)
+    for name, error in zip(names, map(float, sd), strict=True):
+        parameters[name].set(standard_error=error)
+        errors[name] = error
+    wider = replace(
+        best.uncertainty,
+        standard_errors=errors,
+        covariance=covariance,
+        correlation=covariance / np.outer(sd, sd),
+    )
+    return replace(joint, result=replace(best, parameters=parameters, uncertainty=wider))
+
+
 def misfits(problem: Problem, values: Mapping[str, float]) -> dict[int, float]:
     """Mean square of the force's misfit over its noise, of every fitted test, by its index."""
     series = force_misfit(problem, values)

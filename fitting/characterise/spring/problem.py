@@ -24,7 +24,7 @@ from .stand_tests import StandTest
 
 RTOL = 1e-3
 """A fit has converged when its next step would be this many standard errors."""
-MAX_STEPS = 50
+MAX_STEPS = 200
 MOST_ROUNDS = 4
 SAME = 0.05
 """Change of chi-square below which two rounds of decisions agree."""
