@@ -123,10 +123,7 @@ class Augmented:
         campaign = self.described(campaign)
         if self.acting and most is not None:
             campaign = thinned(campaign, most)
-        base = model_of(self.kind)
-        make = module.rows_for if self.kind == "actuator" and self.acting else base.rows_for
-        options = self.options(campaign, options)
-        rows = make(campaign, **({} if make is not base.rows_for else options))
+        rows = module.rows_for(campaign, **self.options(campaign, options))
         return [self._numbered(r, recording) for r, recording in zip(rows, campaign.recordings, strict=True)]
 
     def described(self, campaign: Campaign) -> Campaign:
