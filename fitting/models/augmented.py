@@ -123,8 +123,13 @@ class Augmented:
         campaign = self.described(campaign)
         if self.acting and most is not None:
             campaign = thinned(campaign, most)
-        rows = module.rows_for(campaign, **self.options(campaign, options))
+        rows = [self._predicted(r) for r in module.rows_for(campaign, **self.options(campaign, options))]
         return [self._numbered(r, recording) for r, recording in zip(rows, campaign.recordings, strict=True)]
+
+    def _predicted(self, rows: Rows) -> Rows:
+        """Rows without outputs that the chain of effects does not predict: an actuator's bend direction."""
+        kept = [{n: x for n, x in part.items() if n in self.OUTPUTS} for part in (rows.measured, rows.weight)]
+        return dataclasses.replace(rows, measured=kept[0], weight=kept[1])
 
     def described(self, campaign: Campaign) -> Campaign:
         """Recordings of the design that the model belongs to, and of its tables, where they are known."""
