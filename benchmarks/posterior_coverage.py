@@ -10,7 +10,6 @@ file, so an interrupted run goes on; the count is reported with its own 95 % int
 
 import argparse
 import json
-import math
 import tempfile
 from pathlib import Path
 
@@ -45,12 +44,13 @@ def one_campaign(seed: int) -> dict:
     return found
 
 
-def wilson(hits: int, count: int) -> tuple[float, float]:
-    """95 % interval of a proportion (E. Wilson, J. Am. Stat. Assoc. 22 (1927) 209)."""
-    z, share = 1.959963984540054, hits / count
-    middle = (share + z**2 / (2 * count)) / (1 + z**2 / count)
-    half = z * math.sqrt(share * (1 - share) / count + z**2 / (4 * count**2)) / (1 + z**2 / count)
-    return middle - half, middle + half
+def clopper_pearson(hits: int, count: int) -> tuple[float, float]:
+    """Exact 95 % interval of a proportion (C. Clopper and E. Pearson, Biometrika 26 (1934) 404)."""
+    from scipy.stats import beta
+
+    low = float(beta.ppf(0.025, hits, count - hits + 1)) if hits else 0.0
+    high = float(beta.ppf(0.975, hits + 1, count - hits)) if hits < count else 1.0
+    return low, high
 
 
 def report(done: list[dict]) -> None:
@@ -60,7 +60,7 @@ def report(done: list[dict]) -> None:
     for method in ("laplace", "emcee"):
         for name in TRUTH:
             inside = sum(abs(entry[method][name] - 0.5) < 0.5 * LEVEL for entry in usable)
-            low, high = wilson(inside, len(usable))
+            low, high = clopper_pearson(inside, len(usable))
             print(
                 f"  {method:8s} {name}: {100 * inside / len(usable):.0f} % ({inside} of {len(usable)}; "
                 f"{100 * low:.0f} to {100 * high:.0f} %)"

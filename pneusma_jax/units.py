@@ -60,6 +60,10 @@ INTERNAL_UNITS = {
     "force rate": "N/s",
     "pressure rate": "Pa/s",
     "temperature rate": "K/s",
+    "length per force": "m/N",
+    "moment per angle": "N m/rad",
+    "moment per pressure": "N m/Pa",
+    "temperature per pressure": "K/Pa",
 }
 
 _INCH, _POUND, _DEGREE = 0.0254, 4.4482216152605, 0.017453292519943295
@@ -101,6 +105,10 @@ def _table() -> dict[str, Unit]:
         "force rate": {"N/s": 1.0, "mN/s": 1e-3},
         "pressure rate": {"Pa/s": 1.0, "kPa/s": 1e3},
         "temperature rate": {"K/s": 1.0, "K/min": 1.0 / 60.0},
+        "length per force": {"m/N": 1.0, "mm/N": 1e-3},
+        "moment per angle": {"N m/rad": 1.0, "N mm/rad": 1e-3},
+        "moment per pressure": {"N m/Pa": 1.0},
+        "temperature per pressure": {"K/Pa": 1.0, "K/MPa": 1e-6},
     }  # fmt: skip
     units = {name: Unit(kind, factor) for kind, group in groups.items() for name, factor in group.items()}
     units["degC"] = Unit(TEMPERATURE, 1.0)

@@ -18,6 +18,7 @@ An effect `unmodelled` is in `remainder.py`.
 """
 
 import dataclasses
+import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -85,6 +86,15 @@ def load_model(path: str | Path) -> AugmentedModel:
         description=document.get("description", ""),
         path=path,
     )
+
+
+def is_model(path: str | Path) -> bool:
+    """Whether a file says that it is a model; a name, or a file that cannot be read, is none."""
+    try:
+        document = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+    return document.get("schema") == SCHEMA
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import jax.numpy as jnp
 import numpy as np
 
 from fitting.recordings import schema
@@ -40,17 +41,22 @@ class AddedEffect:
     parameters: Mapping[str, Quantity]
     options: Mapping[str, Any] = field(default_factory=dict)
 
-    def build(self) -> Effect:
-        """The effect itself."""
+    def build(self, values: Mapping[str, Any] | None = None) -> Effect:
+        """The effect itself.
+
+        Args:
+            values: parameters by name, SI, in place of the file's; they may be traced.
+        """
         effect = find_effect(self.slug)
         numbers: dict[str, Any] = {}
-        for name, quantity in self.parameters.items():
+        for name, value in {**{n: q.value for n, q in self.parameters.items()}, **(values or {})}.items():
             stem = parameter_of(effect, name)
             if stem in term_names(effect):
-                numbers.setdefault(stem, []).append(quantity.value)
+                numbers.setdefault(stem, []).append(value)
             else:
-                numbers[name] = quantity.value
-        return effect(**{name: np.asarray(value) for name, value in numbers.items()}, **self.options)
+                numbers[name] = value
+        made = np.asarray if values is None else jnp.asarray
+        return effect(**{name: made(value) for name, value in numbers.items()}, **self.options)
 
 
 @dataclass(frozen=True)

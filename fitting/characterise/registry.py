@@ -1,11 +1,13 @@
 """Which pipeline serves which kind of recording. A new kind adds a line here and a module of its own."""
 
+import functools
 import importlib
 import inspect
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Protocol
 
+from fitting.augmented import AugmentedModel, load_model
 from fitting.recordings import Campaign, read_campaign
 from pneusma_jax.errors import InputError
 
@@ -40,11 +42,14 @@ class Pipeline(Protocol):
         """
 
 
-def characterise(campaign: str | Path | Campaign, **options: Any) -> Characterisation:
+def characterise(
+    campaign: str | Path | Campaign, *, model: str | Path | AugmentedModel | None = None, **options: Any
+) -> Characterisation:
     """Fit the material of a campaign of recordings; float64 must be on.
 
     Args:
         campaign: a folder of recordings, one CSV, or what `read_campaign` returned.
+        model: a model on disk (`augmented.toml`), or one in memory, whose numbers and effects are fitted.
         **options: of the pipeline of its kind; for elastomers those of `characterise_elastomer`
             (`law`, `terms`, `max_strain`, `weighting`, `adjust`, `seed`, `progress`). None is as good as
             leaving one out.
@@ -58,16 +63,30 @@ def characterise(campaign: str | Path | Campaign, **options: Any) -> Characteris
     """
     if not isinstance(campaign, Campaign):
         campaign = read_campaign(campaign)
-    pipeline = pipeline_of(campaign)
+    pipeline = pipeline_of(campaign) if model is None else _pipeline_with(campaign, model)
     given = {name: value for name, value in options.items() if value is not None}
     known = inspect.signature(pipeline).parameters
     for name in given:
         if name not in known:
             raise InputError(
                 f"{campaign.path}: option {name.replace('_', '-')} means nothing for recordings of kind "
-                f"{campaign.kinds[0]}"
+                f"{campaign.kinds[0]}{'' if model is None else ' with a model of its own'}"
             )
     return pipeline(campaign, **given)
+
+
+def _pipeline_with(campaign: Campaign, model: str | Path | AugmentedModel) -> Callable[..., Characterisation]:
+    """The pipeline that fits a model on disk."""
+    from .general.with_model import characterise_with
+
+    pipeline_of(campaign)
+    loaded = model if isinstance(model, AugmentedModel) else load_model(model)
+
+    @functools.wraps(characterise_with)
+    def pipeline(campaign: Campaign, **given: Any) -> Characterisation:
+        return characterise_with(campaign, model=loaded, **given)
+
+    return pipeline
 
 
 def pipeline_of(campaign: Campaign) -> Pipeline:

@@ -46,21 +46,24 @@ def _fixed(context: click.Context, option: click.Parameter, given: tuple[str, ..
 )
 @click.option("--base", metavar="ALLOY", help="Alloy to start from, a name or a path.")
 @click.option("--material", metavar="SILICONE", help="Silicone to start from, a name or a path.")
+@click.option("--model", metavar="FILE", help="Model to fit, as --model of simulate takes it.")
 @click.option("--starts", type=click.IntRange(min=1), help="Fits in all, from different places.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of scattered starting points.")
 @click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
 def characterise_command(
-    campaign, out, law, terms, max_strain, weighting, fix, base, material, starts, seed, force
+    campaign, out, law, terms, max_strain, weighting, fix, base, material, model, starts, seed, force
 ) -> None:
     """Fit the material of CAMPAIGN (a folder of recordings, or one CSV) and write a report to --out.
 
     For elastomers: five hyperelastic laws with standard errors, compared by what they predict of data that
     they were not fitted to. Springs on a stand and wires give an alloy, tubes a silicone, whole actuators
-    both, as far as their recordings leave them open. Writes alloy.toml or material.toml, report.json,
+    both, as far as their recordings leave them open. With --model its numbers and effects are fitted, and
+    augmented.toml holds them. Writes alloy.toml or material.toml, report.json,
     report.html, parameters.csv and figures.
     """
     from tqdm import tqdm
 
+    from fitting.augmented import load_model
     from fitting.characterise.registry import characterise, pipeline_of
     from fitting.cli._common import done, notice, prepare, table_argument
     from fitting.recordings import read_campaign
@@ -68,6 +71,7 @@ def characterise_command(
 
     recordings = read_campaign(campaign)
     pipeline_of(recordings)
+    loaded = load_model(model) if model else None
     check_free(out, force)
     prepare()
     with tqdm(desc="fitting", unit=" steps", leave=False, disable=None) as bar:
@@ -85,6 +89,7 @@ def characterise_command(
             adjust=fix,
             base=base and table_argument(base),
             material=material and table_argument(material),
+            model=loaded,
             starts=starts,
             seed=seed,
             progress=progress,

@@ -8,7 +8,11 @@ import click
 @click.command("posterior")
 @click.argument("campaign", type=click.Path(path_type=Path))
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
-@click.option("--model", metavar="FILE", help="Table of constants whose priors are used, by name or path.")
+@click.option(
+    "--model",
+    metavar="FILE",
+    help="Model to sample, as --model of simulate takes it, or a table of constants whose priors are used.",
+)
 @click.option("--walkers", type=int, help="Of each ensemble; by default 32, or four times the parameters.")
 @click.option("--ensembles", type=int, default=4, show_default=True, help="Independent ensembles, for R-hat.")
 @click.option(

@@ -8,10 +8,11 @@
 `wire_diameter`, `silicone_stiffness`); those of one specimen of several carry its number, `wire_diameter__2`.
 """
 
-from .registry import model_of, observations, parameters_for, predictor_of, residual_of
+from .registry import Model, model_of, observations, parameters_for, predictor_of, residual_of
 from .rows import Rows, numbers, silenced, stack
 
 __all__ = [
+    "Model",
     "Rows",
     "model_of",
     "numbers",

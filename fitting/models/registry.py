@@ -81,12 +81,15 @@ def kind_of(campaign: Campaign) -> str:
 
 
 @functools.cache
-def residual_of(kind: str) -> Callable[[Mapping[str, Array], Rows], Float[Array, "recordings m"]]:
+def residual_of(kind: str | Model) -> Callable[[Mapping[str, Array], Rows], Float[Array, "recordings m"]]:
     """Residual of a stack of recordings of a kind: `residual(values, stacked)`, one object for each kind.
 
     Being one object, it is compiled once for each set of free parameters and each shape.
+
+    Args:
+        kind: of the recordings, or a model of them.
     """
-    model = model_of(kind)
+    model = model_of(kind) if isinstance(kind, str) else kind
 
     def residual(values: Mapping[str, Array], stacked: Rows) -> Array:
         return jax.vmap(lambda rows: model.residual(values, rows))(stacked)
@@ -95,9 +98,9 @@ def residual_of(kind: str) -> Callable[[Mapping[str, Array], Rows], Float[Array,
 
 
 @functools.cache
-def predictor_of(kind: str) -> Callable[[Mapping[str, Array], Rows], dict[str, Array]]:
-    """Compiled prediction of a stack of recordings of a kind: `predict(values, stacked)`."""
-    model = model_of(kind)
+def predictor_of(kind: str | Model) -> Callable[[Mapping[str, Array], Rows], dict[str, Array]]:
+    """Compiled prediction of a stack of recordings of a kind, or of a model: `predict(values, stacked)`."""
+    model = model_of(kind) if isinstance(kind, str) else kind
     return jax.jit(jax.vmap(model.predict, in_axes=(None, 0)))
 
 

@@ -34,6 +34,10 @@ ALLOY = tuple(field.name for field in dataclasses.fields(Alloy) if field.name !=
 GEOMETRY = ("wire_diameter", "mandrel_diameter", "initial_pitch", "active_coils", "free_length")
 SPREAD = 0.5
 """1-sigma of the martensite fraction at the start, around one half, where nobody says more."""
+MARGINS = (0.0, *(sign * size for size in (7e-4, 2e-3, 5e-3, 0.012, 0.03) for sign in (-1.0, 1.0)))
+"""Parts of the residual strain by which a turning point may be off the rule; the first is the rule."""
+ALIKE = 2.0
+"""Standard deviations of the martensite fraction within which two rows are equally hot."""
 WANDER = 1e-6
 """Variance per second of the martensite fraction's walk until `with_wander` has found it."""
 
@@ -97,6 +101,7 @@ def rows_of(
         base={**{name: np.asarray(float(alloy[name])) for name in ALLOY}, **_dimensions(recording)},
         extra={
             "wander": np.asarray(WANDER),
+            "pace": np.asarray(WANDER),
             "level": np.asarray(0.5 if held_at is None else held_at),
             "level_sd": np.asarray(SPREAD if held_at is None else 0.0),
             "force_informs": np.asarray(1.0),
@@ -166,22 +171,29 @@ class _Law(eqx.Module):
         strain = jnp.where(origin < 0, self.prestrain, gamma[origin])
         return SpringState(strain, jnp.where(hottest < 0, 1.0, xi0[hottest])), hottest
 
-    def by_rule(self, gamma: Array, xi0: Array) -> tuple[SpringState, tuple[Array, Array]]:
-        """Memory at the beginning of every row, and the rows that its strain and its fraction come from."""
+    def by_rule(
+        self, gamma: Array, xi0: Array, slack: Array | float = 0.0, margin: Array | float = 0.0
+    ) -> tuple[SpringState, tuple[Array, Array]]:
+        """Memory at the beginning of every row, and the rows that its strain and its fraction come from.
 
-        def row(carry: tuple, now: tuple[Array, Array, Array]) -> tuple[tuple, tuple]:
+        A row within `slack` of the smallest fraction is the one that is remembered from then on. `margin` is
+        the part of the residual strain by which a wire must go beyond the elastic branch to renew its memory.
+        """
+
+        def row(carry: tuple, now: tuple[Array, Array, Array, Array]) -> tuple[tuple, tuple]:
             state, origin, hottest = carry
-            gamma, xi0, number = now
-            after = self.spring.alloy.remember(state, gamma, xi0)
+            gamma, xi0, number, slack = now
+            after = self.spring.alloy.remember(state, gamma, xi0, margin)
+            alike = (after.xi_min != state.xi_min) | (xi0 < state.xi_min + slack)
             moved = (
                 jnp.where(after.prestrain != state.prestrain, number, origin),
-                jnp.where(after.xi_min != state.xi_min, number, hottest),
+                jnp.where(alike, number, hottest),
             )
             return (after, *moved), carry
 
         first = SpringState(self.prestrain, jnp.ones_like(self.prestrain))
         never = jnp.asarray(-1)
-        rows = (gamma, xi0, jnp.arange(gamma.size))
+        rows = (gamma, xi0, jnp.arange(gamma.size), jnp.broadcast_to(slack, gamma.shape))
         states, *sources = jax.lax.scan(row, (first, never, never), rows)[1]
         return states, tuple(sources)
 
@@ -218,13 +230,20 @@ class _Law(eqx.Module):
         )
         return Trajectory(predicted[0], predicted[1], stress, gamma, xi0, gamma_R, local)
 
-    def decide(self, xi0: Array) -> Decisions:
-        """What the rule decides at a course of the martensite fraction."""
+    def decide(self, xi0: Array, slack: Array | float = 0.0, margin: Array | float = 0.0) -> Decisions:
+        """What the rule decides at a course of the martensite fraction.
+
+        Args:
+            xi0: the course, shape (rows,).
+            slack: difference that nobody can tell, shape (rows,). A row within it of the hottest one is as
+                hot, and feels its own heat.
+            margin: see `by_rule`.
+        """
         alloy, gamma = self.spring.alloy, self.spring.shear_strain(self.elongation)
-        states, (origin, hottest) = self.by_rule(gamma, xi0)
+        states, (origin, hottest) = self.by_rule(gamma, xi0, slack, margin)
         gamma_R = alloy.residual_strain(states, xi0)
         loading = on_detwinning_branch(alloy.modulus(xi0), alloy.detwinning_stress(gamma, xi0), gamma_R)
-        return Decisions(origin, hottest, xi0 < states.xi_min, loading)
+        return Decisions(origin, hottest, xi0 < states.xi_min + slack, loading)
 
 
 def _outputs(law: _Law, xi0: Array) -> latent.Local:
@@ -279,16 +298,40 @@ def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
     decisions known everything is smooth and all rows are computed at once. A fit decides, fits, and decides
     again until nothing changes.
 
+    The hottest row of a noisy course is the one whose noise was lowest, and remembered by all later rows it
+    would pull the scale of the fraction. So it is decided on the course at the pace that resistance shows,
+    not on the looser one of a fit, and rows that are as hot as far as anyone can tell feel their own heat.
+
+    Whether a wire at a turning point still loads, and renews its memory, is as often decided by noise, with a
+    jump of all later rows. Of the decisions within a few per cent of the rule's, each test takes those that
+    explain it best.
+
     Args:
         values: free parameters by name, SI.
         stacked: recordings of kind spring.
     """
     plain = undecided(stacked)
 
-    def decide(rows: Rows) -> Decisions:
-        return _law(values, rows).decide(trajectory(values, rows).xi0)
+    def decide(rows: Rows, before: Decisions | None) -> Decisions:
+        steady = eqx.tree_at(lambda r: r.extra["wander"], rows, rows.extra["pace"])
+        found, law = trajectory(values, steady), _law(values, rows)
+        slack = ALIKE * _sd(found, steady)
 
-    return eqx.tree_at(lambda r: r.extra, plain, {**plain.extra, "decisions": jax.vmap(decide)(plain)})
+        every = jax.lax.map(lambda m: law.decide(found.xi0, slack, m), jnp.asarray(MARGINS))
+        if before is not None:
+            every = jax.tree.map(lambda old, new: jnp.concatenate([old[None], new]), before, every)
+
+        def misfit(decisions: Decisions) -> Array:
+            with_them = eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, "decisions": decisions})
+            return jnp.sum(residual(values, with_them) ** 2)
+
+        found_best = jnp.argmin(jax.lax.map(misfit, every))
+        return jax.tree.map(lambda x: x[found_best], every)
+
+    before = stacked.extra.get("decisions")
+    first = jax.vmap(lambda rows: decide(rows, None))
+    found = first(plain) if before is None else jax.vmap(decide)(plain, before)
+    return eqx.tree_at(lambda r: r.extra, plain, {**plain.extra, "decisions": found})
 
 
 def undecided(rows: Rows) -> Rows:
@@ -329,6 +372,13 @@ def evidence(values: Mapping[str, Array], rows: Rows) -> Float[Array, ""]:
     return -0.5 * (square + latent.log_determinant(*curvature))
 
 
+def _sd(found: Trajectory, rows: Rows, share: Array | float = 1.0) -> Array:
+    """Standard deviation of the fraction about a course; `share` of the weight of each output counts."""
+    weight = share * jnp.stack([rows.weight[name] for name in OUTPUTS])
+    diagonal, upper = latent.hessian(found.local, weight, _walk(rows), found.xi0)
+    return jnp.sqrt(latent.variances(diagonal, upper))
+
+
 def phase_sd(values: Mapping[str, Array], rows: Rows, by_force: bool = True) -> Float[Array, " rows"]:
     """Standard deviation of the martensite fraction in every row, given the parameters.
 
@@ -337,11 +387,7 @@ def phase_sd(values: Mapping[str, Array], rows: Rows, by_force: bool = True) -> 
         rows: one recording.
         by_force: whether the force takes part; without it, what resistance alone says.
     """
-    found = trajectory(values, rows)
-    share = jnp.asarray([[1.0 if by_force else 0.0], [1.0]])
-    weight = share * jnp.stack([rows.weight[name] for name in OUTPUTS])
-    diagonal, upper = latent.hessian(found.local, weight, _walk(rows), found.xi0)
-    return jnp.sqrt(latent.variances(diagonal, upper))
+    return _sd(trajectory(values, rows), rows, jnp.asarray([[1.0 if by_force else 0.0], [1.0]]))
 
 
 def wander_evidence(values: Mapping[str, Array], rows: Rows, wander: Array) -> Float[Array, ""]:

@@ -17,6 +17,8 @@ LOOSE = 1e4
 """Factor on the variance that resistance shows. A walk as tight as it looks is itself a measurement of the
 fraction's scale, which is a function of `a` and `b`: it pulled them off by two to three standard errors. As
 loose as this it only bridges rows in which the resistance says nothing."""
+ALIKE = 2.0
+"""Log-evidence within which a slower walk does as well as the best."""
 DECISIVE = 3.0
 """Spread of the log-evidence below which a test says nothing about its wander."""
 
@@ -32,7 +34,8 @@ def with_wander(
     loose: float = LOOSE,
     candidates: tuple[float, ...] = CANDIDATES,
 ) -> Rows:
-    """A stack whose walks are as fast as their resistances say at these parameters.
+    """A stack whose walks are as fast as their resistances say at these parameters: `pace`, and `wander`,
+    which a fit takes.
 
     A test in which resistance says nothing (hot, or too short) is given the median of the others, and one
     whose phase is held stays held.
@@ -47,7 +50,14 @@ def with_wander(
     table = np.array([np.asarray(_evidence(values, stacked, jnp.asarray(w))) for w in candidates])
     held = np.asarray(stacked.extra["level_sd"]) == 0.0
     told = (np.ptp(table, axis=0) > DECISIVE) & ~held
-    best = np.asarray(candidates)[np.argmax(table, axis=0)]
-    usual = 10.0 ** np.median(np.log10(best[told])) if told.any() else candidates[len(candidates) // 2]
+    tried = np.asarray(candidates)
+    best = tried[np.argmax(table, axis=0)]
+    usual = 10.0 ** np.median(np.log10(best[told])) if told.any() else tried[len(tried) // 2]
     wander = loose * np.where(told, best, usual)
-    return eqx.tree_at(lambda rows: rows.extra["wander"], stacked, jnp.asarray(wander))
+    steady = tried[np.argmax(table > table.max(axis=0) - ALIKE, axis=0)]
+    pace = np.where(told, steady, usual)
+    return eqx.tree_at(
+        lambda rows: (rows.extra["wander"], rows.extra["pace"]),
+        stacked,
+        (jnp.asarray(wander), jnp.asarray(pace)),
+    )

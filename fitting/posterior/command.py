@@ -3,7 +3,8 @@
 from pathlib import Path
 from typing import Any
 
-from fitting.characterise.registry import PIPELINES, pipeline_of
+from fitting.augmented.files import is_model
+from fitting.characterise.registry import PIPELINES, characterise, pipeline_of
 from fitting.characterise.result import Characterisation
 from fitting.models.registry import kind_of
 from fitting.recordings import Campaign
@@ -39,7 +40,8 @@ def problem_for(campaign: Campaign, model: str | None, law: str | None, seed: in
 
     Args:
         campaign: recordings of one kind.
-        model: table of constants whose priors are used, by name or path; None for none.
+        model: table of constants whose priors are used, by name or path, or a model on disk whose numbers and
+            effects are sampled; None for none.
         law: of elastomers, to fit and sample; None for the one that predicts best.
         seed: of the fit.
 
@@ -51,6 +53,10 @@ def problem_for(campaign: Campaign, model: str | None, law: str | None, seed: in
         raise InputError(
             f"{campaign.path}: --law is about elastomers, but these recordings are of kind {kind}"
         )
+    if model is not None and is_model(model):
+        if law is not None:
+            raise InputError(f"{model}: a model has a law of its own; leave out --law")
+        return characterise(campaign, model=model, seed=seed).sampling_problem()
     if kind == "elastomer":
         table, options = _law_and_table(model, law)
         return pipeline_of(campaign)(campaign, seed=seed, **options).sampling_problem(table)

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from fitting.models import Rows, model_of, residual_of, silenced, stack
+from fitting.models import Model, Rows, model_of, residual_of, silenced, stack
 from fitting.models.registry import kind_of
 from fitting.parameters import Parameters
 from fitting.recordings import Campaign, Recording, schema
@@ -43,6 +43,7 @@ def model_problem(
     parameters: Parameters,
     notes: Sequence[str] = (),
     notices: Sequence[str] = (),
+    model: Model | None = None,
 ) -> Problem:
     """Posterior of recordings of one kind.
 
@@ -56,13 +57,14 @@ def model_problem(
         parameters: free numbers with priors, at the values to start from; SI, `unit` the one of files.
         notes: further sentences on how noise and priors enter.
         notices: what else a reader should know.
+        model: what predicts; that of the kind by default.
     """
     kind = recordings[0].kind
-    model, everything = model_of(kind), stack(rows)
+    model, everything = model or model_of(kind), stack(rows)
     used = [
         r if recording.role == "fit" else silenced(r) for recording, r in zip(recordings, rows, strict=True)
     ]
-    target = Target.from_residual(residual_of(kind), parameters, stack(used))
+    target = Target.from_residual(residual_of(model), parameters, stack(used))
     how = f"{NOISE}, larger where it is serially correlated."
     shown = [
         (k, quantity)
@@ -78,7 +80,7 @@ def model_problem(
         real=False if False in stated else None if None in stated else True,
         target=target,
         parameters=parameters,
-        predict=_predict(kind, [(k, q, len(rows[k].mask), _column(kind, q)) for k, q in shown]),
+        predict=_predict(model, [(k, q, len(rows[k].mask), _column(kind, q)) for k, q in shown]),
         data=everything,
         curves=tuple(_curve(recordings[k], rows[k], quantity) for k, quantity in shown),
         notes=(how, f"Gaussian priors, cut at their bounds, on {', '.join(priors) or 'nothing'}.", *notes),
@@ -86,9 +88,8 @@ def model_problem(
     )
 
 
-def _predict(kind: str, shown: Sequence[tuple[int, str, int, str]]) -> Callable:
+def _predict(model: Model, shown: Sequence[tuple[int, str, int, str]]) -> Callable:
     """Predictions of the shown outputs one after the other, without padding, in the units of files."""
-    model = model_of(kind)
 
     def predict(values: Mapping[str, Array], stacked: Rows) -> Array:
         found = jax.vmap(lambda rows: model.predict(values, rows))(stacked)

@@ -12,6 +12,8 @@ from pneusma_jax.units import from_si
 
 from .target import Target
 
+KELVIN = "K"
+
 
 @dataclass(frozen=True)
 class Curve:
@@ -69,7 +71,8 @@ class Problem:
 
     def shown(self, name: str, value: Float[np.ndarray, "..."] | float, spread: bool = False) -> np.ndarray:
         """Values of a parameter in the unit of files; of a standard deviation, with `spread`."""
-        return np.asarray(from_si(value, self.unit(name), difference=spread))
+        unit = self.unit(name)  # kelvin are widths and gaps, whose zero stays zero
+        return np.asarray(from_si(value, unit, difference=spread or unit == KELVIN))
 
     def predictions(self, coordinates: Float[np.ndarray, "draws n"]) -> list[Float[np.ndarray, "draws rows"]]:
         """Predicted curves of many draws, one array for each curve."""

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from fitting.augmented.files import render_model
 from fitting.characterise.general.pipeline import GeneralCharacterisation
 from fitting.characterise.general.scores import Score, overall
 from fitting.characterise.general.tables import geometry_toml
@@ -42,6 +43,7 @@ def sheet(result: GeneralCharacterisation) -> Sheet:
         sections=[
             Section("Fit", figures=("fit",)),
             Section("Parameters", table=_parameters(result), note="± one standard error."),
+            Section("The model", tuple(words.about_the_model(result)), _held(result), HELD_NOTE),
             Section("Errors, recording by recording", table=_scores(result), note=SCORE_NOTE),
             Section("What these recordings cannot tell", loose or (NOTHING,), figures=("parameters",)),
             Section("Which test next", (advice(result.repeats),)),
@@ -53,10 +55,11 @@ def sheet(result: GeneralCharacterisation) -> Sheet:
         more=_more(result),
         draw=lambda: general_figures.captioned(result),
         seed=result.seed,
-        csv={"geometry.toml": geometry} if geometry else {},
+        csv=({"geometry.toml": geometry} if geometry else {}) | _augmented(result),
     )
 
 
+HELD_NOTE = "Numbers that were held."
 NOTHING = "Nothing: everything that was free is known better than before."
 
 
@@ -66,6 +69,20 @@ def _parameters(result: GeneralCharacterisation) -> TextTable:
     }
     share = {name: relative_to_prior(entry) for name, entry in result.fitted.items()}
     return parameter_rows(result.parameters, start, share)
+
+
+def _augmented(result: GeneralCharacterisation) -> dict[str, str]:
+    """The model on disk with the numbers found, as a file that every command takes with `--model`."""
+    model = result.augmented()
+    return {} if model is None else {"augmented.toml": render_model(model)}
+
+
+def _held(result: GeneralCharacterisation) -> TextTable | None:
+    rows = [
+        [one.name, f"{from_si(one.value, one.unit, one.unit == KELVIN):.6g}", one.unit, one.why]
+        for one in result.held()
+    ]
+    return TextTable(["number", "value", "unit", "why"], rows) if rows else None
 
 
 def _row(name: str, role: str, column: str, measures: dict[str, float], rms: float | None) -> list[str]:
@@ -102,6 +119,24 @@ def _score_json(score: Score) -> dict[str, Any]:
     return {"role": score.role, **_named(score.column, score.metrics), "rms_over_noise": score.rms_over_noise}
 
 
+def _model_json(result: GeneralCharacterisation) -> dict[str, Any]:
+    if result.model is None:
+        return {}
+    held = {
+        one.name: {
+            "value": float(from_si(one.value, one.unit, one.unit == KELVIN)),
+            "unit": one.unit,
+            "why": one.why,
+        }
+        for one in result.held()
+    }
+    effects = [
+        {"name": added.slug, "parameters": dict(names)}
+        for added, names in zip(result.model.acting, result.model.names, strict=True)
+    ]
+    return {"model": {"name": result.model.model.name, "effects": effects, "held": held}}
+
+
 def _more(result: GeneralCharacterisation) -> dict[str, Any]:
     fit, per = result.fit, {}
     for score in result.scores:
@@ -110,6 +145,7 @@ def _more(result: GeneralCharacterisation) -> dict[str, Any]:
         "metrics": _by_column(overall(result.scores, "fit")),
         "metrics_held_out": _by_column(overall(result.scores, "validation")),
         "metrics_by_recording": per,
+        **_model_json(result),
         "identifiability": result.identifiability,
         "next_test": {
             "text": advice(result.repeats),

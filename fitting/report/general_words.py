@@ -3,15 +3,17 @@
 from fitting.characterise.general.fit import MISFIT
 from fitting.characterise.general.pipeline import GeneralCharacterisation
 from fitting.characterise.general.scores import overall
+from pneusma_jax.effects import find_effect
 
 from .figures import axis_label
 
-WHAT = {"wire": "wire", "tube": "tube", "actuator": "actuator", "elastomer": "silicone"}
+WHAT = {"spring": "spring", "wire": "wire", "tube": "tube", "actuator": "actuator", "elastomer": "silicone"}
 BASE_LAW = {
     "wire": "the reversible base law (one curve over temperature: no hysteresis, no shift by stress)",
     "tube": "the base law of a pressurised tube",
     "actuator": "the base model of the actuator",
     "elastomer": "the law of the silicone",
+    "spring": "the base law of the spring",
 }
 
 
@@ -23,18 +25,42 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
     plural = "" if count == 1 else "s"
     said = [f"The {WHAT[result.kind]} was {what} {count} recording{plural}{_missed(result)}."]
     if fit.reduced_chi_square > MISFIT:
+        law = law_of(result)
         worst = max((s for s in result.scores if s.role == "fit"), key=lambda s: s.rms_over_noise)
         said.append(
-            f"{BASE_LAW[result.kind][0].upper()}{BASE_LAW[result.kind][1:]} leaves more than noise (reduced "
+            f"{law[0].upper()}{law[1:]} leaves more than noise (reduced "
             f"chi-square {fit.reduced_chi_square:.3g}; {worst.name} is missed by "
             f"{worst.rms_over_noise:.2g} times "
             "its noise): the numbers are the nearest that it comes, not constants of nature, and their "
             "standard "
             f"errors were multiplied by {fit.inflation:.2g}. `pneusma diagnose` looks for the cause."
         )
-    open_ = [e for e in result.identifiability if e["kind"] != "at_bound"]
+    open_ = [e for e in result.identifiability if e["kind"] not in ("at_bound", "absent")]
     nothing = "These recordings determine everything that was free, each better than was known before."
     return [*said, open_[0]["text"] if open_ else nothing]
+
+
+def law_of(result: GeneralCharacterisation) -> str:
+    """What was fitted, in words: the base law, with the effects of a model on disk if it has any."""
+    effects = [] if result.model is None else [a.slug.replace("_", " ") for a in result.model.acting]
+    return BASE_LAW[result.kind] + (f" with {' and '.join(effects)}" if effects else "")
+
+
+def about_the_model(result: GeneralCharacterisation) -> list[str]:
+    """What a model on disk brought, and which of its priors these recordings had made themselves."""
+    if result.model is None:
+        return []
+    model = result.model.model
+    said = [f"Fitted with the model {model.name}{f' ({model.path})' if model.path else ''}."]
+    for added in result.model.acting:
+        effect = find_effect(added.slug)
+        said.append(f"{added.slug}: {effect.sentence}")
+    spent = result.model.spent(result.campaign)
+    if spent:
+        said.append(
+            f"The file's priors of {', '.join(spent)} come from these recordings and are not counted again."
+        )
+    return said
 
 
 def _missed(result: GeneralCharacterisation) -> str:
@@ -59,7 +85,7 @@ def _unit(column: str) -> str:
 
 def warnings(result: GeneralCharacterisation) -> list[str]:
     """What to be careful about: bounds, parameters that never moved, fits that did not end well."""
-    said = [e["text"] for e in result.identifiability if e["kind"] in ("at_bound", "at_start")]
+    said = [e["text"] for e in result.identifiability if e["kind"] in ("at_bound", "at_start", "absent")]
     if not result.fit.result.success:
         said.append(f"The fit did not end well. {result.fit.result.status.value}")
     ends = [x for x in result.fit.starts if x == x]
@@ -83,5 +109,15 @@ def how_it_was_fitted(result: GeneralCharacterisation) -> list[str]:
         "residuals are "
         f"correlated over {fit.correlation_time:.1f} samples; standard errors multiplied by "
         f"{fit.inflation:.2g}.",
-        "Every free number has a prior: the tolerance that the recordings state, or that of its table.",
+        _priors(result),
     ]
+
+
+def _priors(result: GeneralCharacterisation) -> str:
+    said = "Every free number has a prior: the tolerance that the recordings state, or that of its table."
+    if result.model is None:
+        return said
+    return (
+        "Base numbers have the prior of the model's file, or the tolerance that the recordings state; "
+        "parameters of effects are flat between their physical bounds where the file has no prior."
+    )

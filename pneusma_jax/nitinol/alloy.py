@@ -151,14 +151,24 @@ class Alloy(eqx.Module):
         """Shear stress, Eqs. 2.33 and 3.3 [Pa]."""
         return stress.shear_stress(gamma, self.modulus(xi0), self.detwinning_stress(gamma, xi0), gamma_R)
 
-    def remember(self, state: SpringState, gamma: Array, xi0: Array) -> SpringState:
+    def remember(
+        self, state: SpringState, gamma: Array, xi0: Array, margin: Array | float = 0.0
+    ) -> SpringState:
         """State after a row that ended at strain `gamma` and fraction `xi0` (Section 3.4.1).
 
         Heating lowers `xi_min`. Detwinning past what the residual strain accounts for sets both anew.
+
+        Args:
+            state: before the row.
+            gamma: shear strain [1].
+            xi0: martensite fraction [1].
+            margin: part of the residual strain by which detwinning must pass it [1]; 0 by the law, else for
+                a fit that asks what the rule would say of slightly other numbers.
         """
         heated = SpringState(state.prestrain, hottest(state, xi0))
         gamma_R = self.residual_strain(heated, xi0)
-        loading = stress.on_detwinning_branch(self.modulus(xi0), self.detwinning_stress(gamma, xi0), gamma_R)
+        passed = (1.0 + margin) * gamma_R
+        loading = stress.on_detwinning_branch(self.modulus(xi0), self.detwinning_stress(gamma, xi0), passed)
         deeper = (
             residual_strain.residual_strain(self.residual_strain_limit(gamma), xi0, self.gR_decay) > gamma_R
         )

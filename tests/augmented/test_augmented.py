@@ -90,7 +90,7 @@ def _changed(text: str, old: str, new: str) -> str:
         ('unit = "GPa"', 'unit = "mm"', "measures a length"),
         ('slug = "tip_contact"', 'slug = "tip_contacts"', "did you mean 'tip_contact'?"),
         ("exponent = ", "exponents = ", "did you mean 'exponent'?"),
-        ('unit = "N m/rad"', 'unit = "N m"', "unit must be 'N m/rad'"),
+        ('unit = "N m/rad"', 'unit = "N m"', "is needed, for example in 'N m/rad'"),
         ("number = 2", "number = 2.5", "must be like 2"),
         ("gain = {value = 0.15", "gain = {value = 7.0", "share of the heat that arrives is 0 to 0.6"),
         ('design = "pneusma2"', "design = 2", "name or path of a table"),

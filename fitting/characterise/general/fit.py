@@ -10,7 +10,7 @@ import numpy as np
 
 from fitting.characterise.noise import correlation_time
 from fitting.least_squares import FitResult, fit_least_squares
-from fitting.models import Rows, model_of, observations, predictor_of, residual_of, silenced, stack
+from fitting.models import Model, Rows, model_of, observations, predictor_of, residual_of, silenced, stack
 from fitting.parameters import Parameters
 from fitting.recordings import Recording
 
@@ -30,6 +30,7 @@ class GeneralFit:
     Attributes:
         recordings: all of them.
         rows: the same as arrays, decided at the values found, noise as it was stated.
+        model: what predicts them.
         result: the fit, noise as it was taken.
         starts: chi-square that each start ended with; NaN where it failed.
         reduced_chi_square: of the noise as stated.
@@ -39,6 +40,7 @@ class GeneralFit:
 
     recordings: tuple[Recording, ...]
     rows: tuple[Rows, ...]
+    model: Model
     result: FitResult
     starts: tuple[float, ...]
     reduced_chi_square: float
@@ -58,7 +60,7 @@ class GeneralFit:
     def predict(self, values: Mapping[str, float] | None = None) -> list[dict[str, np.ndarray]]:
         """Outputs of every recording at values, those of the fit by default; SI, without padding."""
         values = self.result.values if values is None else values
-        found = jax.device_get(predictor_of(self.kind)(arrays(values), stack(self.rows)))
+        found = jax.device_get(predictor_of(self.model)(arrays(values), stack(self.rows)))
         return [
             {name: column[k][: len(rows.mask)] for name, column in found.items()}
             for k, rows in enumerate(self.rows)
@@ -91,6 +93,7 @@ def fit_campaign(
     starts: int,
     seed: int,
     progress: Callable[[str], None],
+    model: Model | None = None,
 ) -> GeneralFit:
     """Fit all free parameters to all recordings with `role = fit`.
 
@@ -101,49 +104,55 @@ def fit_campaign(
         starts: in all; the others are scattered over the priors.
         seed: of those.
         progress: called with a word for each fit that is done.
+        model: what predicts; that of the kind by default.
     """
     recordings, rows, parameters = tuple(recordings), list(rows), parameters.copy()
-    result = _fit(recordings, rows, parameters, starts, seed)
+    model = model or model_of(recordings[0].kind)
+    result = _fit(model, recordings, rows, parameters, starts, seed)
     ends = tuple(float(x) for x in result.start_chi_squares)
     progress("fit")
-    rows, result = _decided(recordings, rows, result)
+    rows, result = _decided(model, recordings, rows, result)
     reduced = float(result.reduced_chi_square or np.nan)
-    fit = GeneralFit(recordings, tuple(rows), result, ends, reduced, 1.0, 1.0)
+    fit = GeneralFit(recordings, tuple(rows), model, result, ends, reduced, 1.0, 1.0)
     time = correlation_time(_misfits(fit))
     fit = replace(fit, correlation_time=time)
     if reduced > MISFIT:
         factor = float(np.sqrt(reduced * time))
-        result = _fit(recordings, inflated(rows, factor), _at(parameters, result), 1, seed)
+        result = _fit(model, recordings, inflated(rows, factor), _at(parameters, result), 1, seed)
         fit = replace(fit, result=result, inflation=factor)
         progress("errors")
     return fit
 
 
 def _decided(
-    recordings: tuple[Recording, ...], rows: list[Rows], result: FitResult
+    model: Model, recordings: tuple[Recording, ...], rows: list[Rows], result: FitResult
 ) -> tuple[list[Rows], FitResult]:
     """Rounds of deciding what depends on the parameters without being smooth in them, and fitting again."""
-    model = model_of(recordings[0].kind)
-    if not hasattr(model, "decided") or not any(np.any(sd) for r in rows for sd in r.extra["sd"]):
+    if not hasattr(model, "decided") or not any(np.any(sd) for r in rows for sd in r.extra.get("sd", ())):
         return rows, result
     for _ in range(ROUNDS):
         rows = model.decided(result.values, rows)
-        before, result = result, _fit(recordings, rows, _at(result.parameters, result), 1, 0)
+        before, result = result, _fit(model, recordings, rows, _at(result.parameters, result), 1, 0)
         if before.chi_square is None or abs((result.chi_square or 0.0) - before.chi_square) < SAME:
             break
     return rows, result
 
 
 def _fit(
-    recordings: tuple[Recording, ...], rows: Sequence[Rows], parameters: Parameters, starts: int, seed: int
+    model: Model,
+    recordings: tuple[Recording, ...],
+    rows: Sequence[Rows],
+    parameters: Parameters,
+    starts: int,
+    seed: int,
 ) -> FitResult:
     used = fitted_only(recordings, rows)
     return fit_least_squares(
-        residual_of(recordings[0].kind),
+        residual_of(model),
         parameters,
         data=stack(used),
         use_priors=True,
-        observations=observations(used),
+        observations=getattr(model, "observations", observations)(used),
         rtol=RTOL,
         max_steps=MAX_STEPS,
         starts=starts if starts > 1 else None,

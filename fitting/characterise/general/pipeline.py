@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
+from fitting.augmented import AugmentedModel
 from fitting.characterise.result import Characterisation, Estimate
-from fitting.characterise.spring.alloy_table import estimate
+from fitting.characterise.spring.alloy_table import KELVIN, estimate
 from fitting.characterise.spring.information import Information, with_errors
-from fitting.models import model_of, priors
+from fitting.models import Model, model_of, priors
+from fitting.models.augmented import Augmented, Held, refitted
 from fitting.parameters import Parameters
 from fitting.recordings import Campaign, Recording
 from pneusma_jax.calibration import Calibration
@@ -43,6 +45,7 @@ class GeneralCharacterisation(Characterisation):
         repeats: what measuring each once more would add.
         options: tables that the campaign was fitted from.
         seed: of the scattered starts.
+        model: the model on disk that was fitted; None for the base model.
     """
 
     campaign: Campaign
@@ -55,6 +58,7 @@ class GeneralCharacterisation(Characterisation):
     repeats: tuple[Repeat, ...]
     options: dict[str, str | Path]
     seed: int
+    model: Augmented | None = None
 
     @property
     def title(self) -> str:
@@ -113,6 +117,16 @@ class GeneralCharacterisation(Characterisation):
 
         return tables(self)
 
+    def held(self) -> list[Held]:
+        """What the model on disk states and this fit left as it is; nothing for the base model."""
+        return [] if self.model is None else self.model.held(self.campaign, self.fitted)
+
+    def augmented(self) -> AugmentedModel | None:
+        """The model on disk with the numbers found; None for the base model."""
+        if self.model is None:
+            return None
+        return refitted(self.model, self.campaign, self.fitted, f"Fitted to {self.title}")
+
     def sampling_problem(self, model: Calibration | None = None) -> "SamplingProblem":
         """The joint posterior, from the fit's own values, its priors and its noise."""
         from fitting.posterior.models import model_problem
@@ -122,7 +136,7 @@ class GeneralCharacterisation(Characterisation):
         from .fit import inflated
 
         rows = inflated(self.fit.rows, self.fit.inflation)
-        return model_problem(self.title, self.fit.recordings, rows, self.fitted)
+        return model_problem(self.title, self.fit.recordings, rows, self.fitted, model=self.fit.model)
 
 
 def characterise_general(
@@ -133,6 +147,7 @@ def characterise_general(
     starts: int = STARTS,
     seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
+    model: Augmented | None = None,
     **options: str | Path,
 ) -> GeneralCharacterisation:
     """Fit a campaign of one kind: priors, least squares from several starts, errors, what stays open.
@@ -144,6 +159,7 @@ def characterise_general(
         starts: of the fit in all.
         seed: of the scattered ones.
         progress: called with a word for each step that is done.
+        model: model on disk, of this kind; the base model by default.
         **options: tables to start from, as the kind's `rows_for` takes them.
 
     Raises:
@@ -155,17 +171,19 @@ def characterise_general(
         raise InputError(
             f'{campaign.path}: every recording has role = "validation"; one with role = "fit" is needed'
         )
-    model = model_of(kind)
-    parameters = adjusted(model.parameters_for(campaign, **options), adjust or {})
+    predictor: Model = model or model_of(kind)
+    parameters = adjusted(predictor.parameters_for(campaign, **options), adjust or {})
     if not parameters:
         raise InputError(
             f"{campaign.path}: alloy and material are known and the tolerances leave nothing open; "
             'state "fit" for one of them, or a [tolerance]'
         )
     start = {name: entry.value for name, entry in parameters.items()}
-    rows = model.rows_for(campaign, **options)
+    rows = predictor.rows_for(campaign, **options)
+    if model is not None:
+        rows = model.prepared(start, rows)
     progress("read")
-    fit = fit_campaign(recordings, rows, parameters, starts, seed, progress)
+    fit = fit_campaign(recordings, rows, parameters, starts, seed, progress, predictor)
     told, each = informed(fit)
     fit = replace(fit, result=with_errors(fit.result, lambda _: told))
     progress("information")
@@ -175,11 +193,14 @@ def characterise_general(
         fit=fit,
         start=start,
         told=told,
-        identifiability=cannot_tell(told, fit.result.parameters, start),
+        identifiability=cannot_tell(
+            told, fit.result.parameters, start, model and model.absent(fit.result.parameters)
+        ),
         scores=tuple(scores(fit)),
         repeats=tuple(repeats(fit, told, each)),
         options=dict(options),
         seed=seed,
+        model=model,
     )
 
 
@@ -194,7 +215,7 @@ def adjusted(parameters: Parameters, changes: Mapping[str, Mapping[str, Any]]) -
     for name, change in changes.items():
         unit = parameters[name].unit if name in parameters else "1"
         in_si[name] = {
-            key: to_si(value, unit) if key in ("value", "min", "max") else value
+            key: to_si(value, unit, unit == KELVIN) if key in ("value", "min", "max") else value
             for key, value in change.items()
         }
     return priors.adjusted(parameters, in_si)

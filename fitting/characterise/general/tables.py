@@ -38,10 +38,13 @@ def _alloy(result: "GeneralCharacterisation") -> dict[str, Quantity]:
     base = result.options.get("base")
     if result.kind == "wire":
         quantities, _ = wire_quantities(result.campaign, base)
-    elif result.kind == "actuator" and set(SPRING_ALLOY) & set(result.fitted):
+    elif result.kind in ("actuator", "spring") and set(SPRING_ALLOY) & set(result.fitted):
         quantities, _ = priors.alloy_quantities(result.campaign, SPRING_ALLOY, base)
     else:
         return {}
+    if result.model is not None:
+        own = result.model.model.quantities("alloy")
+        quantities = {name: own.get(name, quantity) for name, quantity in quantities.items()}
     return quantities if set(quantities) & set(result.fitted) else {}
 
 

@@ -14,6 +14,8 @@ from .fit import GeneralFit
 
 STEP = 1e-3
 """Step of a derivative, as a share of the parameter's prior 1-sigma."""
+FLAT = 12.0**0.5
+"""Width of a flat prior in its standard deviations."""
 NOTHING = 0.98
 """Ratio of error bars above which a repeat is not said to help."""
 
@@ -48,13 +50,24 @@ def informed(fit: GeneralFit) -> tuple[Information, list[np.ndarray]]:
         names=tuple(names),
         matrix=np.sum([each[k] for k in fitted], axis=0),
         scale=scale,
-        prior=np.array([0.0 if entry.prior is None else entry.prior.sd**-2 for entry in entries]),
+        prior=np.array([_precision(entry) for entry in entries]),
         fixed=np.array([entry.at_bound for entry in entries]),
     ), each
 
 
 def _scale(entry: Parameter) -> float:
-    return float(entry.prior.sd) if entry.prior is not None else abs(float(entry.value)) or 1.0
+    """Natural size of a parameter: of its prior, of its range where it is flat, or its own."""
+    if entry.prior is not None:
+        return float(entry.prior.sd)
+    width = entry.max - entry.min
+    return width / FLAT if np.isfinite(width) else abs(float(entry.value)) or 1.0
+
+
+def _precision(entry: Parameter) -> float:
+    if entry.prior is not None:
+        return entry.prior.sd**-2
+    width = entry.max - entry.min
+    return (FLAT / width) ** 2 if np.isfinite(width) else 0.0
 
 
 def _slopes(fit: GeneralFit, entry: Parameter, size: float) -> list[dict[str, np.ndarray]]:
@@ -95,7 +108,10 @@ def advice(found: Sequence[Repeat]) -> str:
 
 
 def cannot_tell(
-    told: Information, parameters: Parameters, start: Mapping[str, float]
+    told: Information,
+    parameters: Parameters,
+    start: Mapping[str, float],
+    absent: Mapping[str, str] | None = None,
 ) -> list[dict[str, Any]]:
     """What these recordings leave open, in words.
 
@@ -103,17 +119,22 @@ def cannot_tell(
         told: by the recordings.
         parameters: at the values found.
         start: values before the fit, SI.
+        absent: parameters whose bound means that there is nothing, with a sentence each.
 
     Returns:
         One entry for each parameter at a bound, that stayed at its start or is hardly informed, each loose
         combination and each pair that is known only together: `kind`, `parameters`, a number, `text`.
     """
-    entries = [_bound(name) for name, fixed in zip(told.names, told.fixed, strict=True) if fixed]
+    absent = absent or {}
+    stopped = [name for name, fixed in zip(told.names, told.fixed, strict=True) if fixed]
+    entries = [_bound(name, absent.get(name)) for name in stopped]
     alone, covered = _alone(told, parameters, start)
     return entries + alone + _loose(told, covered) + _pairs(told)
 
 
-def _bound(name: str) -> dict[str, Any]:
+def _bound(name: str, absent: str | None = None) -> dict[str, Any]:
+    if absent:
+        return {"kind": "absent", "parameters": [name], "text": absent}
     text = (
         f"{name} stopped at its bound: the data, or another cause of misfit, pull it further than it may go. "
         "It has no error, and the other errors hold if it is truly there."

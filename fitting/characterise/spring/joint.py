@@ -1,7 +1,7 @@
 """The joint fit of everything to everything, from several starts, with errors that know about misfit."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -16,6 +16,12 @@ from .problem import Problem, values_of
 
 MISFIT = 1.3
 """Reduced chi-square from which what is left is more than noise, and standard errors grow with it."""
+ALIKE = 1.0
+"""Chi-square within which two fits are as good."""
+RETRIES = 6
+"""Most fits from what the other tests say."""
+FEWEST = 3
+"""Tests of which one can be left out."""
 WANDERS = 2
 """Rounds of finding how fast the martensite fraction wanders."""
 
@@ -27,10 +33,12 @@ class Start:
     Attributes:
         name: in words.
         result: of the fit.
+        problem: where it ended, with what the rule decided there.
     """
 
     name: str
     result: FitResult
+    problem: Problem = field(repr=False)
 
 
 @dataclass(frozen=True)
@@ -80,10 +88,10 @@ def fit_jointly(
     values = dict(staged)
     for _ in range(WANDERS):
         problem = problem.at(values).wandering(values)
-        result = problem.fit()
+        result, problem = problem.fitted_with()
         values = result.values
         progress("joint fit")
-    return _settled(problem.at(values), (Start("stages", result),), progress)
+    return _settled((Start("stages", result, problem),), progress)
 
 
 def try_others(
@@ -101,25 +109,113 @@ def try_others(
     problem = joint.problem.inflated(1.0)
     starts = list(joint.starts)
     for name, other in others.items():
-        starts.append(Start(name, problem.at({**joint.values, **other}).fit()))
+        starts.append(Start(name, *problem.at({**joint.values, **other}).fitted_with()))
         progress(f"start from {name}")
-    starts.sort(key=lambda start: (not start.result.success, _cost(start.result)))
+    starts = _ranked(starts)
     if starts[0] is joint.starts[0]:
         return replace(joint, starts=tuple(starts))
-    return _settled(problem.at(starts[0].result.values), tuple(starts), progress)
+    return _settled(tuple(starts), progress)
 
 
-def _settled(problem: Problem, starts: tuple[Start, ...], progress: Callable[[str], None]) -> Joint:
+def retried(joint: Joint, progress: Callable[[str], None] = lambda _: None) -> Joint:
+    """Fit again from where the others end without a test that is badly missed, while that helps.
+
+    What the rule decided in a test from rough constants can hold them where they are: its row of memory is
+    wrong, the constants have given way to that, and from there it looks right. The other tests, fitted
+    without it, say better what it has to decide.
+
+    Args:
+        joint: any fit.
+        progress: called with a word for each fit that is done.
+    """
+    tried: set[int] = set()
+    for _ in range(RETRIES):
+        problem, best = joint.starts[0].problem, joint.starts[0].result
+        missed = misfits(problem, best.values)
+        worst = [k for k in sorted(missed, key=lambda k: -missed[k]) if missed[k] > MISFIT and k not in tried]
+        if not worst or len(missed) < FEWEST:
+            break
+        tried.add(worst[0])
+        name = f"the tests without {problem.tests[worst[0]].name}"
+        rest, _ = problem.fitted_with(tests=[k for k in missed if k != worst[0]])
+        start = Start(name, *problem.at(rest.values).fitted_with())
+        progress(f"start from {name}")
+        starts = _ranked([*joint.starts, start])
+        better = starts[0] is start and _cost(start.result) < _cost(best) - ALIKE
+        joint = replace(joint, starts=tuple(starts if better else [*joint.starts, start]))
+        tried = set() if better else tried
+    if joint.starts[0].problem is joint.problem or joint.starts[0].result is joint.result:
+        return joint
+    return _settled(joint.starts, progress)
+
+
+def spanned(joint: Joint) -> Joint:
+    """The same fit with errors that span the other fits which are nearly as good.
+
+    With other turning points in the memory other constants fit as well, and the curvature about one of them
+    knows nothing of the others. Every fit counts as likely as its chi-square makes it; the second moment
+    about the best is what is added, and nothing where all starts end at one place.
+
+    Args:
+        joint: with all its starts.
+    """
+    best = joint.result
+    names = best.uncertainty.names
+    if not names or len(joint.starts) < 2:
+        return joint
+    least = min(_cost(start.result) for start in joint.starts)
+    centre = np.array([joint.starts[0].result.values[n] for n in names])
+    more, total = np.zeros((len(names), len(names))), 0.0
+    for start in joint.starts:
+        weight = float(np.exp(-0.5 * (_cost(start.result) - least) / joint.inflation**2))
+        away = np.array([start.result.values[n] for n in names]) - centre
+        more, total = more + weight * np.outer(away, away), total + weight
+    covariance = best.uncertainty.covariance + more / total
+    sd = np.sqrt(np.diag(covariance))
+    parameters, errors = best.parameters.copy(), dict(best.uncertainty.standard_errors)
+    for name, error in zip(names, map(float, sd), strict=True):
+        parameters[name].set(standard_error=error)
+        errors[name] = error
+    wider = replace(
+        best.uncertainty,
+        standard_errors=errors,
+        covariance=covariance,
+        correlation=covariance / np.outer(sd, sd),
+    )
+    return replace(joint, result=replace(best, parameters=parameters, uncertainty=wider))
+
+
+def misfits(problem: Problem, values: Mapping[str, float]) -> dict[int, float]:
+    """Mean square of the force's misfit over its noise, of every fitted test, by its index."""
+    series = force_misfit(problem, values)
+    told = [k for k in problem.fitted if np.any(np.asarray(problem.stacked.weight["force"][k]) > 0.0)]
+    return {k: float(np.mean(misfit**2)) for k, misfit in zip(told, series, strict=True)}
+
+
+def _settled(starts: tuple[Start, ...], progress: Callable[[str], None]) -> Joint:
     """The best fit with errors that know about misfit and serial correlation."""
-    best = starts[0].result
+    best, problem = starts[0].result, starts[0].problem
     time = correlation_time(force_misfit(problem, best.values))
     reduced = best.reduced_chi_square or np.nan
     if reduced > MISFIT:
         problem = problem.inflated(float(np.sqrt(reduced * time)))
-        best = problem.fit()
-        problem = problem.at(best.values)
+        best, problem = problem.fitted_with()
         progress("errors")
     return Joint(problem, with_errors(best, lambda p: information(problem, p)), starts, float(reduced), time)
+
+
+def _ranked(starts: Sequence[Start]) -> list[Start]:
+    """Best first: the smaller chi-square; of alike ones those that converged.
+
+    A fit that stops on a kink of the residual strain is a fit nevertheless, only not as exactly at its end.
+    """
+    least = min(_cost(start.result) for start in starts)
+
+    def rank(start: Start) -> tuple[bool, bool, float]:
+        cost = _cost(start.result)
+        return cost > least + ALIKE, cost <= least + ALIKE and not start.result.success, cost
+
+    return sorted(starts, key=rank)
 
 
 def _cost(result: FitResult) -> float:

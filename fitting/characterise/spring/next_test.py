@@ -138,6 +138,7 @@ def _design(
         "level": np.asarray(xi0 if level is None else level),
         "level_sd": np.asarray(0.5 if level is None else 0.0),
         "wander": np.asarray(np.median(np.asarray(problem.stacked.extra["wander"]))),
+        "pace": np.asarray(np.median(np.asarray(problem.stacked.extra["pace"]))),
         "loading": np.ones(size),
     }
     return Rows(

@@ -22,7 +22,8 @@ from pneusma_jax.units import to_si
 
 from .alloy_table import alloy_table, estimate
 from .information import Information, information, sentences, spread_given_geometry
-from .joint import Joint, fit_jointly, shifted, try_others
+from .joint import Joint, fit_jointly, retried, shifted, spanned, try_others
+from .memory_starts import memory_starts
 from .modes import Mode, other_modes
 from .next_test import NextTest, next_test
 from .problem import Problem
@@ -152,7 +153,8 @@ def characterise_spring(
     """Identify an alloy from springs on a stand, or adjust a known one within its tolerances.
 
     With `alloy = "fit"` in the recordings everything is found, in the source's stages and then jointly; the
-    softest tests are taken to be fully martensitic and the stiffest fully austenitic, as the source does.
+    tests whose resistance at rest is farthest from that of the stiffest are taken to be fully martensitic,
+    and the stiffest fully austenitic, as the source does.
     With a named alloy only what `[tolerance]` leaves open is.
 
     Args:
@@ -183,8 +185,12 @@ def characterise_spring(
     start = {name: entry.value for name, entry in problem.parameters.items()}
     staged, stages = run_stages(problem, progress) if identify else (start, [])
     joint = fit_jointly(problem, staged, progress)
+    if identify:
+        again = memory_starts(joint.problem.inflated(1.0), staged, seed, progress)
+        joint = retried(try_others(joint, again, progress), progress)
     others = _other_starts(joint, stages, identify, starts - 1, seed)
     joint = try_others(joint, others, progress)
+    joint = spanned(joint)
     told = information(joint.problem, joint.parameters)
     progress("information")
     fitted = [test for test in tests if test.fitted]

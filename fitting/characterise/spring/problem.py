@@ -24,7 +24,7 @@ from .stand_tests import StandTest
 
 RTOL = 1e-3
 """A fit has converged when its next step would be this many standard errors."""
-MAX_STEPS = 50
+MAX_STEPS = 200
 MOST_ROUNDS = 4
 SAME = 0.05
 """Change of chi-square below which two rounds of decisions agree."""
@@ -143,18 +143,24 @@ class Problem:
         Args:
             **options: those of `data`.
         """
+        return self.fitted_with(**options)[0]
+
+    def fitted_with(self, **options: Any) -> tuple[FitResult, "Problem"]:
+        """As `fit`; and the problem at what was found, with the decisions that it was found with."""
         problem, before = self, None
         for _ in range(MOST_ROUNDS):
-            result = problem._fit_once(**options)
+            result, problem = problem._fit_once(**options)
             if before is not None and _same(before, result):
                 break
-            before, problem = result, problem.at(result.values)
-        return result
+            before = result
+        return result, problem
 
-    def _fit_once(self, **options: Any) -> FitResult:
+    def _fit_once(self, **options: Any) -> tuple[FitResult, "Problem"]:
         data = self.data(**options)
         data["rows"] = decided(values_of(self.parameters), data["rows"])
-        return solve(self.parameters, data)
+        result = solve(self.parameters, data)
+        known = {**self.stacked.extra, "decisions": data["rows"].extra["decisions"]}
+        return result, replace(self.at(result.values), stacked=replace(self.stacked, extra=known))
 
 
 def solve(parameters: Parameters, data: PyTree) -> FitResult:

@@ -1,7 +1,8 @@
 """What each test on the stand is: cold, hot or between, how far it goes and whether it comes back.
  Decided from the recording itself. Resistance tells cold wire apart sharply, hot wire hardly (an exponent
 near eight); stiffness tells hot wire apart, because austenite is the stiffer phase whatever the alloy. So the
-resistance of the softest tests marks the cold end and the stiffness of the stiffest the hot one.
+stiffness of the stiffest test marks the hot end, and the resistance at rest that is farthest from its own the
+cold one.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,8 +22,8 @@ LEVEL: dict[Phase, float | None] = {"cold": 1.0, "hot": 0.0, "intermediate": Non
 """Martensite fraction that a test is taken to be at when the alloy is to be identified."""
 BEGINNING = 0.02
 """Shear strain up to which the first pull is taken as elastic."""
-CONTRAST = 0.01
-"""Least relative difference of the resistances at rest that tells phases apart."""
+CONTRAST = 0.001
+"""Least relative difference of the resistances at rest that tells phases apart whose stiffness differs."""
 STIFFER = 1.2
 """Least ratio of the stiffest test's slope to the softest's for one of them to be hot and the other cold."""
 SAME_RESISTANCE = 0.02
@@ -177,14 +178,17 @@ def _phases(readings: Sequence[_Reading]) -> list[tuple[Phase, str]]:
         return [
             ("cold", "nothing tells its phase; taken as cold, as the source takes what was not measured")
         ] * len(readings)
-    softest, stiffest = int(np.nanargmin(slopes)), int(np.nanargmax(slopes))
-    contrast = rho[softest] - rho[stiffest]
-    apart = slopes[stiffest] > STIFFER * slopes[softest]
-    if not apart or not abs(contrast) > CONTRAST * abs(rho[softest]):
+    coldest, stiffest = int(np.nanargmin(slopes)), int(np.nanargmax(slopes))
+    away = np.abs(rho - rho[stiffest])
+    if np.isfinite(away).any():  # at rest resistance goes one way from hot to cold; stiffness has its noise
+        coldest = int(np.nanargmax(away))
+    contrast = rho[coldest] - rho[stiffest]
+    apart = slopes[stiffest] > STIFFER * slopes[coldest]
+    if not apart or not abs(contrast) > CONTRAST * abs(rho[coldest]):
         return [("cold", "all tests are alike in stiffness and resistance at rest; taken as cold")] * len(
             readings
         )
-    return [_phase(s, r, slopes[stiffest], rho[softest], contrast) for s, r in zip(slopes, rho, strict=True)]
+    return [_phase(s, r, slopes[stiffest], rho[coldest], contrast) for s, r in zip(slopes, rho, strict=True)]
 
 
 def _by_alloy(alloy: Alloy, reading: _Reading) -> tuple[Phase, str]:
@@ -204,7 +208,7 @@ def _phase(slope: float, rho: float, stiffest: float, cold: float, contrast: flo
     if share > 1.0 - SAME_RESISTANCE:
         return (
             "cold",
-            f"its resistance at rest is that of the softest test (to {100.0 * abs(1.0 - share):.1f} %)",
+            f"its resistance at rest is that of the coldest test (to {100.0 * abs(1.0 - share):.1f} %)",
         )
     if slope > (1.0 - SAME_STIFFNESS) * stiffest and share < SAME_RESISTANCE:
         return (

@@ -40,15 +40,20 @@ FLATTEST = 1e-6
 parameters_for = actuator.parameters_for
 
 
-def rows_for(campaign: Campaign) -> list[Rows]:
-    """Every recording as arrays, with what only effects ask for: currents, air temperature, gravity."""
+def rows_for(campaign: Campaign, **options: Any) -> list[Rows]:
+    """Every recording as arrays, with what only effects ask for: currents, air temperature, gravity.
+
+    Args:
+        campaign: recordings of kind actuator, of one design.
+        **options: of the base model's `rows_for`.
+    """
     members = campaign.recordings
     shared = [
         q for q in ("current_1", "current_2", "current_3", "temperature") if any(r.has(q) for r in members)
     ]
     return [
         eqx.tree_at(lambda x: x.extra, rows, rows.extra | _recorded(recording, rows, shared))
-        for recording, rows in zip(members, actuator.rows_for(campaign), strict=True)
+        for recording, rows in zip(members, actuator.rows_for(campaign, **options), strict=True)
     ]
 
 
