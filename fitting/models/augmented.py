@@ -287,7 +287,7 @@ class Augmented:
         return max(count, 1)
 
     def prepared(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
-        """Recordings with hidden phases read, and with what the noise of a resistance does to the force.
+        """Recordings with hidden phases read, or with the walks of those that are found with every model.
 
         Args:
             values: free parameters, SI.
@@ -296,7 +296,7 @@ class Augmented:
         if not self.acting:
             return self.decided(values, recordings) if self.decides(recordings) else recordings
         if self.kind == "spring":
-            return self._with_resistance_noise(values, self._walking(values, recordings))
+            return self._walking(values, recordings)
         return self.decided(values, recordings) if self.decides(recordings) else recordings
 
     def decides(self, recordings: Sequence[Rows]) -> bool:
@@ -318,38 +318,12 @@ class Augmented:
     def _walking(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
         """Springs whose martensite fraction wanders as fast as resistance says, and no faster."""
         base, _ = self._split(values)
-        found = np.asarray(self._module.prepared(base, stack(recordings)).extra["pace"])
+        found = np.asarray(self._module.prepared(base, stack(recordings)).extra["wander"])
         pairs = zip(recordings, found, strict=False)
         return [
             eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, "wander": np.asarray(wander)})
             for rows, wander in pairs
         ]
-
-    def _with_resistance_noise(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
-        """Springs whose force is as uncertain as it and the resistance behind its phase."""
-        program = eqx.filter_jit(jax.vmap(self.predict, (None, 0)))
-        point = {name: jnp.asarray(float(value)) for name, value in values.items()}
-
-        def force(sign: float) -> np.ndarray:
-            moved = []
-            for rows in recordings:
-                weight = np.asarray(rows.weight["resistance"])
-                step = sign / np.where(weight > 0.0, weight, np.inf)
-                inputs = {**rows.inputs, "resistance": rows.inputs["resistance"] + step}
-                measured = {**rows.measured, "resistance": rows.measured["resistance"] + step}
-                moved.append(dataclasses.replace(rows, inputs=inputs, measured=measured))
-            return np.asarray(program(point, stack(moved))["force"])
-
-        here, found = force(0.0), []
-        there = np.maximum(np.abs(force(1.0) - here), np.abs(force(-1.0) - here))
-        for rows, change in zip(recordings, there, strict=False):
-            weight = np.asarray(rows.weight["force"])
-            held = weight > 0.0
-            more = np.nan_to_num(change[: len(weight)])
-            sigma = np.hypot(1.0 / np.where(held, weight, 1.0), more)
-            own = {**rows.weight, "force": np.where(held, 1.0 / sigma, 0.0)}
-            found.append(eqx.tree_at(lambda r: r.weight, rows, own))
-        return found
 
 
 def _start_from(entry: Parameter, quantity: Quantity, title: str) -> None:

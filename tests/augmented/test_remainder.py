@@ -184,6 +184,8 @@ def test_its_driver_is_that_of_a_diagnosis(kind):
     campaign = synthesise(kind, seed=1, tests=1, **wishes).campaign
     module = kind_module(kind)
     row = module.rows_for(dataclasses.replace(campaign, recordings=campaign.recordings[:1]))[0]
+    # a spring's hidden phase would follow the force that the term changes
+    row = dataclasses.replace(row, weight=row.weight | {quantity: 0.0 * row.weight[quantity]})
 
     @jax.jit
     def answer(weights, ends):

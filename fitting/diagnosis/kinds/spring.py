@@ -38,10 +38,14 @@ rows_for = spring.rows_for
 parameters_for = spring.parameters_for
 
 
-def prepared(values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]]) -> Rows:
+def prepared(
+    values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]] | None = None
+) -> Rows:
     """Rows whose walks are as fast as their resistances say at these base constants, with the noise of every
-    channel as a diagnosis weighs it."""
+    channel as a diagnosis weighs it; as the rows do, if there are no channels."""
     found = with_wander(values, stacked, LOOSE, WANDERS)
+    if channels is None:
+        return found
     extra = dict(found.extra)
     for name in OUTPUTS:
         weight, correlation = np.zeros(stacked.mask.shape), np.zeros(len(stacked.mask))
@@ -98,7 +102,8 @@ class _Noise(eqx.Module):
 
     @classmethod
     def of(cls, rows: Rows, name: str) -> "_Noise":
-        weight, correlation = rows.extra[f"weight_{name}"], rows.extra[f"correlation_{name}"]
+        weight = rows.extra.get(f"weight_{name}", rows.weight[name])
+        correlation = rows.extra.get(f"correlation_{name}", 0.0)
         there = weight > 0.0
         follows = jnp.concatenate([jnp.zeros(1, bool), there[1:] & there[:-1]])
         own = jnp.where(follows, 1.0 / (1.0 - correlation**2), there)
