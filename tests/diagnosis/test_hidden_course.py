@@ -24,7 +24,8 @@ def _rows(rng, wander=1e-3, correlation=(0.6, 0.0)):
     for name, rho in zip(sigma, correlation, strict=True):
         extra |= {f"weight_{name}": jnp.asarray(1.0 / sigma[name]), f"correlation_{name}": jnp.asarray(rho)}
     measured = {name: jnp.asarray(0.5 + 0.1 * rng.standard_normal(COUNT)) for name in sigma}
-    return SimpleNamespace(time=jnp.cumsum(jnp.full(COUNT, 0.5)), extra=extra, measured=measured), sigma
+    time = jnp.cumsum(jnp.full(COUNT, 0.5))
+    return SimpleNamespace(time=time, extra=extra, measured=measured, weight=dict.fromkeys(sigma)), sigma
 
 
 def _dense(rows, sigma, slopes, correlation):
