@@ -38,8 +38,8 @@ FAINT = 1.4
 """Reduced chi-square up to which a misfit that no effect explains is not held against the model."""
 
 GROSS = 4.0
-"""Reduced chi-square of fitted and of left-out recordings from which they contradict the model, even where no
-signature of an effect stands out."""
+"""Reduced chi-square from which recordings contradict the model: fitted and left-out ones even where no
+signature of an effect stands out, either where one does."""
 
 
 @dataclass
@@ -111,7 +111,7 @@ def conclude(explanation: Explanation) -> Conclusion:
     if min(base) > GROSS and not significant:
         explanation.p_value = _tail(program, base[0])
         significant = explanation.p_value <= LEVEL
-    mismatch = named or (significant and min(base) > FAINT)
+    mismatch = named or (significant and (min(base) > FAINT or max(base) > GROSS))
     generic = race(explanation.base_program, explanation.base) if mismatch else None
     unknown = _unknown(base, last, floors) if mismatch else 0.0
     if named:
