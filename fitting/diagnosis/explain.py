@@ -250,7 +250,9 @@ def _polished(program: Program, fit: Fit) -> tuple[Program, Fit]:
     best = min([fit, *options], key=lambda f: f.objective)
     if program.has_phases:
         settled_program = settle(program, best.u)
-        return settled_program, Refitter(settled_program).fit(fit.slugs, best.u, POLISHING)
+        again = Refitter(settled_program).fit(fit.slugs, best.u, POLISHING)
+        if again.objective < best.objective:
+            return settled_program, again
     return program, best
 
 

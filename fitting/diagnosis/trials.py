@@ -147,8 +147,10 @@ def trials_of(
     if program.has_phases and trials:
         progress(f"reading hidden phases under {', '.join(t.slug for t in trials[:SETTLED])}")
         for trial in trials[:SETTLED]:
-            trial.program, trial.fit = settled_fit(program, trial.fit.slugs, trial.fit.u)
+            settled_program, fit = settled_fit(program, trial.fit.slugs, trial.fit.u)
             fits += 1
+            if fit.objective < trial.fit.objective:  # read anew, a phase may end in another configuration
+                trial.program, trial.fit = settled_program, fit
     for trial in trials:
         trial.returned = float(np.max(np.abs(trial.fit.u[program.unknowns.base]), initial=0.0))
     _weigh(program, current, trials)
