@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fitting.characterise.noise import robust_noise
 from fitting.models.wire import by_stress
 from fitting.recordings import Campaign, Recording, schema
 from pneusma_jax.effects import find_effect
@@ -20,6 +19,7 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.units import from_si
 
 from .kinds import LETTERS
+from .noise import noise_of
 from .words import SEPARATE
 
 if TYPE_CHECKING:
@@ -109,16 +109,6 @@ def _clock(recording: Recording) -> np.ndarray:
     return time - time[np.isfinite(time)][0]
 
 
-def _noise(recording: Recording, quantity: str) -> float:
-    """1-sigma of a column, stated or from its fast changes, SI."""
-    stated = recording.noise_si(quantity)
-    if stated is not None:
-        return stated
-    time, values = _clock(recording), recording.si(quantity)
-    there = np.isfinite(time) & np.isfinite(values)
-    return robust_noise(time[there], values[there]) if there.sum() > 2 else 0.0
-
-
 def _check_outputs(recording: Recording) -> None:
     """Refuse what was not connected, and recordings in which nothing happens at all."""
     values = {name: recording.columns[name] for name in recording.known_columns if name != "time_s"}
@@ -180,7 +170,7 @@ def _driven(recording: Recording) -> bool:
         small = SMALL.get(name.partition("_")[0])
         least = float(np.max(np.abs(values))) * SMALL_SHARE if small is None else small
         unknown = recording.noise_si(name) is None  # coarse samples of a course look like noise, too
-        if (unknown and np.ptp(values) > least) or np.std(values) > MOVES * _noise(recording, name):
+        if (unknown and np.ptp(values) > least) or np.std(values) > MOVES * noise_of(recording, name):
             return True
     return False
 
@@ -190,7 +180,7 @@ def _alike(recordings: Sequence[Recording]) -> bool:
     for name in drivers_in(recordings[0]):
         held = [r for r in recordings if r.has(name)]
         means = np.array([np.nanmean(r.si(name)) for r in held])
-        noise = max(_noise(r, name) for r in held)
+        noise = max(noise_of(r, name) for r in held)
         if np.ptp(means) > max(NOISES * noise, SAME_INPUT * float(np.max(np.abs(means)))):
             return False
     return True
@@ -221,7 +211,7 @@ def _contradiction(a: Recording, b: Recording) -> str | None:
         if there.sum() < 8:
             continue
         apart = np.abs(x - y)[there]
-        noise = float(np.hypot(_noise(a, quantity), _noise(b, quantity)))
+        noise = float(np.hypot(noise_of(a, quantity), noise_of(b, quantity)))
         reach = max(float(np.ptp(x[there])), float(np.ptp(y[there])))
         if np.median(apart) > NOISES * noise + spread * reach:
             most = float(np.max(apart))
@@ -259,7 +249,7 @@ def _common(a: Recording, b: Recording) -> np.ndarray | None:
     for name in drivers_in(a):
         x, y = _at(a, name, time), _at(b, name, time)
         reach = max(float(np.nanmax(x) - np.nanmin(x)), float(np.nanmax(y) - np.nanmin(y)))
-        noise = min(float(np.hypot(_noise(a, name), _noise(b, name))), SAME_INPUT * reach)
+        noise = min(float(np.hypot(noise_of(a, name), noise_of(b, name))), SAME_INPUT * reach)
         alike &= np.abs(x - y) <= NOISES * noise + SAME_INPUT * reach
         moved |= np.abs(x - x[0]) > MOVES * NOISES * noise + 0.2 * reach
     apart = np.flatnonzero(~alike)

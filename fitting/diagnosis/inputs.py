@@ -12,12 +12,11 @@ from dataclasses import replace
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.characterise.noise import robust_noise
 from fitting.models.channels import serial_correlation
 from fitting.models.rows import Rows
 from fitting.recordings import Recording
 
-from .noise import Channel
+from .noise import Channel, noise_of
 
 
 def input_noise(recordings: list[Recording], stacked: Rows) -> dict[str, np.ndarray]:
@@ -44,14 +43,12 @@ def _noise(recording: Recording, name: str) -> float:
     """1-sigma of one input of one recording, SI; correlated errors count as white ones that are as slow."""
     if not recording.has(name):
         return 0.0
+    sigma, stated = noise_of(recording, name), recording.noise_si(name)
+    if not stated:
+        return sigma
     values = recording.si(name)
-    time = recording.si("time") if recording.has("time") else np.arange(float(len(values)))
-    there = np.isfinite(values) & np.isfinite(time)
-    stated = recording.noise_si(name)
-    if stated is not None:
-        correlation = serial_correlation(values[there], stated) if stated > 0.0 else 0.0
-        return stated * float(np.sqrt((1.0 + correlation) / (1.0 - correlation)))
-    return robust_noise(time[there], values[there]) if there.sum() > 2 else 0.0
+    correlation = serial_correlation(values[np.isfinite(values)], stated)
+    return sigma * float(np.sqrt((1.0 + correlation) / (1.0 - correlation)))
 
 
 def shifted(stacked: Rows, name: str, sigma: np.ndarray) -> Rows:

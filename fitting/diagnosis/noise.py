@@ -91,6 +91,17 @@ def channels_of(recording: Recording, rows: Rows, outputs: tuple[str, ...], size
     return found
 
 
+def noise_of(recording: Recording, quantity: str) -> float:
+    """1-sigma of a column, stated or from its fast changes, SI; without a clock, rows count for time."""
+    stated = recording.noise_si(quantity)
+    if stated is not None:
+        return stated
+    values = recording.si(quantity)
+    time = recording.si("time") if recording.has("time") else np.arange(float(len(values)))
+    there = np.isfinite(values) & np.isfinite(time)
+    return robust_noise(time[there], values[there]) if there.sum() > 2 else 0.0
+
+
 def unstated_noise(values: np.ndarray, white: float) -> tuple[float, float]:
     """Standard deviation and correlation of neighbouring errors of a channel that states neither.
 

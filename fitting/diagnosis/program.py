@@ -5,7 +5,7 @@ One evaluation gives the outputs of all recordings and their derivatives along a
 else in a diagnosis is linear algebra on its whitened results.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import equinox as eqx
@@ -15,9 +15,8 @@ import numpy as np
 
 from fitting.augmented import AugmentedModel
 from fitting.kept import kept
-from fitting.models.rows import Rows, stack
+from fitting.models.rows import Rows, stack, with_numbers
 from fitting.recordings import Campaign, Recording
-from pneusma_jax.calibration_model import Quantity
 from pneusma_jax.chain import Effect
 from pneusma_jax.errors import InputError
 
@@ -93,7 +92,7 @@ class Program:
         there = tuple(added.slug for added in model.added)
         tried = [slug for slug in (candidates(kind) if slugs is None else slugs) if slug not in there]
         known = {name: q for table in model.base.values() for name, q in table.items()}
-        rows = [_with_numbers(r, known) for r in rows]
+        rows = [with_numbers(r, known) for r in rows]
         stacked = stack(rows, coarse=True)
         unknowns = Unknowns(module.parameters_for(campaign), tried, LETTERS[kind], known)
         size = stacked.mask.shape[1]
@@ -260,14 +259,6 @@ class Program:
     def free_share(self, k: int) -> float:
         """Part of the measured values of recording k that no hidden course takes up."""
         return 1.0 - float(self.taken[k]) / max(self.count(k), 1)
-
-
-def _with_numbers(rows: Rows, known: Mapping[str, Quantity]) -> Rows:
-    """A recording whose model has these numbers."""
-    base = {
-        name: np.asarray(float(known[name].value)) if name in known else x for name, x in rows.base.items()
-    }
-    return eqx.tree_at(lambda r: r.base, rows, base)
 
 
 @dataclass(frozen=True)

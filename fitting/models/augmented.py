@@ -30,7 +30,7 @@ from pneusma_jax.errors import InputError
 from .priors import CUT, FIT
 from .registry import model_of
 from .registry import observations as all_observations
-from .rows import MARK, Rows, numbers, stack
+from .rows import MARK, Rows, numbers, stack, with_numbers
 
 TABLES = {
     "spring": ("alloy", "actuator"),
@@ -124,7 +124,8 @@ class Augmented:
         if self.acting and most is not None:
             campaign = thinned(campaign, most)
         rows = [self._predicted(r) for r in module.rows_for(campaign, **self.options(campaign, options))]
-        return [self._numbered(r, recording) for r, recording in zip(rows, campaign.recordings, strict=True)]
+        pairs = zip(rows, campaign.recordings, strict=True)
+        return [with_numbers(r, self._known(recording.specimen)) for r, recording in pairs]
 
     def _predicted(self, rows: Rows) -> Rows:
         """Rows without outputs that the chain of effects does not predict: an actuator's bend direction."""
@@ -152,14 +153,6 @@ class Augmented:
             for name, quantity in self.model.quantities(kind, specimen).items():
                 found.setdefault(name, quantity)
         return found
-
-    def _numbered(self, rows: Rows, recording: Recording) -> Rows:
-        known = self._known(recording.specimen)
-        base = {
-            name: np.asarray(float(known[name].value)) if name in known else x
-            for name, x in rows.base.items()
-        }
-        return eqx.tree_at(lambda r: r.base, rows, base)
 
     def parameters_for(self, campaign: Campaign, **options: Any) -> Parameters:
         """Free numbers: the base constants that tolerances leave open, at the model's values, then effects'.
@@ -293,9 +286,7 @@ class Augmented:
             values: free parameters, SI.
             recordings: as `rows_for` makes them.
         """
-        if not self.acting:
-            return self.decided(values, recordings) if self.decides(recordings) else recordings
-        if self.kind == "spring":
+        if self.acting and self.kind == "spring":
             return self._walking(values, recordings)
         return self.decided(values, recordings) if self.decides(recordings) else recordings
 

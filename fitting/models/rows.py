@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from pneusma_jax.calibration_model import Quantity
 from pneusma_jax.errors import InputError, nearest
 
 MOST_ROWS = 1024
@@ -78,6 +79,14 @@ def numbers(values: Mapping[str, Array], rows: Rows) -> dict[str, Array]:
         for number, value in members:
             merged[stem] = jnp.where(rows.specimen == number, value, merged[stem])
     return merged
+
+
+def with_numbers(rows: Rows, known: Mapping[str, Quantity]) -> Rows:
+    """A recording whose model has these numbers where it has them at all."""
+    base = {
+        name: np.asarray(float(known[name].value)) if name in known else x for name, x in rows.base.items()
+    }
+    return eqx.tree_at(lambda r: r.base, rows, base)
 
 
 def bucket(count: int) -> int:
