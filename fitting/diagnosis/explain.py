@@ -14,7 +14,7 @@ from .folds import gain, left_out
 from .program import Program
 from .refit import Fit, Refitter
 from .screen import Screen, screen
-from .trials import Trial, floor, inflation_of, reduced, settle, settled_fit, trials_of
+from .trials import Trial, floor, inflation_of, reduced, settled_fit, trials_of
 
 MOST_EFFECTS = 3
 POLISHING = 40
@@ -117,7 +117,7 @@ def explain(
         effort: 1; 2 follows twice as many candidates.
     """
     progress("refitting the base model within its tolerances")
-    started, base = settled_fit(program, (), None, rounds=2)
+    started, base = settled_fit(program)
     progress(f"screening {len(program.unknowns.slugs)} effects")
     found = screen(Refitter(started), base, program.unknowns.slugs, rng)
     if not program.fitted.all() and found.p_value > LEVEL:
@@ -142,7 +142,7 @@ def _together(
 ) -> Explanation | None:
     """A search on all recordings, those for validation too; None where it finds nothing."""
     progress("looking at the recordings for validation as well")
-    whole, fit = settled_fit(replace(program, fitted=np.ones_like(program.fitted)), (), base.u)
+    whole, fit = settled_fit(replace(program, fitted=np.ones_like(program.fitted)), base.u)
     found = screen(Refitter(whole), fit, program.unknowns.slugs, rng)
     if found.p_value > level:
         return None
@@ -248,11 +248,6 @@ def _polished(program: Program, fit: Fit) -> tuple[Program, Fit]:
     home[program.unknowns.base] = 0.0
     options = [Refitter(program).fit(fit.slugs, u, POLISHING) for u in (fit.u, home)]
     best = min([fit, *options], key=lambda f: f.objective)
-    if program.has_phases:
-        settled_program = settle(program, best.u)
-        again = Refitter(settled_program).fit(fit.slugs, best.u, POLISHING)
-        if again.objective < best.objective:
-            return settled_program, again
     return program, best
 
 

@@ -37,14 +37,27 @@ class Channel:
 
         First-order noise: each error is freed of what the one before tells about it.
         """
-        scaled = difference / self.sigma
+        own, before = self.coefficients()
+        found = own * difference
+        found[..., 1:] -= before[1:] * difference[..., :-1]
+        return found
+
+    def transposed(self, errors: np.ndarray) -> np.ndarray:
+        """Transpose of `whitened`, shape (..., rows)."""
+        own, before = self.coefficients()
+        found = own * errors
+        found[..., :-1] -= before[1:] * errors[..., 1:]
+        return found
+
+    def coefficients(self) -> tuple[np.ndarray, np.ndarray]:
+        """What `whitened` multiplies each difference by, and what of the one before it takes off, (rows,)."""
         there = np.isfinite(self.sigma)
-        after = np.zeros_like(there)
-        after[1:] = there[1:] & there[:-1]
-        before = np.zeros_like(scaled)
-        before[..., 1:] = scaled[..., :-1]
-        free = (scaled - self.correlation * before) / np.sqrt(1.0 - self.correlation**2)
-        return np.where(after, free, scaled)
+        follows = np.zeros_like(there)
+        follows[1:] = there[1:] & there[:-1]
+        weight = np.where(there, 1.0 / self.sigma, 0.0)
+        free = np.sqrt(1.0 - self.correlation**2)
+        before = np.where(follows, self.correlation / free * np.roll(weight, 1), 0.0)
+        return np.where(follows, weight / free, weight), before
 
     @property
     def count(self) -> int:

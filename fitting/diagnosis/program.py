@@ -6,7 +6,8 @@ else in a diagnosis is linear algebra on its whitened results.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -20,6 +21,7 @@ from fitting.recordings import Campaign, Recording
 from pneusma_jax.chain import Effect
 from pneusma_jax.errors import InputError
 
+from . import courses
 from .inputs import input_noise, shifted, with_input_noise
 from .kinds import LETTERS, Kind, candidates, kind_module
 from .noise import Channel, channels_of
@@ -31,7 +33,15 @@ MOST_ROWS = 1024
 FAILED = 30.0
 """Standard deviations that a row counts for at least in which the model has no answer."""
 WIDTH = 16
-"""Directions of one evaluation."""
+"""Directions of one evaluation, those of hidden courses included."""
+COURSE = "xi0"
+"""Where rows keep hidden courses: a tuple of columns."""
+ROUNDS = 4
+"""Most evaluations in which hidden courses are found."""
+CLOSE = 0.02
+"""Change of a fraction up to which its first-order answer is enough."""
+SETTLING = 3
+"""Rounds of courses and of how fast they walk."""
 
 
 @dataclass
@@ -49,7 +59,8 @@ class Program:
         evaluations: how often the program ran.
         failed: standard deviations that a row without an answer counts for; more than any misfit of the
             nominal base model, so that no fit gains by failing.
-        taken: measured values of every recording that a hidden course takes up, shape (recordings,).
+        taken: measured values of every recording that hidden courses take up, shape (recordings,).
+        pace: variance per second of every hidden course, (recordings, courses); no courses, no columns.
         bare: channels with their own noise only.
     """
 
@@ -63,6 +74,7 @@ class Program:
     evaluations: int = field(default=0)
     failed: float = FAILED
     taken: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    pace: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     bare: list[list[Channel]] = field(default_factory=list)
     _evaluate: Callable | None = field(default=None, repr=False)
     _always: tuple[Effect, ...] = ()
@@ -93,15 +105,17 @@ class Program:
         tried = [slug for slug in (candidates(kind) if slugs is None else slugs) if slug not in there]
         known = {name: q for table in model.base.values() for name, q in table.items()}
         rows = [with_numbers(r, known) for r in rows]
+        if hasattr(module, "with_courses"):
+            rows = module.with_courses(rows)
         stacked = stack(rows, coarse=True)
         unknowns = Unknowns(module.parameters_for(campaign), tried, LETTERS[kind], known)
         size = stacked.mask.shape[1]
         channels = [
-            channels_of(recording, r, module.OUTPUTS, size)
+            channels_of(recording, r, (*module.OUTPUTS, *getattr(module, "READINGS", ())), size)
             for recording, r in zip(campaign.recordings, rows, strict=True)
         ]
         for recording, found in zip(campaign.recordings, channels, strict=True):
-            if not any(channel.count for channel in found):
+            if not any(channel.count for channel in found if channel.quantity in module.OUTPUTS):
                 wanted = " or ".join(module.OUTPUTS)
                 raise InputError(
                     f"{recording.path or recording.name}: there is no {wanted} to compare the model with"
@@ -111,9 +125,10 @@ class Program:
             raise InputError(f"{campaign.path}: every recording has role validation; nothing is left to fit")
         program = cls(kind, list(campaign.recordings), stacked, channels, unknowns, fitted, rows)
         program.taken, program.bare = np.zeros(len(channels)), channels
+        columns = len(stacked.extra[COURSE]) if hasattr(module, "with_courses") else 0
+        program.pace = np.zeros((len(channels), columns))
         program._compile(module, model.effects)
         program.prepare(unknowns.neutral)
-        program.settle(unknowns.neutral)
         program.count_input_noise(unknowns.neutral)
         program.prepare(unknowns.neutral)
         nominal = program.evaluate(unknowns.neutral, unknowns.base[:0]).misfit
@@ -126,47 +141,62 @@ class Program:
         return self.fitted if self.fitted.all() else ~self.fitted
 
     @property
-    def has_walks(self) -> bool:
-        """Whether the kind has hidden courses whose walks `prepare` finds."""
-        return hasattr(kind_module(self.kind), "prepared")
+    def hidden(self) -> bool:
+        """Whether there are hidden courses, which `prepare` looks for."""
+        return self.pace.shape[1] > 0 or hasattr(kind_module(self.kind), "prepared")
 
     def prepare(self, u: np.ndarray) -> None:
-        """Find the walks of hidden courses at the base constants of `u`, where the kind has them."""
-        if self.has_walks:
+        """Find hidden courses and how fast they walk at the numbers of `u`, where the kind has them."""
+        nothing = self.unknowns.base[:0]
+        if self.pace.shape[1]:
+            for _ in range(SETTLING):
+                here = self._run(u, nothing, self.stacked)
+                self.pace = self._paces(here)
+                self._begin_at(self.evaluate(u, nothing).courses)
+            here = self._run(u, nothing, self.stacked)
+            hidden = [self._hidden(k, here) for k in range(len(self.channels))]
+            self.taken = np.array([one.taken() if one else 0.0 for one in hidden])
+        elif self.hidden:
             values = self.unknowns.values(u)
             self.stacked = kind_module(self.kind).prepared(values, self.stacked, self.channels)
-            taken = self.evaluate(u, self.unknowns.base[:0]).drivers["taken"]
+            taken = self.evaluate(u, nothing).drivers["taken"]
             self.taken = np.array([np.sum(taken[k]) for k in range(len(self.channels))])
 
-    @property
-    def has_phases(self) -> bool:
-        """Whether the kind has hidden phases, which `settle` reads anew."""
-        return hasattr(kind_module(self.kind), "settled")
+    def prepared(self, u: np.ndarray) -> "Program":
+        """The program with hidden courses as the model at `u` has them; the original is left alone."""
+        copy = replace(self)
+        copy.prepare(u)
+        return copy
 
-    def settle(self, u: np.ndarray) -> None:
-        """Read hidden phases anew at the strains of the model at `u`, where the kind has them."""
-        if not self.has_phases:
-            return
+    def _begin_at(self, found: np.ndarray) -> None:
+        """Begin hidden courses at (recordings, courses, rows) from now on."""
+        self.stacked = _with_courses(self.stacked, found)
 
-        def drivers(rows: list[Rows]) -> dict[str, np.ndarray]:
-            return self.evaluate(u, self.unknowns.base[:0], stack(rows, self.stacked)).drivers
+    def _paces(self, here: "Raw") -> np.ndarray:
+        """How fast every hidden course walks, by its own resistance; 0 where there is none."""
+        found = np.zeros_like(self.pace)
+        for k, channels in enumerate(self.channels):
+            for channel in channels:
+                number = channel.quantity.removeprefix("resistance_")
+                if number == channel.quantity:
+                    continue
+                j = self._course_names().index(number)
+                slope = np.nan_to_num(here.along[channel.quantity][j, k])
+                misfit = here.found[channel.quantity][k] - channel.measured
+                course = np.asarray(here.stacked.extra[COURSE][j])[k]
+                time = np.asarray(here.stacked.time)[k]
+                found[k, j] = courses.pace_of(channel, slope, misfit, course, time)
+        return found
 
-        self.rows = kind_module(self.kind).settled(self.rows, drivers)
-        self.stacked = stack(self.rows, self.stacked)
+    def _course_names(self) -> list[str]:
+        return [str(n) for n in self.stacked.extra["layout"].spring_numbers]
 
     def count_input_noise(self, u: np.ndarray) -> None:
         """Add what the noise of measured inputs does to the outputs, as the model at `u` has it."""
-        module, nothing = kind_module(self.kind), self.unknowns.base[:0]
-        changes = {}
-        if hasattr(module, "phase_changes"):
-
-            def evaluate(rows: list[Rows]) -> "Evaluation":
-                return self.evaluate(u, nothing, stack(rows, self.stacked))
-
-            changes = {name: [one] for name, one in module.phase_changes(self.rows, evaluate).items()}
+        nothing = self.unknowns.base[:0]
         noise = input_noise(self.recordings, self.stacked)
-        noise = {name: sigma for name, sigma in noise.items() if name not in changes}
-        here = self.evaluate(u, nothing).predicted if noise else []
+        here = self.evaluate(u, nothing, self.stacked).predicted if noise else []
+        changes = {}
         for name, sigma in noise.items():
             there = [
                 self.evaluate(u, nothing, shifted(self.stacked, name, sign * sigma)).predicted
@@ -176,25 +206,51 @@ class Program:
                 [[b - a for a, b in zip(x, y, strict=True)] for x, y in zip(here, one, strict=True)]
                 for one in there
             ]
+        if self.pace.shape[1]:
+            here = self._run(u, nothing, self.stacked)
+            changes["averaging"] = [[self._averaging(k, here) for k in range(len(self.channels))]]
         self.channels = with_input_noise(self.bare, changes)
+
+    def _averaging(self, k: int, here: "Raw") -> list[np.ndarray]:
+        """By channel of recording k: what averaging over fast changes of a phase leaves uncertain."""
+        hidden, count = self._hidden(k, here), int(np.asarray(here.stacked.mask)[k].sum())
+        found = [np.zeros(here.stacked.mask.shape[1]) for _ in self.channels[k]]
+        block = -(-len(self.recordings[k]) // count)
+        for course in hidden.courses if hidden else ():
+            slopes = course.own + course.remembered
+            parts = courses.averaging(slopes[:, :count], course.fraction[:count], block)
+            for total, part in zip(found, parts, strict=True):
+                total[:count] += np.abs(part)
+        return found
 
     def _compile(self, module: Kind, always: tuple[Effect, ...]) -> None:
         """One program for every campaign of these shapes: what a campaign states are arguments."""
         unknowns, count = self.unknowns, len(self.unknowns.base)
 
-        def outputs(base: dict, own: jax.Array, always: tuple, stacked: Rows) -> tuple:
+        def outputs(base: dict, own: jax.Array, shifts: tuple, always: tuple, stacked: Rows) -> tuple:
             rows = eqx.tree_at(lambda r: r.base, stacked, base)
+            if shifts:
+                moved = tuple(x + s for x, s in zip(rows.extra[COURSE], shifts, strict=True))
+                rows = eqx.tree_at(lambda r: r.extra[COURSE], rows, moved)
             effects = (*always, *unknowns.effects(jnp.concatenate([jnp.zeros(count), own])))
             return jax.vmap(lambda row: module.predict({}, effects, row))(rows)
 
         def evaluate(
-            base: dict, own: jax.Array, along_base: dict, along_own: jax.Array, always: tuple, stacked: Rows
+            base: dict,
+            own: jax.Array,
+            along_base: dict,
+            along_own: jax.Array,
+            along_courses: tuple,
+            always: tuple,
+            stacked: Rows,
         ) -> tuple:
-            def along(base_step: dict, own_step: jax.Array) -> tuple:
-                lead = lambda base, own: outputs(base, own, always, stacked)  # noqa: E731
-                return jax.jvp(lead, (base, own), (base_step, own_step), has_aux=True)
+            still = tuple(0.0 * s[0] for s in along_courses)
 
-            return jax.vmap(along, out_axes=(None, 0, None))(along_base, along_own)
+            def along(*steps: Any) -> tuple:
+                lead = lambda base, own, shifts: outputs(base, own, shifts, always, stacked)  # noqa: E731
+                return jax.jvp(lead, (base, own, still), steps, has_aux=True)
+
+            return jax.vmap(along, out_axes=(None, 0, None))(along_base, along_own, along_courses)
 
         self._always = always
         self._evaluate = kept(evaluate, f"diagnosis of {self.kind}: {' '.join(unknowns.slugs)}")
@@ -205,48 +261,106 @@ class Program:
         Args:
             u: scaled numbers, shape (unknowns,).
             columns: indices of unknowns, any number.
-            stacked: recordings of the same shape instead of the campaign's.
+            stacked: recordings of the same shape instead of the campaign's, their hidden courses as they are.
         """
+        u, columns = np.asarray(u, float), np.asarray(columns, int)
+        moving = stacked is None and self.pace.shape[1] > 0
         stacked = self.stacked if stacked is None else stacked
-        columns = np.asarray(columns, int)
-        unknowns = self.unknowns
-        u = np.asarray(u, float)
-        base = unknowns.stated(u, stacked)
-        found, parts, drivers = None, [], None
-        for first in range(0, max(len(columns), 1), WIDTH):
-            chunk = columns[first : first + WIDTH]
-            along_own = np.zeros((WIDTH, len(unknowns) - len(unknowns.base)))
-            along_base = {name: np.zeros((WIDTH, *value.shape)) for name, value in base.items()}
-            for row, k in enumerate(chunk):
-                if k < len(unknowns.base):
-                    stem, share = unknowns.slope(u, k, stacked)
-                    along_base[stem][row] = share
-                else:
-                    along_own[row, k - len(unknowns.base)] = 1.0
-            found, slopes, drivers = jax.device_get(
-                self._evaluate(base, u[len(unknowns.base) :], along_base, along_own, self._always, stacked)
-            )
-            self.evaluations += 1
-            parts.append({name: value[: len(chunk)] for name, value in slopes.items()})
-        slopes = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-        return self._whitened(found, slopes, drivers)
+        width = WIDTH - 2 * self.pace.shape[1]
+        chunks = [columns[first : first + width] for first in range(0, max(len(columns), 1), width)]
+        first = self._run(u, chunks[0], stacked)
+        for _ in range(ROUNDS - 1 if moving else 0):
+            moved = self._moved(first)
+            if np.max(np.abs(moved - _courses_of(first.stacked)), initial=0.0) < CLOSE:
+                break
+            first = self._run(u, chunks[0], _with_courses(stacked, moved))
+        rest = [self._run(u, chunk, first.stacked) for chunk in chunks[1:]]
+        names = first.slopes
+        slopes = {n: np.concatenate([part.slopes[n] for part in (first, *rest)]) for n in names}
+        return self._evaluated(replace(first, slopes=slopes), moving)
 
-    def _whitened(self, found: dict, slopes: dict, drivers: dict) -> "Evaluation":
-        misfit, jacobian, raw = [], [], []
-        for k, channels in enumerate(self.channels):
-            pieces, derivatives, plain = [], [], []
-            for channel in channels:
-                predicted, slope = found[channel.quantity][k], slopes[channel.quantity][:, k]
-                good = np.isfinite(predicted) & np.all(np.isfinite(slope), axis=0)
-                miss = np.where(good, predicted - channel.measured, self.failed * channel.sigma)
-                miss = np.where(np.isfinite(channel.sigma), miss, 0.0)
-                plain.append(np.where(good, predicted, np.nan))
-                pieces.append(channel.whitened(miss))
-                derivatives.append(channel.whitened(np.where(good, slope, 0.0)))
-            misfit.append(np.concatenate(pieces))
-            jacobian.append(np.concatenate(derivatives, axis=1))
-            raw.append(plain)
-        return Evaluation(misfit, jacobian, raw, drivers)
+    def _run(self, u: np.ndarray, columns: np.ndarray, stacked: Rows) -> "Raw":
+        """One run of the compiled program, along a few of the unknowns and every hidden course."""
+        unknowns, count = self.unknowns, self.pace.shape[1]
+        base = unknowns.stated(u, stacked)
+        along_own = np.zeros((WIDTH, len(unknowns) - len(unknowns.base)))
+        along_base = {name: np.zeros((WIDTH, *value.shape)) for name, value in base.items()}
+        for row, k in enumerate(columns):
+            if k < len(unknowns.base):
+                stem, share = unknowns.slope(u, k, stacked)
+                along_base[stem][row] = share
+            else:
+                along_own[row, k - len(unknowns.base)] = 1.0
+        along_courses = tuple(np.zeros((WIDTH, *stacked.mask.shape)) for _ in range(count))
+        for j, direction in enumerate(along_courses):
+            direction[WIDTH - 2 * count + j] = 1.0
+            direction[WIDTH - count + j] = courses.remembered_rows(np.asarray(stacked.extra[COURSE][j]))
+        own = u[len(unknowns.base) :]
+        found, slopes, drivers = jax.device_get(
+            self._evaluate(base, own, along_base, along_own, along_courses, self._always, stacked)
+        )
+        self.evaluations += 1
+        return Raw(
+            stacked,
+            found,
+            {name: value[: len(columns)] for name, value in slopes.items()},
+            {name: value[WIDTH - 2 * count :] for name, value in slopes.items()},
+            drivers,
+        )
+
+    def _hidden(self, k: int, here: "Raw") -> courses.Hidden | None:
+        """Free courses of recording k, and what depends on them; None if there are none."""
+        channels, count = self.channels[k], self.pace.shape[1]
+        slopes = np.stack([here.along[channel.quantity][:, k] for channel in channels], axis=1)
+        good = np.stack([np.isfinite(here.found[channel.quantity][k]) for channel in channels])
+        slopes = np.where(good, np.nan_to_num(slopes), 0.0)
+        at, time = _courses_of(here.stacked)[k], np.asarray(here.stacked.time)[k]
+        free = [
+            courses.Course.of(j, at[j], slopes[j], slopes[count + j], self.pace[k, j], time)
+            for j in np.flatnonzero(self.pace[k])
+        ]
+        return courses.Hidden.of(free, channels) if free else None
+
+    def _moved(self, here: "Raw") -> np.ndarray:
+        """Hidden courses after one round, (recordings of the stack, courses, rows)."""
+        found = _courses_of(here.stacked).copy()
+        for k in range(len(self.channels)):
+            hidden = self._hidden(k, here)
+            if hidden is not None:
+                misfit, _, _ = self._whitened(k, here)
+                told = hidden.answer(misfit, np.zeros((0, len(misfit))))
+                for course, step in zip(hidden.courses, told.steps, strict=True):
+                    found[k, course.number] += step
+        return found
+
+    def _evaluated(self, here: "Raw", moving: bool) -> "Evaluation":
+        found, moved, drivers = [], _courses_of(here.stacked), dict(here.drivers)
+        for k in range(len(self.channels)):
+            misfit, jacobian, raw = self._whitened(k, here)
+            hidden = self._hidden(k, here) if moving else None
+            if hidden is not None:
+                told = hidden.answer(misfit, jacobian)
+                misfit, jacobian = told.misfit, told.jacobian
+                for course, step in zip(hidden.courses, told.steps, strict=True):
+                    raw = [x + change for x, change in zip(raw, course.change(step), strict=True)]
+                    moved[k, course.number] += step
+            found.append((misfit, jacobian, raw))
+        for j, number in enumerate(self._course_names() if moving else ()):
+            drivers[f"{COURSE}_{number}"] = moved[:, j]
+        return Evaluation(*(list(x) for x in zip(*found, strict=True)), drivers, moved)
+
+    def _whitened(self, k: int, here: "Raw") -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+        """Misfit of recording k, its derivatives, and predictions by channel."""
+        pieces, derivatives, plain = [], [], []
+        for channel in self.channels[k]:
+            predicted, slope = here.found[channel.quantity][k], here.slopes[channel.quantity][:, k]
+            good = np.isfinite(predicted) & np.all(np.isfinite(slope), axis=0)
+            miss = np.where(good, predicted - channel.measured, self.failed * channel.sigma)
+            miss = np.where(np.isfinite(channel.sigma), miss, 0.0)
+            plain.append(np.where(good, predicted, np.nan))
+            pieces.append(channel.whitened(miss))
+            derivatives.append(channel.whitened(np.where(good, slope, 0.0)))
+        return np.concatenate(pieces), np.concatenate(derivatives, axis=1), plain
 
     def observations(self, chosen: np.ndarray) -> int:
         """Measured values of some recordings, given by a mask, less those that hidden courses take up."""
@@ -262,6 +376,38 @@ class Program:
 
 
 @dataclass(frozen=True)
+class Raw:
+    """One run of the compiled program.
+
+    Attributes:
+        stacked: recordings that it saw.
+        found: outputs by quantity, (recordings, rows).
+        slopes: their derivatives by unknowns, (columns, recordings, rows).
+        along: the same by hidden courses, row by row.
+        drivers: what drives the outputs, by name, (recordings, rows).
+    """
+
+    stacked: Rows
+    found: dict[str, np.ndarray]
+    slopes: dict[str, np.ndarray]
+    along: dict[str, np.ndarray]
+    drivers: dict[str, np.ndarray]
+
+
+def _courses_of(stacked: Rows) -> np.ndarray:
+    """Hidden courses of a stack, (recordings, courses, rows); none where it keeps none."""
+    columns = stacked.extra.get(COURSE, ())
+    columns = columns if isinstance(columns, tuple) else ()  # a column of its own is no hidden course
+    shape = (len(stacked.mask), 0, stacked.mask.shape[1])
+    return np.stack([np.asarray(x) for x in columns], axis=1) if len(columns) else np.zeros(shape)
+
+
+def _with_courses(stacked: Rows, found: np.ndarray) -> Rows:
+    columns = tuple(jnp.asarray(found[:, j]) for j in range(found.shape[1]))
+    return eqx.tree_at(lambda r: r.extra[COURSE], stacked, columns)
+
+
+@dataclass(frozen=True)
 class Evaluation:
     """Results of one evaluation.
 
@@ -270,12 +416,14 @@ class Evaluation:
         jacobian: its derivative by each scaled unknown that was asked for, (columns, values).
         predicted: of each recording and channel, SI, (rows,), NaN where the model has no answer.
         drivers: what drives the outputs, by name, (recordings, rows).
+        courses: hidden courses, (recordings of the stack, courses, rows).
     """
 
     misfit: list[np.ndarray]
     jacobian: list[np.ndarray]
     predicted: list[list[np.ndarray]]
     drivers: dict[str, np.ndarray]
+    courses: np.ndarray
 
     def joined(self, weight: np.ndarray | list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """Misfit and Jacobian (values, columns) of recordings, each weighed by a number or a mask."""

@@ -1,7 +1,7 @@
 """Candidates fitted together with the base: who goes on, and what their evidence is."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,8 +22,6 @@ PURSUED = 3
 """Candidates that are fitted to the end, from two starts each."""
 TO_THE_END = 40
 """Most trial steps of such a fit."""
-SETTLED = 2
-"""Candidates whose hidden phases are read anew before they are compared."""
 AT_BOUND = 8.0
 """Log Bayes factor that an effect loses whose strength ends at a physical bound."""
 
@@ -37,7 +35,7 @@ class Trial:
         fit: the model with it.
         bayes: log Bayes factor over the model without it, deflated by what the best model leaves.
         returned: largest departure of a base constant from nominal, in standard deviations.
-        program: in which it was fitted; phases may be read anew.
+        program: in which it was fitted.
         left_out: reduced chi-square of fitted recordings left out in turn, as `folds.gain` counts; NaN
             where it was not asked for.
     """
@@ -53,13 +51,6 @@ class Trial:
     def stopped(self) -> bool:
         """Whether the effect's own strength ended at a physical bound."""
         return any(name.startswith(f"{self.slug}.") for name in self.fit.at_bound)
-
-
-def settle(program: Program, u: np.ndarray) -> Program:
-    """The program with hidden phases as a model reads them; the original is left alone."""
-    copy = replace(program)
-    copy.settle(u)
-    return copy
 
 
 def reduced(program: Program, fit: Fit, chosen: np.ndarray) -> float:
@@ -84,20 +75,12 @@ def floor(program: Program, fit: Fit, chosen: np.ndarray) -> float:
     return max(1.0, total / max(program.observations(chosen), 1))
 
 
-def settled_fit(
-    program: Program, slugs: tuple[str, ...], start: np.ndarray | None, rounds: int = 1
-) -> tuple[Program, Fit]:
-    """A fit whose hidden phases are those of the fitted model."""
-    fit = Refitter(program).fit(slugs, start) if not slugs else None
-    if program.has_walks and not slugs:
-        program = replace(program)
-        program.prepare(fit.u)
-        fit = Refitter(program).fit(slugs, fit.u)
-    for _ in range(rounds if program.has_phases else 0):
-        program = settle(program, fit.u if fit else start)
-        if not slugs:
-            program.count_input_noise(fit.u)
-        fit = Refitter(program).fit(slugs, fit.u if fit else start)
+def settled_fit(program: Program, start: np.ndarray | None = None) -> tuple[Program, Fit]:
+    """The base model refitted, and the program with hidden courses that walk as fast as it says."""
+    fit = Refitter(program).fit((), start)
+    if program.hidden:
+        program = program.prepared(fit.u)
+        fit = Refitter(program).fit((), fit.u)
     return program, fit
 
 
@@ -107,7 +90,7 @@ def trials_of(
     """The candidates that the screen ranks first, fitted together with everything that is present.
 
     Args:
-        program: with the phases of the current model.
+        program: of the campaign.
         current: model so far.
         found: what the screen says about it.
         progress: told what happens, in words.
@@ -144,13 +127,6 @@ def trials_of(
     trials = [Trial(slug, fit, 0.0, np.nan, program) for slug, fit in best.items()]
     trials.sort(key=lambda t: t.fit.objective)
     fits += len(jobs)
-    if program.has_phases and trials:
-        progress(f"reading hidden phases under {', '.join(t.slug for t in trials[:SETTLED])}")
-        for trial in trials[:SETTLED]:
-            settled_program, fit = settled_fit(program, trial.fit.slugs, trial.fit.u)
-            fits += 1
-            if fit.objective < trial.fit.objective:  # read anew, a phase may end in another configuration
-                trial.program, trial.fit = settled_program, fit
     for trial in trials:
         trial.returned = float(np.max(np.abs(trial.fit.u[program.unknowns.base]), initial=0.0))
     _weigh(program, current, trials)

@@ -76,8 +76,8 @@ def answers(folder, report, seed):
 
 def _base(program):
     fit = Refitter(program).fit(())
-    for _ in range(2 if program.has_phases else 0):
-        program.settle(fit.u)
+    if program.hidden:
+        program.prepare(fit.u)
         fit = Refitter(program).fit((), fit.u)
     return fit
 

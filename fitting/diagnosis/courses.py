@@ -1,0 +1,238 @@
+"""Hidden courses: martensite fractions that have to explain a resistance and everything else together.
+
+A fraction is no input and no parameter: it walks, as fast as its resistance shows and as the noise of all
+channels leaves open. Under every model the best course is found anew, and what it takes up leaves the
+misfit and its derivatives (variable projection): a fit sees only what no course explains. All of it
+is linear algebra on the derivatives by the fractions, which a program returns beside those by its unknowns.
+
+A spring remembers its hottest row: a fraction that noise pushed down there would bend all rows that follow.
+So rows are coupled to the one that they remember, and a course is found that both explain.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import block_diag, cho_factor, cho_solve
+
+from .noise import Channel
+
+PACES = tuple(10.0**k for k in range(-14, -1))
+"""Variances per second of the walk that are tried."""
+LOOSE = 1.0
+"""Factor on the variance of the walk that a resistance shows."""
+HELD = 1e-6
+"""Weight of the course so far in every row, which keeps rows that say nothing where they are."""
+LONGEST = 0.2
+"""Longest step of a fraction in one round."""
+SHORTEST_TIME = 1e-6
+"""Least time between rows [s]; over the padding it stands still."""
+PASSES = 3
+"""Solutions in which fractions that would leave 0 to 1 are held there."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """One free course of one recording, and how the channels change with it.
+
+    Attributes:
+        number: of the course.
+        fraction: where it was when the model was evaluated, (rows,).
+        source: the row that each row remembers, (rows,).
+        own: derivative of every channel by the fraction of the same row, (channels, rows).
+        remembered: the same by that of the row it remembers.
+        precision: of every increment from the row before, (rows,); zero for the first.
+    """
+
+    number: int
+    fraction: np.ndarray
+    source: np.ndarray
+    own: np.ndarray
+    remembered: np.ndarray
+    precision: np.ndarray
+
+    @classmethod
+    def of(
+        cls,
+        number: int,
+        fraction: np.ndarray,
+        moved: np.ndarray,
+        memory: np.ndarray,
+        pace: float,
+        time: np.ndarray,
+    ) -> "Course":
+        """A course from two derivatives of the channels, (channels, rows).
+
+        Args:
+            number: of the course.
+            fraction: (rows,).
+            moved: derivative when all rows move alike.
+            memory: derivative when only `remembered_rows` move.
+            pace: variance of the walk per second.
+            time: [s], (rows,).
+        """
+        keeps = remembered_rows(fraction)
+        latest = np.maximum.accumulate(np.where(keeps, np.arange(len(fraction)), 0))
+        step = np.maximum(np.diff(time, prepend=time[:1]), SHORTEST_TIME)
+        precision = 1.0 / (pace * step)
+        precision[0] = 0.0
+        remembered = np.where(keeps, 0.0, memory)
+        return cls(number, fraction, latest, moved - remembered, remembered, precision)
+
+    def design(self, channels: Sequence[Channel]) -> np.ndarray:
+        """Derivative of the misfit by every row of the course, (rows, values)."""
+        count = len(self.fraction)
+        each = np.arange(count)
+        parts = []
+        for channel, own, remembered in zip(channels, self.own, self.remembered, strict=True):
+            plain = np.diag(own)
+            np.add.at(plain, (self.source, each), remembered)
+            parts.append(channel.whitened(plain))
+        return np.concatenate(parts, axis=1)
+
+    def change(self, step: np.ndarray) -> np.ndarray:
+        """Change of the channels (channels, rows) with that of the course (rows,)."""
+        return self.own * step + self.remembered * step[self.source]
+
+    def stiffness(self) -> np.ndarray:
+        """Second derivative of half the increments' square, with a hold on every row, (rows, rows)."""
+        after = np.append(self.precision[1:], 0.0)
+        found = np.diag(self.precision + after + HELD)
+        each = np.arange(len(after) - 1)
+        found[each, each + 1] = found[each + 1, each] = -self.precision[1:]
+        return found
+
+    def pull(self) -> np.ndarray:
+        """Derivative of half the increments' square, (rows,)."""
+        rise = self.precision * np.diff(self.fraction, prepend=self.fraction[:1])
+        return rise - np.append(rise[1:], 0.0)
+
+
+def remembered_rows(fraction: np.ndarray) -> np.ndarray:
+    """Rows hotter than all before them, which later rows remember, along the last axis."""
+    lowest = np.minimum.accumulate(fraction, axis=-1)
+    found = np.ones(fraction.shape, bool)
+    found[..., 1:] = fraction[..., 1:] < lowest[..., :-1]
+    return found
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """All free courses of one recording as one linear problem.
+
+    Attributes:
+        courses: at least one.
+        design: derivative of the misfit by their rows, one course after the other, (rows of all, values).
+        stiffness: of their walks, (rows of all, rows of all).
+        information: second derivative of half the misfit's square by their rows.
+    """
+
+    courses: Sequence[Course]
+    design: np.ndarray
+    stiffness: np.ndarray
+    information: np.ndarray
+
+    @classmethod
+    def of(cls, courses: Sequence[Course], channels: Sequence[Channel]) -> "Hidden":
+        """Courses of a recording with these channels."""
+        design = np.concatenate([course.design(channels) for course in courses])
+        return cls(courses, design, block_diag(*(c.stiffness() for c in courses)), design @ design.T)
+
+    @property
+    def fraction(self) -> np.ndarray:
+        """All courses, one after the other."""
+        return np.concatenate([course.fraction for course in self.courses])
+
+    def answer(self, misfit: np.ndarray, jacobian: np.ndarray) -> "Answer":
+        """Best courses near those at which the model was evaluated, and the misfit that they leave.
+
+        Args:
+            misfit: of the model there, whitened, (values,).
+            jacobian: its derivatives, (columns, values).
+        """
+        system, now = self.information + self.stiffness, self.fraction
+        pull = self.design @ misfit + np.concatenate([course.pull() for course in self.courses])
+        free, step = np.ones(len(now), bool), np.zeros(len(now))
+        for _ in range(PASSES):
+            rest = pull[free] + system[np.ix_(free, ~free)] @ step[~free]
+            factor = cho_factor(system[np.ix_(free, free)], check_finite=False)
+            step[free] = -cho_solve(factor, rest, check_finite=False)
+            beyond = free & ((now + step < 0.0) | (now + step > 1.0))
+            if not beyond.any():
+                break
+            step[beyond] = np.clip(now + step, 0.0, 1.0)[beyond] - now[beyond]
+            free &= ~beyond
+        step = np.clip(np.clip(now + step, 0.0, 1.0) - now, -LONGEST, LONGEST)
+        if len(jacobian):
+            inner = self.design[free]
+            factor = cho_factor(system[np.ix_(free, free)], check_finite=False)
+            jacobian = jacobian - cho_solve(factor, inner @ jacobian.T, check_finite=False).T @ inner
+        steps = np.split(step, len(self.courses))
+        return Answer(steps, misfit + step @ self.design, jacobian)
+
+    def taken(self) -> float:
+        """Measured values that the courses take up: the trace of what they explain."""
+        free = (self.fraction > 0.0) & (self.fraction < 1.0)
+        inner = np.ix_(free, free)
+        factor = cho_factor((self.information + self.stiffness)[inner], check_finite=False)
+        return float(np.trace(cho_solve(factor, self.information[inner], check_finite=False)))
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What the courses of one recording do to its misfit.
+
+    Attributes:
+        steps: change of each free course, (rows,).
+        misfit: that is left, (values,).
+        jacobian: its derivatives, (columns, values).
+    """
+
+    steps: Sequence[np.ndarray]
+    misfit: np.ndarray
+    jacobian: np.ndarray
+
+
+def averaging(slope: np.ndarray, fraction: np.ndarray, block: int) -> np.ndarray:
+    """What a channel's mean over a block differs from its value at the mean fraction, (..., rows).
+
+    Half the law's second derivative times the fraction's variance within the block, which it crosses evenly.
+
+    Args:
+        slope: derivative of the channel by the fraction, (..., rows).
+        fraction: (rows,).
+        block: samples in each row.
+    """
+    bend = np.gradient(slope, axis=-1) * np.gradient(fraction)
+    return bend / 24.0 * (1.0 - 1.0 / block**2)
+
+
+def pace_of(
+    reading: Channel, slope: np.ndarray, misfit: np.ndarray, course: np.ndarray, time: np.ndarray
+) -> float:
+    """Variance per second with which a fraction walks, as its resistance alone says: of largest evidence.
+
+    Args:
+        reading: the resistance.
+        slope: its derivative by the fraction, (rows,).
+        misfit: model minus data, SI, (rows,).
+        course: fraction at which the model was evaluated, (rows,).
+        time: [s], (rows,).
+    """
+    there = np.isfinite(reading.sigma) & np.isfinite(misfit) & (slope != 0.0)
+    if there.sum() < 3:
+        return 0.0
+    told, noise = slope[there], reading.sigma[there]
+    seen = told * course[there] - misfit[there]
+    steps = np.maximum(np.diff(time[there], prepend=time[there][:1]), SHORTEST_TIME)
+    paces = np.asarray(PACES)
+    mean, variance = np.full(len(paces), course[there][0]), np.ones(len(paces))
+    evidence = np.zeros(len(paces))
+    for s, sigma, y, dt in zip(told, noise, seen, steps, strict=True):
+        variance = variance + paces * dt
+        spread = s**2 * variance + sigma**2
+        surprise = y - s * mean
+        evidence -= 0.5 * (np.log(spread) + surprise**2 / spread)
+        gain = variance * s / spread
+        mean, variance = mean + gain * surprise, variance * sigma**2 / spread
+    return LOOSE * float(paces[np.argmax(evidence)])
