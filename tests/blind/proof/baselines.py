@@ -105,14 +105,15 @@ def _refitted(program, base, fold, slugs=(), start=None):
 
 
 def held_out(program, parts):
-    """Chi-square per value that was left out; parts are folds with whitened misfits of all recordings."""
-    total, count = 0.0, 0
+    """Chi-square per value that was left out and that no hidden course takes up, as reports have it; parts are folds
+    with whitened misfits of all recordings."""
+    total, count = 0.0, 0.0
     for fold, misfit in parts:
         total += sum(float(np.sum((w * m) ** 2)) for w, m in zip(fold.out, misfit, strict=True))
-        for channels, weight in zip(program.channels, fold.out, strict=True):
+        for k, (channels, weight) in enumerate(zip(program.channels, fold.out, strict=True)):
             there = np.concatenate([np.isfinite(c.sigma) for c in channels])
-            count += int(np.sum(there & (weight > 0.0)))
-    return total / max(count, 1)
+            count += float(np.sum(there & (weight > 0.0))) * program.free_share(k)
+    return total / max(count, 1.0)
 
 
 def _answer(mismatch, before, after, effects=()):
