@@ -185,11 +185,10 @@ def _members(explanation: Explanation) -> list[tuple[str, Program, Fit, float, C
     stage = next((s for s in reversed(explanation.stages) if s.chosen), None)
     if stage is None:
         return [("base", explanation.base_program, explanation.base, 1.0, None)]
-    logs = np.array([t.bayes for t in stage.trials])
-    weights = np.exp(logs - logs.max())
+    weights = weights_of(np.array([t.bayes for t in stage.trials]))
     kept = [
         (t, w)
-        for t, w in zip(stage.trials, weights / weights.sum(), strict=True)
+        for t, w in zip(stage.trials, weights, strict=True)
         if w >= LEAST_WEIGHT or t.slug == stage.chosen
     ]
     total = sum(w for _, w in kept)
@@ -236,12 +235,21 @@ def _probabilities(
         nothing = 0.9 + 0.09 * explanation.p_value
         share = (1.0 - nothing) / (len(slugs) + 1)
         return {slug: (share, min(bayes[slug], 0.0)) for slug in slugs}, nothing
-    logs = np.array([bayes[slug] for slug in slugs] + [0.0])
-    weights = np.exp(logs - logs.max())
-    weights = (1.0 - unknown) * weights / weights.sum()
+    weights = (1.0 - unknown) * weights_of(np.array([bayes[slug] for slug in slugs] + [0.0]))
     return {slug: (float(w), bayes[slug]) for slug, w in zip(slugs, weights, strict=False)}, float(
         weights[-1]
     )
+
+
+def weights_of(logs: np.ndarray) -> np.ndarray:
+    """Probabilities of explanations from their log Bayes factors.
+
+    No form is quite that of nature: what a right one may leave of the misfit is no evidence for another. So
+    differences count in units of that, where it is more than one.
+    """
+    unit = max(1.0, NOTHING_LEFT * float(np.max(logs)))
+    weights = np.exp((logs - np.max(logs)) / unit)
+    return weights / weights.sum()
 
 
 def _found(explanation: Explanation, unknown: float) -> list[Found]:
@@ -251,9 +259,8 @@ def _found(explanation: Explanation, unknown: float) -> list[Found]:
         stage = next(stage for stage in explanation.stages if stage.chosen == slug)
         trial = stage.entered
         rivals = [t for t in stage.trials if t.slug != slug]
-        logs = np.array([trial.bayes, 0.0, *(t.bayes for t in rivals)])
-        weights = np.exp(logs - logs.max())
-        probability = float(weights[0] / weights.sum()) * (1.0 - unknown)
+        weights = weights_of(np.array([trial.bayes, 0.0, *(t.bayes for t in rivals)]))
+        probability = float(weights[0]) * (1.0 - unknown)
         if fit.at_bound and any(name.startswith(f"{slug}.") for name in fit.at_bound):
             probability *= 0.7
         parameters = {}
@@ -261,7 +268,8 @@ def _found(explanation: Explanation, unknown: float) -> list[Found]:
             item = program.unknowns.items[k]
             sd = item.spread(fit.u[k], fit.sd(k))
             parameters[item.name] = {"value": float(item.value(fit.u[k])), "sd": float(sd), "unit": item.unit}
-        close = [t.slug for t in rivals if trial.bayes - t.bayes < CLOSE or _alike(t, trial)]
+        limit = CLOSE * max(1.0, 0.5 * NOTHING_LEFT * float(trial.bayes))
+        close = [t.slug for t in rivals if trial.bayes - t.bayes < limit or _alike(t, trial)]
         found.append(
             Found(
                 slug, min(probability, 0.999), float(trial.bayes), parameters, close, CATALOGUE[slug].sentence

@@ -163,12 +163,17 @@ class Hidden:
             step[beyond] = np.clip(now + step, 0.0, 1.0)[beyond] - now[beyond]
             free &= ~beyond
         step = np.clip(np.clip(now + step, 0.0, 1.0) - now, -LONGEST, LONGEST)
+        slopes = np.zeros((len(jacobian), len(now)))
         if len(jacobian):
-            inner = self.design[free]
             factor = cho_factor(system[np.ix_(free, free)], check_finite=False)
-            jacobian = jacobian - cho_solve(factor, inner @ jacobian.T, check_finite=False).T @ inner
-        steps = np.split(step, len(self.courses))
-        return Answer(steps, misfit + step @ self.design, jacobian)
+            slopes[:, free] = -cho_solve(factor, self.design[free] @ jacobian.T, check_finite=False).T
+        shape = (len(self.courses), len(now) // len(self.courses))
+        return Answer(
+            step.reshape(shape),
+            slopes.reshape(len(jacobian), *shape),
+            misfit + step @ self.design,
+            jacobian + slopes @ self.design,
+        )
 
     def taken(self) -> float:
         """Measured values that the courses take up: the trace of what they explain."""
@@ -183,12 +188,14 @@ class Answer:
     """What the courses of one recording do to its misfit.
 
     Attributes:
-        steps: change of each free course, (rows,).
+        steps: change of the free courses, (free courses, rows).
+        slopes: derivatives of the free courses, (columns, free courses, rows).
         misfit: that is left, (values,).
         jacobian: its derivatives, (columns, values).
     """
 
-    steps: Sequence[np.ndarray]
+    steps: np.ndarray
+    slopes: np.ndarray
     misfit: np.ndarray
     jacobian: np.ndarray
 

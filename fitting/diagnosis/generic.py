@@ -54,7 +54,7 @@ def race(program: Program, base: Fit) -> Generic | None:
         program: with the phases of the base model.
         base: the base model refitted.
     """
-    here = program.evaluate(base.u, base.free)
+    here = program.evaluate(base.u, base.free, near=base.evaluation)
     ones = [np.ones(len(m)) for m in here.misfit]
     r, A = here.joined(ones)
     prior = np.ones(len(base.free))

@@ -24,7 +24,7 @@ from pneusma_jax.errors import InputError
 from . import courses
 from .inputs import input_noise, shifted, with_input_noise
 from .kinds import LETTERS, Kind, candidates, kind_module
-from .noise import Channel, channels_of
+from .noise import Channel, channels_of, restated
 from .thin import thinned
 from .unknowns import Unknowns
 
@@ -40,6 +40,8 @@ ROUNDS = 4
 """Most evaluations in which hidden courses are found."""
 CLOSE = 0.02
 """Change of a fraction up to which its first-order answer is enough."""
+FARTHEST = 0.2
+"""Largest change of a fraction that is foretold from derivatives."""
 SETTLING = 3
 """Rounds of courses and of how fast they walk."""
 
@@ -168,6 +170,21 @@ class Program:
         copy.prepare(u)
         return copy
 
+    def with_noise_of(self, here: "Evaluation") -> "Program":
+        """The program with the noise that a fit leaves, where nobody states it and it could not be told."""
+        outputs, bare, changed = kind_module(self.kind).OUTPUTS, [list(row) for row in self.bare], False
+        for k, channels in enumerate(self.bare):
+            time = np.asarray(self.stacked.time)[k]
+            for j, channel in enumerate(channels):
+                if channel.quantity in outputs and not self.recordings[k].noise_si(channel.quantity):
+                    bare[k][j] = restated(channel, time, here.predicted[k][j])
+                    changed |= bare[k][j] is not channel
+        if not changed:
+            return self
+        copy = replace(self, bare=bare)
+        copy.count_input_noise(here.u)
+        return copy
+
     def _begin_at(self, found: np.ndarray) -> None:
         """Begin hidden courses at (recordings, courses, rows) from now on."""
         self.stacked = _with_courses(self.stacked, found)
@@ -255,20 +272,28 @@ class Program:
         self._always = always
         self._evaluate = kept(evaluate, f"diagnosis of {self.kind}: {' '.join(unknowns.slugs)}")
 
-    def evaluate(self, u: np.ndarray, columns: np.ndarray, stacked: Rows | None = None) -> "Evaluation":
+    def evaluate(
+        self,
+        u: np.ndarray,
+        columns: np.ndarray,
+        stacked: Rows | None = None,
+        near: "Evaluation | None" = None,
+    ) -> "Evaluation":
         """Whitened misfit of every recording, and its derivative by some of the unknowns.
 
         Args:
             u: scaled numbers, shape (unknowns,).
             columns: indices of unknowns, any number.
             stacked: recordings of the same shape instead of the campaign's, their hidden courses as they are.
+            near: an evaluation close by, from whose hidden courses the search for those here begins.
         """
         u, columns = np.asarray(u, float), np.asarray(columns, int)
         moving = stacked is None and self.pace.shape[1] > 0
         stacked = self.stacked if stacked is None else stacked
         width = WIDTH - 2 * self.pace.shape[1]
         chunks = [columns[first : first + width] for first in range(0, max(len(columns), 1), width)]
-        first = self._run(u, chunks[0], stacked)
+        start = _with_courses(stacked, near.courses_at(u)) if moving and near is not None else stacked
+        first = self._run(u, chunks[0], start)
         for _ in range(ROUNDS - 1 if moving else 0):
             moved = self._moved(first)
             if np.max(np.abs(moved - _courses_of(first.stacked)), initial=0.0) < CLOSE:
@@ -277,7 +302,7 @@ class Program:
         rest = [self._run(u, chunk, first.stacked) for chunk in chunks[1:]]
         names = first.slopes
         slopes = {n: np.concatenate([part.slopes[n] for part in (first, *rest)]) for n in names}
-        return self._evaluated(replace(first, slopes=slopes), moving)
+        return self._evaluated(u, columns, replace(first, slopes=slopes), moving)
 
     def _run(self, u: np.ndarray, columns: np.ndarray, stacked: Rows) -> "Raw":
         """One run of the compiled program, along a few of the unknowns and every hidden course."""
@@ -333,21 +358,24 @@ class Program:
                     found[k, course.number] += step
         return found
 
-    def _evaluated(self, here: "Raw", moving: bool) -> "Evaluation":
+    def _evaluated(self, u: np.ndarray, columns: np.ndarray, here: "Raw", moving: bool) -> "Evaluation":
         found, moved, drivers = [], _courses_of(here.stacked), dict(here.drivers)
+        slopes = np.zeros((len(columns), *moved.shape))
         for k in range(len(self.channels)):
             misfit, jacobian, raw = self._whitened(k, here)
             hidden = self._hidden(k, here) if moving else None
             if hidden is not None:
                 told = hidden.answer(misfit, jacobian)
                 misfit, jacobian = told.misfit, told.jacobian
-                for course, step in zip(hidden.courses, told.steps, strict=True):
-                    raw = [x + change for x, change in zip(raw, course.change(step), strict=True)]
-                    moved[k, course.number] += step
+                for j, course in enumerate(hidden.courses):
+                    raw = [x + change for x, change in zip(raw, course.change(told.steps[j]), strict=True)]
+                    moved[k, course.number] += told.steps[j]
+                    slopes[:, k, course.number] = told.slopes[:, j]
             found.append((misfit, jacobian, raw))
         for j, number in enumerate(self._course_names() if moving else ()):
             drivers[f"{COURSE}_{number}"] = moved[:, j]
-        return Evaluation(*(list(x) for x in zip(*found, strict=True)), drivers, moved)
+        parts = (list(x) for x in zip(*found, strict=True))
+        return Evaluation(*parts, drivers, u, columns, moved, slopes)
 
     def _whitened(self, k: int, here: "Raw") -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
         """Misfit of recording k, its derivatives, and predictions by channel."""
@@ -416,14 +444,25 @@ class Evaluation:
         jacobian: its derivative by each scaled unknown that was asked for, (columns, values).
         predicted: of each recording and channel, SI, (rows,), NaN where the model has no answer.
         drivers: what drives the outputs, by name, (recordings, rows).
+        u: scaled numbers, (unknowns,).
+        columns: unknowns that derivatives are by.
         courses: hidden courses, (recordings of the stack, courses, rows).
+        course_slopes: their derivatives, (columns, recordings of the stack, courses, rows).
     """
 
     misfit: list[np.ndarray]
     jacobian: list[np.ndarray]
     predicted: list[list[np.ndarray]]
     drivers: dict[str, np.ndarray]
+    u: np.ndarray
+    columns: np.ndarray
     courses: np.ndarray
+    course_slopes: np.ndarray
+
+    def courses_at(self, u: np.ndarray) -> np.ndarray:
+        """Hidden courses at other numbers, to first order."""
+        change = np.tensordot(u[self.columns] - self.u[self.columns], self.course_slopes, axes=1)
+        return np.clip(self.courses + np.clip(change, -FARTHEST, FARTHEST), 0.0, 1.0)
 
     def joined(self, weight: np.ndarray | list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """Misfit and Jacobian (values, columns) of recordings, each weighed by a number or a mask."""

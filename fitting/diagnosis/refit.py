@@ -86,7 +86,7 @@ class Refitter:
             trial = np.clip(u + step, unknowns.low, unknowns.high)
             if np.max(np.abs(trial - u), initial=0.0) < 1e-6:
                 break
-            then = self._at(trial, free)
+            then = self._at(trial, free, now[3])
             gain = now[0] - then[0]
             if gain > 0.0:
                 u, now, failures = trial, then, 0
@@ -99,9 +99,9 @@ class Refitter:
                     break
         return self._finished(u, free, slugs, now)
 
-    def _at(self, u: np.ndarray, free: np.ndarray) -> tuple:
-        """Objective, misfit, Jacobian over the free unknowns, evaluation."""
-        evaluation = self.program.evaluate(u, free)
+    def _at(self, u: np.ndarray, free: np.ndarray, near: Evaluation | None = None) -> tuple:
+        """Objective, misfit, Jacobian over the free unknowns, evaluation; begun near another one."""
+        evaluation = self.program.evaluate(u, free, near=near)
         r, J = evaluation.joined(self.weight)
         departure, sd = self._prior(u, free)
         return 0.5 * (r @ r + np.sum((departure / sd) ** 2)), r, J, evaluation

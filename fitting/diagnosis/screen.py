@@ -87,7 +87,7 @@ def screen(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Ge
     """
     program, unknowns, weight = refitter.program, refitter.unknowns, refitter.weight
     slugs = [slug for slug in slugs if slug not in fit.slugs]
-    here = program.evaluate(fit.u, fit.free)
+    here = program.evaluate(fit.u, fit.free, near=fit.evaluation)
     r, A = here.joined(weight)
     departure, sd = refitter._prior(fit.u, fit.free)
     project = _Projector(A, sd**-2.0)
@@ -101,7 +101,7 @@ def screen(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Ge
         if not members:
             break
         columns = np.concatenate([unknowns.amplitudes(slug) for slug in members]).astype(int)
-        _, J = program.evaluate(u, columns).joined(weight)
+        _, J = program.evaluate(u, columns, near=here).joined(weight)
         for slug in members:
             own = unknowns.amplitudes(slug)
             tried += _tried(refitter, slug, own, J[:, np.isin(columns, own)], project, u, left, strength)
@@ -109,7 +109,7 @@ def screen(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Ge
         u = fit.u.copy()
         own = unknowns.of([slug])
         u[own] = [unknowns.items[k].start for k in own]
-        change = program.evaluate(u, own[:0]).joined(weight)[0] - r
+        change = program.evaluate(u, own[:0], near=here).joined(weight)[0] - r
         signature = project(change[:, None])
         strength[slug] = float(np.linalg.norm(signature))
         if strength[slug] >= FAINT:

@@ -78,8 +78,9 @@ def floor(program: Program, fit: Fit, chosen: np.ndarray) -> float:
 def settled_fit(program: Program, start: np.ndarray | None = None) -> tuple[Program, Fit]:
     """The base model refitted, and the program with hidden courses that walk as fast as it says."""
     fit = Refitter(program).fit((), start)
-    if program.hidden:
-        program = program.prepared(fit.u)
+    known = program.with_noise_of(fit.evaluation)
+    if known is not program or program.hidden:
+        program = known.prepared(fit.u)
         fit = Refitter(program).fit((), fit.u)
     return program, fit
 

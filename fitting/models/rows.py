@@ -18,7 +18,7 @@ STEP = 1.2
 COUNTS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)
 """Numbers of recordings that programs are compiled for."""
 FEW_ROWS = (32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024)
-FEW_COUNTS = (2, 4, 8, 16, 32, 64, 128)
+FEW_COUNTS = (2, 4, 6, 8, 16, 32, 64, 128)
 """The same for programs that take a minute to compile: fewer shapes, more padding."""
 MARK = "__"
 """Between a parameter's name and the number of the specimen that it belongs to: `wire_diameter__2`."""
