@@ -42,8 +42,10 @@ CLOSE = 0.02
 """Change of a fraction up to which its first-order answer is enough."""
 FARTHEST = 0.2
 """Largest change of a fraction that is foretold from derivatives."""
-SETTLING = 3
-"""Rounds of courses and of how fast they walk."""
+SETTLING, SEARCHING = 3, 8
+"""Most rounds of courses and of how fast they walk, and as many where they were never looked for."""
+SETTLED = 1e-3
+"""Change of a fraction at which they end."""
 
 
 @dataclass
@@ -101,14 +103,13 @@ class Program:
             InputError: if the recordings cannot be used together.
         """
         module = kind_module(kind)
-        rows = module.rows_for(thinned(campaign, getattr(module, "MOST_ROWS", MOST_ROWS)))
+        rows_for = getattr(module, "hidden_rows_for", module.rows_for)
+        rows = rows_for(thinned(campaign, getattr(module, "MOST_ROWS", MOST_ROWS)))
         model = model or AugmentedModel()
         there = tuple(added.slug for added in model.added)
         tried = [slug for slug in (candidates(kind) if slugs is None else slugs) if slug not in there]
         known = {name: q for table in model.base.values() for name, q in table.items()}
         rows = [with_numbers(r, known) for r in rows]
-        if hasattr(module, "with_courses"):
-            rows = module.with_courses(rows)
         stacked = stack(rows, coarse=True)
         unknowns = Unknowns(module.parameters_for(campaign), tried, LETTERS[kind], known)
         size = stacked.mask.shape[1]
@@ -127,7 +128,7 @@ class Program:
             raise InputError(f"{campaign.path}: every recording has role validation; nothing is left to fit")
         program = cls(kind, list(campaign.recordings), stacked, channels, unknowns, fitted, rows)
         program.taken, program.bare = np.zeros(len(channels)), channels
-        columns = len(stacked.extra[COURSE]) if hasattr(module, "with_courses") else 0
+        columns = len(stacked.extra[COURSE]) if hasattr(module, "hidden_rows_for") else 0
         program.pace = np.zeros((len(channels), columns))
         program._compile(module, model.effects)
         program.prepare(unknowns.neutral)
@@ -151,10 +152,13 @@ class Program:
         """Find hidden courses and how fast they walk at the numbers of `u`, where the kind has them."""
         nothing = self.unknowns.base[:0]
         if self.pace.shape[1]:
-            for _ in range(SETTLING):
+            for _ in range(SETTLING if self.pace.any() else SEARCHING):
                 here = self._run(u, nothing, self.stacked)
                 self.pace = self._paces(here)
-                self._begin_at(self.evaluate(u, nothing).courses)
+                before, now = _courses_of(self.stacked), self.evaluate(u, nothing).courses
+                self._begin_at(now)
+                if np.max(np.abs(now - before)) < SETTLED:
+                    break
             here = self._run(u, nothing, self.stacked)
             hidden = [self._hidden(k, here) for k in range(len(self.channels))]
             self.taken = np.array([one.taken() if one else 0.0 for one in hidden])

@@ -50,7 +50,14 @@ def dimensions(recording: Recording) -> dict[str, float]:
 def rows_for(
     campaign: Campaign, base: str | Path | None = None, material: str | Path | None = None
 ) -> list[Rows]:
-    """Every recording of a campaign as arrays, in its order; phases as they are at the stated numbers.
+    """`undecided_rows_for`, with phases as they are at the stated numbers."""
+    return actuator_phase.decided({}, undecided_rows_for(campaign, base, material))
+
+
+def undecided_rows_for(
+    campaign: Campaign, base: str | Path | None = None, material: str | Path | None = None
+) -> list[Rows]:
+    """Every recording of a campaign as arrays, in its order; every spring cold.
 
     Args:
         campaign: recordings of kind actuator, of one design.
@@ -71,8 +78,7 @@ def rows_for(
     wired = tuple(
         n for n in layout.spring_numbers if any(r.has(f"resistance_{n}") for r in campaign.recordings)
     )
-    rows = [_rows_of(r, common, wired, extra, number[r.specimen]) for r in campaign.recordings]
-    return actuator_phase.decided({}, rows)
+    return [_rows_of(r, common, wired, extra, number[r.specimen]) for r in campaign.recordings]
 
 
 def _rows_of(

@@ -21,13 +21,15 @@ from pneusma_jax.loads import gravity_vector
 from pneusma_jax.nitinol import MartensiteFraction, SpringState
 from pneusma_jax.tracking import track_history
 
-__all__ = ["OUTPUTS", "READINGS", "parameters_for", "predict", "rows_for", "settled", "with_courses"]
+__all__ = ["OUTPUTS", "READINGS", "hidden_rows_for", "parameters_for", "predict", "rows_for", "settled"]
 
 OUTPUTS = ("curvature", "bend_angle", "length")
 READINGS = ("resistance_1", "resistance_2", "resistance_3")
 """Outputs of hidden courses."""
 FOLLOWING = ("gain", "ohms", "gamma", "sd")
 """Columns of phases that follow resistances."""
+BEGIN = 0.9
+"""Fraction at which the search for a course begins; further from full heat than any tangent is flat."""
 MOST_ROWS = 128
 """Rows of a recording: every one is an equilibrium."""
 parameters_for = actuator.parameters_for
@@ -40,13 +42,17 @@ def rows_for(campaign: Campaign, **options: Any) -> list[Rows]:
         campaign: recordings of kind actuator, of one design.
         **options: of the base model's `rows_for`.
     """
+    return _with_records(campaign, actuator.rows_for(campaign, **options))
+
+
+def _with_records(campaign: Campaign, recordings: list[Rows]) -> list[Rows]:
     members = campaign.recordings
     shared = [
         q for q in ("current_1", "current_2", "current_3", "temperature") if any(r.has(q) for r in members)
     ]
     return [
         eqx.tree_at(lambda x: x.extra, rows, rows.extra | _recorded(recording, rows, shared))
-        for recording, rows in zip(members, actuator.rows_for(campaign, **options), strict=True)
+        for recording, rows in zip(members, recordings, strict=True)
     ]
 
 
@@ -70,13 +76,17 @@ def _recorded(recording: Recording, rows: Rows, names: list[str]) -> dict[str, n
     return found
 
 
-def with_courses(recordings: list[Rows]) -> list[Rows]:
-    """Recordings whose fractions are hidden courses, begun as they were read; resistances are outputs."""
-    return [_with_courses(rows) for rows in recordings]
+def hidden_rows_for(campaign: Campaign) -> list[Rows]:
+    """Recordings whose fractions are hidden courses, and resistances outputs."""
+    rows = actuator.undecided_rows_for(campaign)
+    return [_hidden(one) for one in _with_records(campaign, rows)]
 
 
-def _with_courses(rows: Rows) -> Rows:
+def _hidden(rows: Rows) -> Rows:
     extra = {name: x for name, x in rows.extra.items() if name not in FOLLOWING}
+    numbers_ = extra["layout"].spring_numbers
+    begin = {n: BEGIN if float(rows.extra.get(f"noise_resistance_{n}", 0.0)) > 0.0 else 1.0 for n in numbers_}
+    extra["xi0"] = tuple(np.full(len(rows.mask), begin[n]) for n in numbers_)
     read = {name: np.asarray(x) for name, x in rows.inputs.items() if name in READINGS}
     noise = {name: float(rows.extra[f"noise_{name}"]) for name in read}
     weight = {name: np.full(len(rows.mask), 1.0 / sd if sd > 0.0 else 0.0) for name, sd in noise.items()}
