@@ -124,10 +124,10 @@ def _reach(specimen, direction, target):
             break
         low, high = ((share, gain), high) if gain < goal else (low, (share, gain))
         share = min(_next_share(low, high, goal), shares[-1])
-        starts = [found["z"]]
+        starts = [found["end"]]
     if best is None:
         return None, None
-    return best[1], _safe(specimen.judge, best[1] * direction, [best[2]["z"], np.zeros_like(specimen.true_z)])
+    return best[1], _safe(specimen.judge, best[1] * direction, [best[2]["end"], np.zeros_like(specimen.true_z)])
 
 
 def _reach_masked(specimen, direction):
@@ -135,7 +135,7 @@ def _reach_masked(specimen, direction):
     shares, gains = specimen.ladder(direction)
     if len(shares) == 0:
         return None, None
-    rows = int(np.sum(specimen.bench.kept()[specimen.bench.fitted()])) * len(specimen.bench.scored)
+    rows = int(np.sum(specimen.bench.kept()[specimen.bench.fitted()])) * len(specimen.bench.outputs)
     aim, best = 0.5 * rows * (MASKED_CHI2 - 1.0), (None, None)
     for _ in range(5):
         share = _share_for(shares, gains, aim)
@@ -226,6 +226,6 @@ def _truth(specimen, group, slugs, strength, found, each):
         "parameters": {e.slug: e.describe() for e in effects},
         "base": {name: specimen.numbers[name] for name in sorted(specimen.bench.tolerance)},
         "flavour": specimen.bench.flavour,
-        "refitted_base": {k: v for k, v in (found or {}).items() if k not in ("log_bayes", "z")},
+        "refitted_base": {k: v for k, v in (found or {}).items() if k not in ("log_bayes", "end")},
     }
     return _rounded(truth)

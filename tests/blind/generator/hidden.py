@@ -1,0 +1,175 @@
+"""Martensite fractions as hidden courses: one free number in [0, 1] per row that has to explain the measured
+resistance and the other scored columns together (errors in variables by maximum likelihood).
+
+A course is (K, N). Per Gauss-Newton round the rows' fractions are eliminated recording by recording, what is left is
+solved for the base parameters z (P,), and fractions that would leave [0, 1] are held at its ends.
+"""
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
+
+from . import stand
+
+STEP = 1e-3
+SHIFT = -1e-4
+"""Steps of the difference quotients, in z and in the fractions."""
+FLOOR = 1e-2
+"""Curvature that is added where a fraction shows in no column."""
+
+
+class Slopes:
+    """Derivatives of the whitened residuals: `z` (M, P) and by recording k the rows of the residual vector that it
+    fills, `at[k]` (M_k,), with the derivative `x[k]` (M_k, N_k) by its fractions at `rows[k]`."""
+
+    def __init__(self, whiten, by_z, own, kept, source):
+        self.z, self.at, self.rows, self.x = by_z, {}, {}, {}
+        place = 0
+        for column, k, rows, factor in whiten.blocks:
+            n = np.arange(len(rows))
+            matrix = np.diag(own[column][k, rows])
+            earlier = source[k, rows] >= 0
+            matrix[n[earlier], source[k, rows][earlier]] += kept[column][k, rows][earlier]
+            part = -solve_triangular(factor, matrix, lower=True)
+            here = place + n
+            place += len(rows)
+            self.rows[k] = rows
+            self.at[k] = np.concatenate([self.at[k], here]) if k in self.at else here
+            self.x[k] = np.concatenate([self.x[k], part]) if k in self.x else part
+        self.square = {k: x.T @ x + FLOOR * np.eye(x.shape[1]) for k, x in self.x.items()}
+        self.mixed = {k: x.T @ by_z[self.at[k]] for k, x in self.x.items()}
+
+    def step(self, r, z, course, move_z=True, passes=12):
+        """Best linear step from residual r (M,): (dz (P,), d course (K, N), residual after it (M,))."""
+        gradient = {k: x.T @ r[self.at[k]] for k, x in self.x.items()}
+        held = {k: np.full(len(rows), np.nan) for k, rows in self.rows.items()}
+        for _ in range(passes):
+            dz = self._base_step(r, z, gradient, held) if move_z else np.zeros_like(z)
+            steps = {k: self._course_step(k, gradient[k], held[k], dz) for k in self.x}
+            changes = [self._hold(k, gradient[k], held[k], steps[k], dz, course) for k in self.x]
+            if not any(changes):
+                break
+        moved, rest = np.zeros_like(course), r + self.z @ dz
+        for k, rows in self.rows.items():
+            moved[k, rows] = np.clip(steps[k], -course[k, rows], 1.0 - course[k, rows])
+            rest[self.at[k]] += self.x[k] @ moved[k, rows]
+        return dz, moved, rest
+
+    def _split(self, k, gradient, held):
+        """Free rows, their factor, and their gradient with the held rows moved to where they are held."""
+        free = np.isnan(held)
+        pull = gradient[free] + self.square[k][np.ix_(free, ~free)] @ held[~free]
+        return free, cho_factor(self.square[k][np.ix_(free, free)]), pull
+
+    def _base_step(self, r, z, gradient, held):
+        curvature, slope = self.z.T @ self.z + np.eye(len(z)), self.z.T @ r + z
+        for k in self.x:
+            free, factor, pull = self._split(k, gradient[k], held[k])
+            mixed = self.mixed[k]
+            curvature = curvature - mixed[free].T @ cho_solve(factor, mixed[free])
+            slope = slope + mixed[~free].T @ held[k][~free] - mixed[free].T @ cho_solve(factor, pull)
+        return -np.linalg.solve(curvature, slope)
+
+    def _course_step(self, k, gradient, held, dz):
+        free, factor, pull = self._split(k, gradient, held)
+        step = held.copy()
+        step[free] = -cho_solve(factor, pull + self.mixed[k][free] @ dz)
+        return step
+
+    def _hold(self, k, gradient, held, step, dz, course):
+        """Hold rows that would leave [0, 1], let go of those that are drawn inwards; whether any changed."""
+        low, high = -course[k, self.rows[k]], 1.0 - course[k, self.rows[k]]
+        slope = gradient + self.square[k] @ step + self.mixed[k] @ dz
+        inwards = ((held == low) & (slope < -1e-6)) | ((held == high) & (slope > 1e-6))
+        free = np.isnan(held)
+        under, over = free & (step < low - 1e-9), free & (step > high + 1e-9)
+        held[inwards], held[under], held[over] = np.nan, low[under], high[over]
+        return np.any(inwards | under | over)
+
+
+def numbers_at(bench, z):
+    """Numbers at standardised parameters z (B, P)."""
+    out = {name: np.full(len(z), value) for name, value in bench.nominal.items()}
+    for column, name in enumerate(sorted(bench.tolerance)):
+        out[name] = out[name] * (1.0 + bench.tolerance[name] * z[:, column])
+    return out
+
+
+class HiddenJudge:
+    """Refits base and hidden course to noise-free recorded columns (1, K, N) with one draw of noise added."""
+
+    def __init__(self, bench, whiten, recorded, noise, true_z, felt):
+        self.bench, self.whiten, self.true_z = bench, whiten, true_z
+        self.recorded = {c: np.asarray(v)[:1] for c, v in recorded.items()}
+        self.true_course = bench.stack(bench.hidden[1])
+        self.noise = {c: noise[c] + felt[1][c] for c in bench.scored}
+        clean = {c: np.broadcast_to(self.noise[c], self.recorded[c].shape) for c in bench.scored}
+        self.whitened_noise = whiten(clean)[0]
+
+    def _left(self, predicted):
+        return self.whiten({c: self.recorded[c] + self.noise[c] - predicted[c] for c in self.bench.scored})
+
+    def linearise(self, z, course):
+        """Residual (M,) and its Slopes at z (P,) and a course (K, N), all in one march."""
+        size = len(z)
+        points = np.tile(z, (size + 3, 1))
+        points[1 : size + 1] += STEP * np.eye(size)
+        courses = np.repeat(course[None], size + 3, axis=0)
+        courses[-2:] += SHIFT
+        predicted, source = stand.forward(self.bench, numbers_at(self.bench, points), self.recorded, courses, True)
+        values = self._left({c: v[:-2] for c, v in predicted.items() if c in self.bench.scored})
+        own = {c: (predicted[c][-2] - predicted[c][0]) / SHIFT for c in self.bench.scored}
+        kept = {c: (predicted[c][-1] - predicted[c][-2]) / SHIFT for c in self.bench.scored}
+        return values[0], Slopes(self.whiten, (values[1:] - values[0]).T / STEP, own, kept, source)
+
+    def refit(self, start=None, rounds=14, move_z=True):
+        """Gauss-Newton from a start, z or (z, course): end, its cost (chi-square plus prior), chi-square, Slopes."""
+        start = self.true_z if start is None else start
+        z, course = start if isinstance(start, tuple) else (start, self.true_course)
+        z = np.array(z, float)
+        r, slopes = self.linearise(z, course)
+        cost = r @ r + z @ z
+        for _ in range(rounds):
+            dz, moved, _ = slopes.step(r, z, course, move_z)
+            for share in (1.0, 0.4, 0.1, 0.02):
+                trial = np.clip(z + share * dz, -4.0, 4.0), np.clip(course + share * moved, 0.0, 1.0)
+                try:
+                    found = self.linearise(*trial)
+                except ArithmeticError:  # too far off for an equilibrium
+                    continue
+                cost_new = found[0] @ found[0] + trial[0] @ trial[0]
+                if cost_new < cost:
+                    break
+            else:
+                break
+            gained, (z, course), (r, slopes), cost = cost - cost_new, trial, found, cost_new
+            if gained < 0.05:
+                break
+        return (z, course), cost, r @ r, slopes
+
+    def truth_cost(self, slopes, move_z=True):
+        """Cost of the true form after its own refit, linear in base parameters and fractions."""
+        dz, _, rest = slopes.step(self.whitened_noise, self.true_z, self.true_course, move_z)
+        return rest @ rest + (self.true_z + dz) @ (self.true_z + dz)
+
+    def held_out(self, end):
+        """Chi-square of what is held out, its fractions fitted at z, the truth's, and how many residuals they have."""
+        end, _, left, slopes = self.refit((end[0], self.true_course), move_z=False)
+        rest = slopes.step(self.whitened_noise, self.true_z, self.true_course, move_z=False)[2]
+        return left, rest @ rest, self.freedom(end)
+
+    def freedom(self, end):
+        """Residuals less the fractions that are free: those inside [0, 1]."""
+        course = end[1]
+        inside = (course > 0.0) & (course < 1.0) & self.bench.kept()
+        return max(self.whiten.size - int(np.sum(inside[self.whiten.chosen])), 1)
+
+    def gains(self, columns):
+        """Half the noise-free chi-square (B,) that columns leave once base and course are refitted, to first order."""
+        slopes = self.linearise(self.true_z, self.true_course)[1]
+        size, still = len(next(iter(columns.values()))), np.zeros_like(self.true_z)
+        numbers = numbers_at(self.bench, np.tile(self.true_z, (size, 1)))
+        courses = np.repeat(self.true_course[None], size, axis=0)
+        predicted, _ = stand.forward(self.bench, numbers, columns, courses)
+        steps = [slopes.step(r, still, self.true_course) for r in
+                 self.whiten({c: columns[c] - predicted[c] for c in self.bench.scored})]  # fmt: skip
+        return np.array([0.5 * (rest @ rest + dz @ dz) for dz, _, rest in steps])
