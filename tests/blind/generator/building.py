@@ -3,7 +3,7 @@
 import numpy as np
 
 from . import stand
-from .detectability import felt_inputs, linear_gains, occam, verdict, whiteners
+from .detectability import felt_inputs, linear_gains, occam, rest_of, verdict, whiteners
 from .noise import Instruments
 from .plans import plan, true_numbers
 from .registry import effect_class
@@ -36,6 +36,8 @@ class Specimen:
         if classes:
             self.felt = felt_inputs(self.bench, self.clean, self.noise, self.true_z)
             self.whiten = whiteners(self.bench, self.instruments, self.clean, self.felt)
+            self.rest = rest_of(self.bench, self.whiten, self.clean, self.noise, self.true_z, self.felt)
+            self.start = self.rest.end if self.rest else self.true_z
 
     def columns(self, amplitudes):
         """Noise-free columns (B, K, N) at amplitudes (B, number of effects) in parts of each effect's ceiling."""
@@ -49,7 +51,7 @@ class Specimen:
         columns = {c: v[:1] for c, v in self.columns([amplitudes]).items()}
         active = max(int(np.count_nonzero(amplitudes)), 1)
         return verdict(
-            self.bench, self.whiten, columns, self.noise, self.true_z, self.felt, active, starts
+            self.bench, self.whiten, columns, self.noise, self.true_z, self.felt, self.rest, active, starts
         )
 
     def ladder(self, direction):
@@ -109,7 +111,7 @@ def _reach(specimen, direction, target):
     shares, gains = specimen.ladder(direction)
     if len(shares) == 0:
         return None, None
-    goal, starts = target + occam(target), [specimen.true_z]
+    goal, starts = target + occam(target), [specimen.start]
     share, best, low, high = _share_for(shares, gains, goal), None, None, None
     for _ in range(6):
         found = _safe(specimen.judge, share * direction, starts)
@@ -139,7 +141,7 @@ def _reach_masked(specimen, direction):
     aim, best = 0.5 * rows * (MASKED_CHI2 - 1.0), (None, None)
     for _ in range(5):
         share = _share_for(shares, gains, aim)
-        found = _safe(specimen.judge, share * direction, [specimen.true_z])
+        found = _safe(specimen.judge, share * direction, [specimen.start])
         seen = found is not None and found["log_bayes"] > 20.0 and found["validation_gain"] > 5000.0
         if found is not None and found["fit_chi2"] < MASKED_CHI2 and not seen:
             if best[0] is None or share > best[0]:

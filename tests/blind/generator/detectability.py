@@ -8,7 +8,7 @@ Where a resistance is measured, base and truth are refitted with a hidden course
 import numpy as np
 
 from . import stand
-from .hidden import HiddenJudge, numbers_at
+from .hidden import HiddenJudge, Rest, numbers_at
 from .noise import Whitener
 
 STEP = 1e-3
@@ -127,16 +127,24 @@ def whiteners(bench, instruments, clean, felt):
     return tuple(Whitener(instruments, clean, felt[0], chosen) for chosen in (fitted, ~fitted))
 
 
-def verdict(bench, whiten, recorded, noise, true_z, felt, effects=1, starts=None):
+def rest_of(bench, whiten, clean, noise, true_z, felt):
+    """What the true form leaves where a course is hidden, or None."""
+    return Rest(bench, whiten, clean, noise, true_z, felt) if bench.hidden else None
+
+
+def _judge(bench, *data, rest):
+    return HiddenJudge(bench, *data, rest) if bench.hidden else Judge(bench, *data)
+
+
+def verdict(bench, whiten, recorded, noise, true_z, felt, rest, effects=1, starts=None):
     """Post-refit log Bayes factor and reduced chi-squares of the refitted base, as a dictionary; `end` starts another."""
-    kind = HiddenJudge if bench.hidden else Judge
-    judge = kind(bench, whiten[0], recorded, noise, true_z, felt)
+    judge = _judge(bench, whiten[0], recorded, noise, true_z, felt, rest=rest)
     starts = [true_z, np.zeros_like(true_z)] if starts is None else starts
     fits = [judge.refit(start=start) for start in starts]
     end, cost, chi2, j = min(fits, key=lambda fit: fit[1])
     z = end[0] if bench.hidden else end
     gain = 0.5 * (cost - judge.truth_cost(j))
-    left, least, size = kind(bench, whiten[1], recorded, noise, true_z, felt).held_out(end)
+    left, least, size = _judge(bench, whiten[1], recorded, noise, true_z, felt, rest=rest).held_out(end)
     return {
         "log_bayes": float(gain - occam(gain, effects)),
         "fit_chi2": float(chi2 / judge.freedom(end)),
@@ -149,5 +157,5 @@ def verdict(bench, whiten, recorded, noise, true_z, felt, effects=1, starts=None
 
 def linear_gains(bench, whiten, clean, noise, true_z, felt, columns):
     """Half the noise-free chi-square (B,) that columns (B, K, N) leave once the base has been refitted, to first order."""
-    kind = HiddenJudge if bench.hidden else Judge
-    return kind(bench, whiten[0], {c: clean[c][None] for c in clean}, noise, true_z, felt).gains(columns)
+    clean = {c: v[None] for c, v in clean.items()}
+    return _judge(bench, whiten[0], clean, noise, true_z, felt, rest=None).gains(columns)

@@ -13,6 +13,7 @@ from . import stand
 STEP = 1e-3
 SHIFT = -1e-4
 """Steps of the difference quotients, in z and in the fractions."""
+SHARES = (1.0, 0.4, 0.1, 0.02)
 FLOOR = 1e-2
 """Curvature that is added where a fraction shows in no column."""
 
@@ -97,13 +98,11 @@ def numbers_at(bench, z):
 class HiddenJudge:
     """Refits base and hidden course to noise-free recorded columns (1, K, N) with one draw of noise added."""
 
-    def __init__(self, bench, whiten, recorded, noise, true_z, felt):
-        self.bench, self.whiten, self.true_z = bench, whiten, true_z
+    def __init__(self, bench, whiten, recorded, noise, true_z, felt, rest=None):
+        self.rest, self.bench, self.whiten, self.true_z = rest, bench, whiten, true_z
         self.recorded = {c: np.asarray(v)[:1] for c, v in recorded.items()}
         self.true_course = bench.stack(bench.hidden[1])
         self.noise = {c: noise[c] + felt[1][c] for c in bench.scored}
-        clean = {c: np.broadcast_to(self.noise[c], self.recorded[c].shape) for c in bench.scored}
-        self.whitened_noise = whiten(clean)[0]
 
     def _left(self, predicted):
         return self.whiten({c: self.recorded[c] + self.noise[c] - predicted[c] for c in self.bench.scored})
@@ -121,16 +120,15 @@ class HiddenJudge:
         kept = {c: (predicted[c][-1] - predicted[c][-2]) / SHIFT for c in self.bench.scored}
         return values[0], Slopes(self.whiten, (values[1:] - values[0]).T / STEP, own, kept, source)
 
-    def refit(self, start=None, rounds=14, move_z=True):
+    def refit(self, start, move_z=True, rounds=8, enough=0.3):
         """Gauss-Newton from a start, z or (z, course): end, its cost (chi-square plus prior), chi-square, Slopes."""
-        start = self.true_z if start is None else start
-        z, course = start if isinstance(start, tuple) else (start, self.true_course)
-        z = np.array(z, float)
+        z, course = start if isinstance(start, tuple) else (start, self.rest.end[1])
+        z, size = np.array(z, float), 0
         r, slopes = self.linearise(z, course)
         cost = r @ r + z @ z
         for _ in range(rounds):
             dz, moved, _ = slopes.step(r, z, course, move_z)
-            for share in (1.0, 0.4, 0.1, 0.02):
+            for share in SHARES[max(size - 1, 0) :]:
                 trial = np.clip(z + share * dz, -4.0, 4.0), np.clip(course + share * moved, 0.0, 1.0)
                 try:
                     found = self.linearise(*trial)
@@ -141,21 +139,20 @@ class HiddenJudge:
                     break
             else:
                 break
+            size = SHARES.index(share)
             gained, (z, course), (r, slopes), cost = cost - cost_new, trial, found, cost_new
-            if gained < 0.05:
+            if gained < enough:
                 break
         return (z, course), cost, r @ r, slopes
 
-    def truth_cost(self, slopes, move_z=True):
-        """Cost of the true form after its own refit, linear in base parameters and fractions."""
-        dz, _, rest = slopes.step(self.whitened_noise, self.true_z, self.true_course, move_z)
-        return rest @ rest + (self.true_z + dz) @ (self.true_z + dz)
+    def truth_cost(self, _):
+        """Cost of the true form after its own refit."""
+        return self.rest.cost
 
     def held_out(self, end):
         """Chi-square of what is held out, its fractions fitted at z, the truth's, and how many residuals they have."""
-        end, _, left, slopes = self.refit((end[0], self.true_course), move_z=False)
-        rest = slopes.step(self.whitened_noise, self.true_z, self.true_course, move_z=False)[2]
-        return left, rest @ rest, self.freedom(end)
+        end, _, left, _ = self.refit(end[0], move_z=False)
+        return left, self.rest.held, self.freedom(end)
 
     def freedom(self, end):
         """Residuals less the fractions that are free: those inside [0, 1]."""
@@ -173,3 +170,18 @@ class HiddenJudge:
         steps = [slopes.step(r, still, self.true_course) for r in
                  self.whiten({c: columns[c] - predicted[c] for c in self.bench.scored})]  # fmt: skip
         return np.array([0.5 * (rest @ rest + dz @ dz) for dz, _, rest in steps])
+
+
+class Rest:
+    """What the true form leaves: its refit to data without any effect, which an effect that it knows does not change.
+
+    `end` (z, course (K, N)), `cost`, and `held`, the chi-square of what is held out, its fractions fitted. Every refit
+    of the base begins here, so that where the metal's memory switches, both have gone the same way.
+    """
+
+    def __init__(self, bench, whiten, clean, noise, true_z, felt):
+        fitted, held = (HiddenJudge(bench, w, {c: v[None] for c, v in clean.items()}, noise, true_z, felt) for w in whiten)
+        end, self.cost, *_ = fitted.refit((true_z, fitted.true_course), rounds=14, enough=0.05)
+        last, _, self.held, _ = held.refit(end, move_z=False)
+        chosen = np.isin(np.arange(len(last[1])), whiten[1].chosen)
+        self.end = end[0], np.where(chosen[:, None], last[1], end[1])
