@@ -46,12 +46,12 @@ class Specimen:
             effect.amplitude = (effect.ceiling * column)[:, None]
         return stand.truth(self.bench, self.numbers, self.effects)
 
-    def judge(self, amplitudes, starts=None):
+    def judge(self, amplitudes, starts=None, held=True):
         """The verdict on one set of amplitudes."""
         columns = {c: v[:1] for c, v in self.columns([amplitudes]).items()}
         active = max(int(np.count_nonzero(amplitudes)), 1)
         return verdict(
-            self.bench, self.whiten, columns, self.noise, self.true_z, self.felt, self.rest, active, starts
+            self.bench, self.whiten, columns, self.noise, self.true_z, self.felt, self.rest, active, starts, held
         )
 
     def ladder(self, direction):
@@ -114,7 +114,7 @@ def _reach(specimen, direction, target):
     goal, starts = target + occam(target), [specimen.start]
     share, best, low, high = _share_for(shares, gains, goal), None, None, None
     for _ in range(6):
-        found = _safe(specimen.judge, share * direction, starts)
+        found = _safe(specimen.judge, share * direction, starts, False)
         if found is None:
             share *= 0.5
             continue
@@ -129,7 +129,8 @@ def _reach(specimen, direction, target):
         starts = [found["end"]]
     if best is None:
         return None, None
-    return best[1], _safe(specimen.judge, best[1] * direction, [best[2]["end"], np.zeros_like(specimen.true_z)])
+    ends = [best[2]["end"]] + ([] if specimen.bench.hidden else [np.zeros_like(specimen.true_z)])
+    return best[1], _safe(specimen.judge, best[1] * direction, ends)
 
 
 def _reach_masked(specimen, direction):

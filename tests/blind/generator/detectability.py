@@ -136,20 +136,24 @@ def _judge(bench, *data, rest):
     return HiddenJudge(bench, *data, rest) if bench.hidden else Judge(bench, *data)
 
 
-def verdict(bench, whiten, recorded, noise, true_z, felt, rest, effects=1, starts=None):
-    """Post-refit log Bayes factor and reduced chi-squares of the refitted base, as a dictionary; `end` starts another."""
+def verdict(bench, whiten, recorded, noise, true_z, felt, rest, effects=1, starts=None, held=True):
+    """Post-refit log Bayes factor and reduced chi-squares of the refitted base, as a dictionary; `end` starts another,
+    `held` says whether what is held out is wanted. Where a course is hidden, every start ends alike and one will do."""
     judge = _judge(bench, whiten[0], recorded, noise, true_z, felt, rest=rest)
-    starts = [true_z, np.zeros_like(true_z)] if starts is None else starts
-    fits = [judge.refit(start=start) for start in starts]
-    end, cost, chi2, j = min(fits, key=lambda fit: fit[1])
+    if starts is None:
+        starts = [rest.end] if bench.hidden else [true_z, np.zeros_like(true_z)]
+    fits = [judge.refit(start) for start in starts]
+    end, cost, chi2, *j = min(fits, key=lambda fit: fit[1])
     z = end[0] if bench.hidden else end
-    gain = 0.5 * (cost - judge.truth_cost(j))
-    left, least, size = _judge(bench, whiten[1], recorded, noise, true_z, felt, rest=rest).held_out(end)
+    gain = 0.5 * (cost - judge.truth_cost(*j))
+    beyond = {}
+    if held:
+        left, least, size = _judge(bench, whiten[1], recorded, noise, true_z, felt, rest=rest).held_out(end)
+        beyond = {"validation_chi2": float(left / size), "validation_gain": float(0.5 * (left - least))}
     return {
         "log_bayes": float(gain - occam(gain, effects)),
         "fit_chi2": float(chi2 / judge.freedom(end)),
-        "validation_chi2": float(left / size),
-        "validation_gain": float(0.5 * (left - least)),
+        **beyond,
         "absorbed_sd": [round(float(v), 3) for v in z - true_z],
         "end": end,
     }

@@ -13,7 +13,7 @@ from . import stand
 STEP = 1e-3
 SHIFT = -1e-4
 """Steps of the difference quotients, in z and in the fractions."""
-SHARES = (1.0, 0.4, 0.1, 0.02)
+SHARES = (1.0, 0.4, 0.1, 0.03, 0.01)
 FLOOR = 1e-2
 """Curvature that is added where a fraction shows in no column."""
 
@@ -44,7 +44,7 @@ class Slopes:
         gradient = {k: x.T @ r[self.at[k]] for k, x in self.x.items()}
         held = {k: np.full(len(rows), np.nan) for k, rows in self.rows.items()}
         for _ in range(passes):
-            dz = self._base_step(r, z, gradient, held) if move_z else np.zeros_like(z)
+            dz = self._base_step(r, z, gradient, held) if move_z else np.zeros(0)
             steps = {k: self._course_step(k, gradient[k], held[k], dz) for k in self.x}
             changes = [self._hold(k, gradient[k], held[k], steps[k], dz, course) for k in self.x]
             if not any(changes):
@@ -53,7 +53,7 @@ class Slopes:
         for k, rows in self.rows.items():
             moved[k, rows] = np.clip(steps[k], -course[k, rows], 1.0 - course[k, rows])
             rest[self.at[k]] += self.x[k] @ moved[k, rows]
-        return dz, moved, rest
+        return dz if move_z else np.zeros_like(z), moved, rest
 
     def _split(self, k, gradient, held):
         """Free rows, their factor, and their gradient with the held rows moved to where they are held."""
@@ -107,11 +107,11 @@ class HiddenJudge:
     def _left(self, predicted):
         return self.whiten({c: self.recorded[c] + self.noise[c] - predicted[c] for c in self.bench.scored})
 
-    def linearise(self, z, course):
+    def linearise(self, z, course, move_z=True):
         """Residual (M,) and its Slopes at z (P,) and a course (K, N), all in one march."""
-        size = len(z)
+        size = len(z) if move_z else 0
         points = np.tile(z, (size + 3, 1))
-        points[1 : size + 1] += STEP * np.eye(size)
+        points[1 : size + 1] += STEP * np.eye(len(z))[:size]
         courses = np.repeat(course[None], size + 3, axis=0)
         courses[-2:] += SHIFT
         predicted, source = stand.forward(self.bench, numbers_at(self.bench, points), self.recorded, courses, True)
@@ -120,38 +120,42 @@ class HiddenJudge:
         kept = {c: (predicted[c][-1] - predicted[c][-2]) / SHIFT for c in self.bench.scored}
         return values[0], Slopes(self.whiten, (values[1:] - values[0]).T / STEP, own, kept, source)
 
+    def _trial(self, z, course, dz, moved):
+        """The best share of a step: its cost, z and course; the cost is infinite where none has an equilibrium."""
+        for shares in (SHARES[:3], SHARES[3:]):
+            points = np.clip(z + np.outer(shares, dz), -4.0, 4.0)
+            courses = np.clip(course + np.multiply.outer(shares, moved), 0.0, 1.0)
+            try:
+                predicted, _ = stand.forward(self.bench, numbers_at(self.bench, points), self.recorded, courses)
+            except ArithmeticError:  # too far off
+                continue
+            costs = np.sum(self._left(predicted) ** 2, axis=1) + np.sum(points**2, axis=1)
+            best = np.nanargmin(np.nan_to_num(costs, nan=np.inf))
+            return costs[best], points[best], courses[best]
+        return np.inf, z, course
+
     def refit(self, start, move_z=True, rounds=8, enough=0.3):
-        """Gauss-Newton from a start, z or (z, course): end, its cost (chi-square plus prior), chi-square, Slopes."""
+        """Gauss-Newton from a start, z or (z, course): end, its cost (chi-square plus prior), chi-square."""
         z, course = start if isinstance(start, tuple) else (start, self.rest.end[1])
-        z, size = np.array(z, float), 0
-        r, slopes = self.linearise(z, course)
-        cost = r @ r + z @ z
+        z, cost = np.array(z, float), np.inf
         for _ in range(rounds):
-            dz, moved, _ = slopes.step(r, z, course, move_z)
-            for share in SHARES[max(size - 1, 0) :]:
-                trial = np.clip(z + share * dz, -4.0, 4.0), np.clip(course + share * moved, 0.0, 1.0)
-                try:
-                    found = self.linearise(*trial)
-                except ArithmeticError:  # too far off for an equilibrium
-                    continue
-                cost_new = found[0] @ found[0] + trial[0] @ trial[0]
-                if cost_new < cost:
-                    break
-            else:
+            r, slopes = self.linearise(z, course, move_z)
+            cost = min(cost, r @ r + z @ z)
+            new, *there = self._trial(z, course, *slopes.step(r, z, course, move_z)[:2])
+            if not new < cost:
                 break
-            size = SHARES.index(share)
-            gained, (z, course), (r, slopes), cost = cost - cost_new, trial, found, cost_new
+            gained, cost, (z, course) = cost - new, new, there
             if gained < enough:
                 break
-        return (z, course), cost, r @ r, slopes
+        return (z, course), cost, cost - z @ z
 
-    def truth_cost(self, _):
+    def truth_cost(self):
         """Cost of the true form after its own refit."""
         return self.rest.cost
 
     def held_out(self, end):
         """Chi-square of what is held out, its fractions fitted at z, the truth's, and how many residuals they have."""
-        end, _, left, _ = self.refit(end[0], move_z=False)
+        end, _, left = self.refit(end[0], move_z=False)
         return left, self.rest.held, self.freedom(end)
 
     def freedom(self, end):
@@ -181,7 +185,7 @@ class Rest:
 
     def __init__(self, bench, whiten, clean, noise, true_z, felt):
         fitted, held = (HiddenJudge(bench, w, {c: v[None] for c, v in clean.items()}, noise, true_z, felt) for w in whiten)
-        end, self.cost, *_ = fitted.refit((true_z, fitted.true_course), rounds=14, enough=0.05)
-        last, _, self.held, _ = held.refit(end, move_z=False)
+        end, self.cost, _ = fitted.refit((true_z, fitted.true_course), rounds=14, enough=0.05)
+        last, _, self.held = held.refit(end, move_z=False)
         chosen = np.isin(np.arange(len(last[1])), whiten[1].chosen)
         self.end = end[0], np.where(chosen[:, None], last[1], end[1])
