@@ -138,7 +138,10 @@ def _judge(bench, *data, rest):
 
 def verdict(bench, whiten, recorded, noise, true_z, felt, rest, effects=1, starts=None, held=True):
     """Post-refit log Bayes factor and reduced chi-squares of the refitted base, as a dictionary; `end` starts another,
-    `held` says whether what is held out is wanted. Where a course is hidden, every start ends alike and one will do."""
+    `held` says whether what is held out is wanted.
+
+    Where a course is hidden, z ends alike from every start, the cost within some per cent: one start will do.
+    """
     judge = _judge(bench, whiten[0], recorded, noise, true_z, felt, rest=rest)
     if starts is None:
         starts = [rest.end] if bench.hidden else [true_z, np.zeros_like(true_z)]

@@ -14,6 +14,7 @@ STEP = 1e-3
 SHIFT = -1e-4
 """Steps of the difference quotients, in z and in the fractions."""
 SHARES = (1.0, 0.4, 0.1, 0.03, 0.01)
+"""Shares of a step that are tried; the metal's memory has kinks that a full step jumps over."""
 FLOOR = 1e-2
 """Curvature that is added where a fraction shows in no column."""
 
