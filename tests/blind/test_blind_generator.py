@@ -14,6 +14,7 @@ from tests.blind.cases import Case, case_list, write_case
 from tests.blind.generator import actuator, nitinol, numbers, registry, section, silicone, stand
 from tests.blind.generator.bench import Bench, Take
 from tests.blind.generator.building import Specimen, build
+from tests.blind.generator.hidden import HiddenJudge
 from tests.blind.generator.plans import PLANS, plan, true_numbers
 from tests.blind.seal import open_seals, seal
 
@@ -130,6 +131,19 @@ def test_strength_is_what_was_asked_for():
     assert 60.0 < truth["log_bayes_post_refit"] < 160.0
     _, _, stronger = build("elastomer", "single", ("viscoelastic_relaxation",), 1000.0, 12)
     assert stronger["log_bayes_post_refit"] > 3 * truth["log_bayes_post_refit"]
+
+
+def test_what_open_constants_absorb_is_not_called_strong():
+    specimen = Specimen("spring", ("series_resistance",), 801)
+    assert {"rho_mean", "alpha_1"} <= set(specimen.bench.tolerance)
+    found = specimen.judge([0.02])
+    assert found["fit_chi2"] < 1.1 and found["log_bayes"] < 3.0
+    columns = {c: v[:1] for c, v in specimen.columns([[0.02]]).items()}
+    data = (specimen.bench, specimen.whiten[0], columns, specimen.noise, specimen.true_z, specimen.felt, specimen.rest)
+    judge, rng = HiddenJudge(*data), np.random.default_rng(5)
+    costs = [judge.refit(rng.standard_normal(len(specimen.true_z)))[1] for _ in range(3)]
+    best = judge.refit(found["end"])[1]
+    assert np.max(np.abs(np.array(costs) - best)) < 8.0, "a refit that starts elsewhere ends elsewhere"
 
 
 def test_a_masked_case_looks_acceptable_in_what_is_fitted():

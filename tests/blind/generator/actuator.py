@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .coil import Coil
+from .coil import Coil, Watch
 from .march import batch, columns, rows
 from .roots import solve
 from .section import Annulus
@@ -108,7 +108,7 @@ def _outputs(body):
     return body.bend / body.length, degrees, 1e3 * body.length
 
 
-def _simulate(bench, numbers, series, effects, known, quadrature):
+def _simulate(bench, numbers, series, effects, known, quadrature, watch=None):
     """March an actuator; `known(row)` gives what is known of the springs: fractions, measured resistances."""
     q = columns(numbers)
     size = next(iter(series.values())).shape[0]
@@ -122,6 +122,8 @@ def _simulate(bench, numbers, series, effects, known, quadrature):
     names = ["curvature_1pm", "bend_angle_deg", "length_mm"] + [f"resistance_{k}_ohm" for k in frame.which]
     out = {name: np.empty(shape + (bench.times.shape[1],)) for name in names}
     for row in rows(bench.times, series):
+        if watch:
+            watch(frame.coils, row)
         xi0, ohm = known(row)
         guess = x if row.index < 2 else x + 0.9 * (x - before)
         before = x
@@ -161,3 +163,16 @@ def actuator_base(bench, numbers, recorded, **quadrature):
         return {k: np.ones((1, 1)) for k in (1, 2)}, ohm
 
     return _simulate(bench, numbers, series, (), known, quadrature)[0]
+
+
+def actuator_forward(bench, numbers, recorded, course, watched=False):
+    """What the base predicts from recorded pressure and fractions (B, K, N) of the measured spring, the other being
+    cold, and what a Watch says of the rows."""
+    series = {"pressure_kPa": batch(recorded["pressure_kPa"], len(course)), "xi0_2": course}
+    watch = Watch(2, bench.times.shape)
+
+    def known(row):
+        return {1: np.ones((1, 1)), 2: row.drive["xi0_2"]}, {}
+
+    out, _ = _simulate(bench, numbers, series, (), known, {}, watch if watched else None)
+    return out, watch.source

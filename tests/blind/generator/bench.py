@@ -46,8 +46,14 @@ class Bench:
 
     @property
     def scored(self):
-        """Columns in which the base can be wrong: a spring's resistance must be one that it can have."""
-        return self.outputs + (("resistance_ohm",) if self.kind == "spring" else ())
+        """Columns in which the base can be wrong: a measured resistance must be one that the spring can have."""
+        return self.outputs + ((self.hidden[0],) if self.hidden else ())
+
+    @property
+    def hidden(self):
+        """Measured resistance and drive of the martensite fraction that nobody measures, or None."""
+        found = {"spring": ("resistance_ohm", "xi0"), "actuator": ("resistance_2_ohm", "xi0_2")}.get(self.kind)
+        return found if found and found[0] in self.measured else None
 
     def stack(self, name):
         """A drive of all recordings (K, N)."""

@@ -3,7 +3,7 @@
 import numpy as np
 
 from . import stand
-from .detectability import felt_inputs, linear_gains, occam, verdict, whiteners
+from .detectability import felt_inputs, linear_gains, occam, rest_of, verdict, whiteners
 from .noise import Instruments
 from .plans import plan, true_numbers
 from .registry import effect_class
@@ -36,6 +36,8 @@ class Specimen:
         if classes:
             self.felt = felt_inputs(self.bench, self.clean, self.noise, self.true_z)
             self.whiten = whiteners(self.bench, self.instruments, self.clean, self.felt)
+            self.rest = rest_of(self.bench, self.whiten, self.clean, self.noise, self.true_z, self.felt)
+            self.start = self.rest.end if self.rest else self.true_z
 
     def columns(self, amplitudes):
         """Noise-free columns (B, K, N) at amplitudes (B, number of effects) in parts of each effect's ceiling."""
@@ -44,12 +46,12 @@ class Specimen:
             effect.amplitude = (effect.ceiling * column)[:, None]
         return stand.truth(self.bench, self.numbers, self.effects)
 
-    def judge(self, amplitudes, starts=None):
+    def judge(self, amplitudes, starts=None, held=True):
         """The verdict on one set of amplitudes."""
         columns = {c: v[:1] for c, v in self.columns([amplitudes]).items()}
         active = max(int(np.count_nonzero(amplitudes)), 1)
         return verdict(
-            self.bench, self.whiten, columns, self.noise, self.true_z, self.felt, active, starts
+            self.bench, self.whiten, columns, self.noise, self.true_z, self.felt, self.rest, active, starts, held
         )
 
     def ladder(self, direction):
@@ -109,10 +111,10 @@ def _reach(specimen, direction, target):
     shares, gains = specimen.ladder(direction)
     if len(shares) == 0:
         return None, None
-    goal, starts = target + occam(target), [specimen.true_z]
+    goal, starts = target + occam(target), [specimen.start]
     share, best, low, high = _share_for(shares, gains, goal), None, None, None
     for _ in range(6):
-        found = _safe(specimen.judge, share * direction, starts)
+        found = _safe(specimen.judge, share * direction, starts, False)
         if found is None:
             share *= 0.5
             continue
@@ -124,10 +126,11 @@ def _reach(specimen, direction, target):
             break
         low, high = ((share, gain), high) if gain < goal else (low, (share, gain))
         share = min(_next_share(low, high, goal), shares[-1])
-        starts = [found["z"]]
+        starts = [found["end"]]
     if best is None:
         return None, None
-    return best[1], _safe(specimen.judge, best[1] * direction, [best[2]["z"], np.zeros_like(specimen.true_z)])
+    ends = [best[2]["end"]] + ([] if specimen.bench.hidden else [np.zeros_like(specimen.true_z)])
+    return best[1], _safe(specimen.judge, best[1] * direction, ends)
 
 
 def _reach_masked(specimen, direction):
@@ -135,11 +138,11 @@ def _reach_masked(specimen, direction):
     shares, gains = specimen.ladder(direction)
     if len(shares) == 0:
         return None, None
-    rows = int(np.sum(specimen.bench.kept()[specimen.bench.fitted()])) * len(specimen.bench.scored)
+    rows = int(np.sum(specimen.bench.kept()[specimen.bench.fitted()])) * len(specimen.bench.outputs)
     aim, best = 0.5 * rows * (MASKED_CHI2 - 1.0), (None, None)
     for _ in range(5):
         share = _share_for(shares, gains, aim)
-        found = _safe(specimen.judge, share * direction, [specimen.true_z])
+        found = _safe(specimen.judge, share * direction, [specimen.start])
         seen = found is not None and found["log_bayes"] > 20.0 and found["validation_gain"] > 5000.0
         if found is not None and found["fit_chi2"] < MASKED_CHI2 and not seen:
             if best[0] is None or share > best[0]:
@@ -226,6 +229,6 @@ def _truth(specimen, group, slugs, strength, found, each):
         "parameters": {e.slug: e.describe() for e in effects},
         "base": {name: specimen.numbers[name] for name in sorted(specimen.bench.tolerance)},
         "flavour": specimen.bench.flavour,
-        "refitted_base": {k: v for k, v in (found or {}).items() if k not in ("log_bayes", "z")},
+        "refitted_base": {k: v for k, v in (found or {}).items() if k not in ("log_bayes", "end")},
     }
     return _rounded(truth)

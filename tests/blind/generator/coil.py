@@ -60,6 +60,20 @@ class Coil:
             effect.close_metal(strain, gamma, xi0, row, self.which)
 
 
+class Watch:
+    """Before each row: the last parameter set but one gets the first one's memories; `source` (K, N) is the row whose
+    fraction the first one's memory of spring `which` holds."""
+
+    def __init__(self, which, shape):
+        self.which, self.source = which, np.full(shape, -1)
+
+    def __call__(self, coils, row):
+        for which, coil in coils.items():
+            coil.memory.follow(-2, 0)
+            if which == self.which:
+                self.source[:, row.index] = coil.memory.source[0]
+
+
 def spring_truth(bench, numbers, effects=()):
     """Columns of a spring on a test stand, driven by elongation and by heat."""
     q = columns(numbers)
@@ -100,3 +114,22 @@ def spring_base(bench, numbers, recorded):
         force[..., n] = coil.force(strain[..., n], xi0[..., n], row, gamma[..., n])
         coil.memory.commit(gamma[..., n], xi0[..., n])
     return {"force_N": force, "resistance_ohm": wire * nitinol.resistivity(three, xi0, gamma)}
+
+
+def spring_forward(bench, numbers, recorded, course, watched=False):
+    """Force and resistance from recorded elongation and fractions (B, K, N), and what a Watch says of the rows."""
+    q = columns(numbers)
+    size = len(q["G_m"])
+    coil = Coil(q, (size, len(bench.recordings)), bench.geometry["prestrain"])
+    strain = batch(recorded["elongation_mm"], size) / q["free_length_mm"][..., None]
+    three = {name: value[..., None] for name, value in q.items()}
+    gamma = nitinol.shear_strain(three, strain)
+    force, watch = np.empty_like(gamma), Watch(1, bench.times.shape)
+    for row in rows(bench.times, {}):
+        n = row.index
+        if watched:
+            watch({1: coil}, row)
+        force[..., n] = coil.force(strain[..., n], course[..., n], row, gamma[..., n])
+        coil.memory.commit(gamma[..., n], course[..., n])
+    ohm = nitinol.wire_length(three) * nitinol.resistivity(three, course, gamma)
+    return {"force_N": force, "resistance_ohm": ohm}, watch.source

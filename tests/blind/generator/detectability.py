@@ -2,22 +2,16 @@
 
 The strength of a case is the log Bayes factor that the true form would reach: half the chi-square that the refitted
 base leaves above the truth's, less an Occam term for an amplitude whose prior is as wide as the amplitude itself.
+Where a resistance is measured, base and truth are refitted with a hidden course of the martensite fraction (hidden.py).
 """
 
 import numpy as np
 
 from . import stand
+from .hidden import HiddenJudge, Rest, numbers_at
 from .noise import Whitener
 
 STEP = 1e-3
-
-
-def _numbers(bench, z):
-    """Numbers at standardised parameters z (B, P)."""
-    out = {name: np.full(len(z), value) for name, value in bench.nominal.items()}
-    for column, name in enumerate(sorted(bench.tolerance)):
-        out[name] = out[name] * (1.0 + bench.tolerance[name] * z[:, column])
-    return out
 
 
 def _first(columns):
@@ -29,19 +23,27 @@ def felt_inputs(bench, clean, noise, true_z):
 
     Taken once for a specimen, from its columns without any effect (K, N): the effects change little of it.
     """
-    noisy = [c for c in bench.inputs if c in bench.noise]
+    noisy = [c for c in bench.inputs if c in bench.noise and c not in bench.scored]
     columns = {c: np.repeat(v[None], 2 * len(noisy) + 1, axis=0) for c, v in clean.items()}
     for number, channel in enumerate(noisy):
         columns[channel][2 * number + 1] += bench.noise[channel]
         columns[channel][2 * number + 2] -= bench.noise[channel]
-    predicted = stand.base(bench, _numbers(bench, np.tile(true_z, (2 * len(noisy) + 1, 1))), columns)
+    predicted = _predict(bench, np.tile(true_z, (2 * len(noisy) + 1, 1)), columns)
     variance, felt = {}, {}
     for c in bench.scored:
-        up, down = ((predicted[c][k::2] - predicted[c][:1]) * (c not in bench.inputs) for k in (1, 2))
+        up, down = (predicted[c][k::2] - predicted[c][:1] for k in (1, 2))
         draws = np.stack([noise[x] / bench.noise[x] for x in noisy]) if noisy else up
         variance[c] = np.sum(np.maximum(np.abs(up), np.abs(down)) ** 2, axis=0)
         felt[c] = -np.sum(np.where(draws > 0, up, -down) * draws, axis=0)
     return variance, felt
+
+
+def _predict(bench, z, columns):
+    """The base at z (B, P) from noise-free columns, a hidden fraction being the true one."""
+    if not bench.hidden:
+        return stand.base(bench, numbers_at(bench, z), columns)
+    course = np.repeat(bench.stack(bench.hidden[1])[None], len(z), axis=0)
+    return stand.forward(bench, numbers_at(bench, z), columns, course)[0]
 
 
 class Judge:
@@ -57,7 +59,7 @@ class Judge:
 
     def residuals(self, z):
         """Whitened residuals (B, M) of the base at z (B, P)."""
-        predicted = stand.base(self.bench, _numbers(self.bench, z), self.recorded)
+        predicted = stand.base(self.bench, numbers_at(self.bench, z), self.recorded)
         return self.whiten({c: self.recorded[c] + self.noise[c] - predicted[c] for c in self.bench.scored})
 
     def linearise(self, z):
@@ -95,6 +97,24 @@ class Judge:
         rest = n + j @ step
         return rest @ rest + (z + step) @ (z + step)
 
+    def held_out(self, z):
+        """Chi-square at z (P,) of what is held out, the truth's, and how many residuals they have."""
+        left = self.residuals(z[None])[0]
+        return left @ left, self.whitened_noise @ self.whitened_noise, max(self.whiten.size, 1)
+
+    def freedom(self, z):
+        """How many residuals a fit has."""
+        return self.whiten.size
+
+    def gains(self, columns):
+        """Half the noise-free chi-square (B,) that columns leave once the base has been refitted, to first order."""
+        _, j = self.linearise(self.true_z)
+        size = len(next(iter(columns.values())))
+        predicted = stand.base(self.bench, numbers_at(self.bench, np.tile(self.true_z, (size, 1))), columns)
+        left = self.whiten({c: columns[c] - predicted[c] for c in self.bench.scored})
+        inner = np.linalg.solve(j.T @ j + np.eye(len(self.true_z)), j.T @ left.T)
+        return 0.5 * (np.sum(left**2, axis=1) - np.sum((left @ j) * inner.T, axis=1))
+
 
 def occam(gain, effects=1):
     """What an amplitude costs whose prior is as wide as itself and which the data fix to 1 / sqrt(2 gain)."""
@@ -107,31 +127,42 @@ def whiteners(bench, instruments, clean, felt):
     return tuple(Whitener(instruments, clean, felt[0], chosen) for chosen in (fitted, ~fitted))
 
 
-def verdict(bench, whiten, recorded, noise, true_z, felt, effects=1, starts=None):
-    """Post-refit log Bayes factor and reduced chi-squares of the refitted base, as a dictionary."""
-    judge = Judge(bench, whiten[0], recorded, noise, true_z, felt)
-    starts = [true_z, np.zeros_like(true_z)] if starts is None else starts
-    fits = [judge.refit(start=start) for start in starts]
-    z, cost, chi2, j = min(fits, key=lambda fit: fit[1])
-    gain = 0.5 * (cost - judge.truth_cost(j))
-    held = Judge(bench, whiten[1], recorded, noise, true_z, felt)
-    left = held.residuals(z[None])[0]
+def rest_of(bench, whiten, clean, noise, true_z, felt):
+    """What the true form leaves where a course is hidden, or None."""
+    return Rest(bench, whiten, clean, noise, true_z, felt) if bench.hidden else None
+
+
+def _judge(bench, *data, rest):
+    return HiddenJudge(bench, *data, rest) if bench.hidden else Judge(bench, *data)
+
+
+def verdict(bench, whiten, recorded, noise, true_z, felt, rest, effects=1, starts=None, held=True):
+    """Post-refit log Bayes factor and reduced chi-squares of the refitted base, as a dictionary; `end` starts another,
+    `held` says whether what is held out is wanted.
+
+    Where a course is hidden, z ends alike from every start, the cost within some per cent: one start will do.
+    """
+    judge = _judge(bench, whiten[0], recorded, noise, true_z, felt, rest=rest)
+    if starts is None:
+        starts = [rest.end] if bench.hidden else [true_z, np.zeros_like(true_z)]
+    fits = [judge.refit(start) for start in starts]
+    end, cost, chi2, *j = min(fits, key=lambda fit: fit[1])
+    z = end[0] if bench.hidden else end
+    gain = 0.5 * (cost - judge.truth_cost(*j))
+    beyond = {}
+    if held:
+        left, least, size = _judge(bench, whiten[1], recorded, noise, true_z, felt, rest=rest).held_out(end)
+        beyond = {"validation_chi2": float(left / size), "validation_gain": float(0.5 * (left - least))}
     return {
         "log_bayes": float(gain - occam(gain, effects)),
-        "fit_chi2": float(chi2 / judge.whiten.size),
-        "validation_chi2": float(left @ left / max(held.whiten.size, 1)),
-        "validation_gain": float(0.5 * (left @ left - held.whitened_noise @ held.whitened_noise)),
+        "fit_chi2": float(chi2 / judge.freedom(end)),
+        **beyond,
         "absorbed_sd": [round(float(v), 3) for v in z - true_z],
-        "z": z,
+        "end": end,
     }
 
 
 def linear_gains(bench, whiten, clean, noise, true_z, felt, columns):
     """Half the noise-free chi-square (B,) that columns (B, K, N) leave once the base has been refitted, to first order."""
-    judge = Judge(bench, whiten[0], {c: clean[c][None] for c in clean}, noise, true_z, felt)
-    _, j = judge.linearise(true_z)
-    size = len(next(iter(columns.values())))
-    predicted = stand.base(bench, _numbers(bench, np.tile(true_z, (size, 1))), columns)
-    left = judge.whiten({c: columns[c] - predicted[c] for c in bench.scored})
-    inner = np.linalg.solve(j.T @ j + np.eye(len(true_z)), j.T @ left.T)
-    return 0.5 * (np.sum(left**2, axis=1) - np.sum((left @ j) * inner.T, axis=1))
+    clean = {c: v[None] for c, v in clean.items()}
+    return _judge(bench, whiten[0], clean, noise, true_z, felt, rest=None).gains(columns)

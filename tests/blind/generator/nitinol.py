@@ -92,12 +92,16 @@ def residual_bound(q, prestrain, length):
 
 
 class Memory:
-    """What the metal remembers: its largest strain and its lowest martensite fraction since then."""
+    """What the metal remembers: its largest strain and its lowest martensite fraction since then.
+
+    `source` is the row that this fraction is of, -1 before any.
+    """
 
     def __init__(self, q, shape, prestrain, *, modulus=("G_m", "G_a"), length="gamma_L"):
         self.q, self.names, self.length = q, modulus, length
         self.largest = np.full(shape, float(prestrain))
         self.lowest = np.ones(shape)
+        self.source, self.closed = np.full(shape, -1), 0
 
     def residual(self, xi0):
         """Residual strain with a trial fraction of this row."""
@@ -120,11 +124,18 @@ class Memory:
     def commit(self, gamma, xi0):
         """Close a row with its converged values."""
         _, changing, modulus, residual = self._branches(gamma, xi0)
+        lower = xi0 < self.lowest
         self.lowest = np.minimum(self.lowest, xi0)
         fresh = residual_bound(self.q, gamma, self.q[self.length]) * np.exp(self.q["gR_decay"] * (xi0 - 1.0))
         renew = (changing > modulus * residual) & (fresh > residual)
         self.largest = np.where(renew, gamma, self.largest)
         self.lowest = np.where(renew, xi0, self.lowest)
+        self.source = np.where(renew | lower, self.closed, self.source)
+        self.closed += 1
+
+    def follow(self, member, other):
+        """Let one parameter set remember what another does."""
+        self.largest[member], self.lowest[member] = self.largest[other], self.lowest[other]
 
 
 def fraction_from_temperature(q, temperature):

@@ -6,6 +6,7 @@ TRUTH = {"elastomer": tube.elastomer_truth, "tube": tube.tube_truth, "spring": c
          "wire": wire.wire_truth, "actuator": actuator.actuator_truth}  # fmt: skip
 BASE = {"elastomer": tube.elastomer_base, "tube": tube.tube_base, "spring": coil.spring_base,
         "wire": wire.wire_base, "actuator": actuator.actuator_base}  # fmt: skip
+FORWARD = {"spring": coil.spring_forward, "actuator": actuator.actuator_forward}
 
 
 def truth(bench, numbers, effects=()):
@@ -16,3 +17,9 @@ def truth(bench, numbers, effects=()):
 def base(bench, numbers, recorded):
     """Noise-free predictions of the published model from noise-free recorded inputs."""
     return BASE[bench.kind](bench, numbers, recorded)
+
+
+def forward(bench, numbers, recorded, course, watched=False):
+    """Noise-free predictions from noise-free recorded inputs and hidden fractions (B, K, N), and by row (K, N) which
+    earlier row the metal remembers. `watched`: the last set but one shares the first one's memory."""
+    return FORWARD[bench.kind](bench, numbers, recorded, course, watched)
