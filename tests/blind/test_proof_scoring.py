@@ -313,6 +313,11 @@ class _Program:
 
     fitted: np.ndarray
     channels: list
+    free: float = 1.0
+
+    def free_share(self, k):
+        """Part of recording k's values that no hidden course takes up."""
+        return self.free
 
 
 def _channels(*lengths):
@@ -333,7 +338,10 @@ def test_every_value_is_left_out_once_and_counted_once(fitted, lengths, folds):
         assert all(np.array_equal(a + b, np.ones_like(a)) for a, b in zip(fold.fit, fold.out, strict=True))
     assert all(np.array_equal(a, b) for a, b in zip(out, judged, strict=True))
     misfit = [np.concatenate([np.where(np.isfinite(c.sigma), 2.0, 0.0) for c in mine]) for mine in program.channels]
-    assert baselines.held_out(program, [(fold, misfit) for fold in made]) == pytest.approx(4.0)
+    parts = [(fold, misfit) for fold in made]
+    assert baselines.held_out(program, parts) == pytest.approx(4.0)
+    program.free = 0.5
+    assert baselines.held_out(program, parts) == pytest.approx(8.0)
 
 
 @pytest.mark.slow
