@@ -8,7 +8,7 @@ from scipy.stats import chi2
 from pneusma_jax.effects import CATALOGUE
 
 from .designs import best_design
-from .explain import CLOSE, ENOUGH, LEVEL, Explanation
+from .explain import CLOSE, LEVEL, Explanation
 from .generic import Generic, race
 from .locate import Place, locate
 from .program import Evaluation, Program
@@ -32,6 +32,9 @@ NOTHING_LEFT = 0.05
 """Share of the misfit that a right explanation may leave."""
 MUCH_LEFT = 0.35, 0.6
 """Share from which what is left is called something else: of what was fitted, and of what was not."""
+LEFT, SIGNIFICANT = 0.15, 3.0
+"""Excess of a reduced chi-square over 1 that counts as left over: this much, and as many of its standard
+deviations."""
 HELPS = 0.5
 """Share of the misfit of what was left out that a doubtful effect may leave to stay in the model."""
 FAINT = 1.4
@@ -113,7 +116,8 @@ def conclude(explanation: Explanation) -> Conclusion:
         significant = explanation.p_value <= LEVEL
     mismatch = named or (significant and (min(base) > FAINT or max(base) > GROSS))
     generic = race(explanation.base_program, explanation.base) if mismatch else None
-    unknown = _unknown(base, last, floors) if mismatch else 0.0
+    limits = [1.0 + max(LEFT, SIGNIFICANT * np.sqrt(2.0 / program.observations(mask))) for mask in masks]
+    unknown = _unknown(base, last, floors, limits) if mismatch else 0.0
     if named:
         unknown = max(unknown, _refuted(explanation, generic))
     if mismatch and not named:
@@ -213,11 +217,11 @@ def _refuted(explanation: Explanation, generic: Generic | None) -> float:
     return REFUTED if worse else doubt
 
 
-def _unknown(base: list[float], last: list[float], floors: list[float]) -> float:
+def _unknown(base: list[float], last: list[float], floors: list[float], limits: list[float]) -> float:
     """Probability that what is left is none of the candidates, from how much is left over noise."""
     worst = 0.0
-    for before, after, noise, much in zip(base, last, floors, MUCH_LEFT, strict=True):
-        if after > ENOUGH and before > noise:
+    for before, after, noise, limit, much in zip(base, last, floors, limits, MUCH_LEFT, strict=True):
+        if after > limit and before > noise:
             share = (after - noise) / max(before - noise, 1e-6)
             worst = max(worst, (share - NOTHING_LEFT) / (much - NOTHING_LEFT))
     return float(np.clip(worst, 0.01, 0.97))

@@ -167,12 +167,14 @@ class StrainStiffening(Effect):
 
     Gent's law is their series with `c_2 = mu / (4 J_m)`, `c_3 = mu / (6 J_m^2)`. A coupon may also stiffen
     from the start and then ever more slowly, as silicones do that are pulled to ten times their length:
-    `c_log ln(I_1 / 3)`, c_log [Pa], in the same bracket, is a limit of Lopez-Pamies' powers of I_1.
+    `c_log ln(I_1 / 3)`, c_log [Pa], in the same bracket, is a limit of Lopez-Pamies' powers of I_1. A bent
+    wall is pulled on one side and pushed on the other: c_pull [Pa] is a c_2 of pulled fibres alone.
     """
 
     c_2: Array = eqx.field(converter=jnp.asarray, default=0.0)
     c_3: Array = eqx.field(converter=jnp.asarray, default=0.0)
     c_log: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    c_pull: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "strain_stiffening"
     component: ClassVar[str] = "elastomer"
@@ -185,6 +187,7 @@ class StrainStiffening(Effect):
         "c_2": Spec(0.0, -5e3, 2e4, 2e3, "Pa", "second constant of Yeoh's law"),
         "c_3": Spec(0.0, -5e2, 5e3, 2e2, "Pa", "third constant of Yeoh's law"),
         "c_log": Spec(0.0, 0.0, 2e5, 1e4, "Pa", "constant of ln(I_1 / 3)", kinds="E"),
+        "c_pull": Spec(0.0, -5e3, 2e4, 2e3, "Pa", "second constant in tension alone", kinds="A"),
     }
 
     def wall(self, value: Array, at: Known, memory: Any) -> Array:
@@ -192,7 +195,8 @@ class StrainStiffening(Effect):
         stretch = jnp.maximum(1.0 + at["strain"], 0.2)
         zero = jnp.zeros_like(self.c_2)
         slow = 2.0 * self.c_log * jnp.log(first_invariant(stretch) / 3.0)
-        return value + yeoh_stress(stretch, zero, self.c_2, self.c_3) + neo_hookean_stress(stretch, slow)
+        more = yeoh_stress(stretch, zero, self.c_2, self.c_3) + neo_hookean_stress(stretch, slow)
+        return value + more + yeoh_stress(jnp.maximum(stretch, 1.0), zero, self.c_pull, zero)
 
 
 class ThickWall(Effect):
