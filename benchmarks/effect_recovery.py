@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fitting.diagnosis.kinds import LETTERS
 from fitting.diagnosis.program import Program
 from fitting.diagnosis.refit import Refitter
+from fitting.models.with_effects import LETTERS
 from fitting.recordings import read_campaign
 from pneusma_jax import enable_float64
 

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fitting.models.wire import by_stress
+from fitting.models.with_effects import LETTERS
 from fitting.recordings import Campaign, Recording, schema
 from pneusma_jax.effects import find_effect
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import from_si
 
-from .kinds import LETTERS
 from .noise import noise_of
 from .words import SEPARATE
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve
 
-from .noise import Channel
+from fitting.models.channels import Channel
 
 PACES = tuple(10.0**k for k in range(-14, -1))
 """Variances per second of the walk that are tried."""

@@ -75,9 +75,6 @@ def _separation(program: Program, one: object, two: object, k: int, rival: Trial
 
 def _changed(stacked: Rows, kind: str) -> Iterator[tuple[str, Rows]]:
     """Repetitions in words and as rows of the same shape."""
-    if "gain" in stacked.extra:  # phases as they were, whatever the strain
-        still = tuple(0.0 * jnp.asarray(g) for g in stacked.extra["gain"])
-        stacked = replace(stacked, extra=stacked.extra | {"gain": still})
     time = np.asarray(stacked.time)
     yield "ten times slower", replace(stacked, time=jnp.asarray(time * SLOWER))
     yield "ten times faster", replace(stacked, time=jnp.asarray(time / SLOWER))

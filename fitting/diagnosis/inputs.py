@@ -12,11 +12,11 @@ from dataclasses import replace
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.models.channels import serial_correlation
+from fitting.models.channels import Channel, serial_correlation
 from fitting.models.rows import Rows
 from fitting.recordings import Recording
 
-from .noise import Channel, noise_of
+from .noise import noise_of
 
 
 def input_noise(recordings: list[Recording], stacked: Rows) -> dict[str, np.ndarray]:

@@ -1,12 +1,12 @@
 """What the instruments add to a recording: size and serial correlation of every channel, and how to whiten
 it."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from fitting.characterise.noise import robust_noise
-from fitting.models.channels import CORRELATED, LEAST_NOISE, serial_correlation
+from fitting.models.channels import CORRELATED, LEAST_NOISE, Channel, serial_correlation
 from fitting.models.rows import Rows
 from fitting.recordings import Recording
 
@@ -14,55 +14,6 @@ FEW = 40
 """Samples below which serial correlation is not estimated from themselves alone."""
 MOST_GUESSED = 0.8
 """Largest correlation that is read off the samples alone: a course with corners looks like more."""
-
-
-@dataclass(frozen=True)
-class Channel:
-    """One measured output of one recording.
-
-    Attributes:
-        quantity: `curvature`, `force`, ...
-        measured: SI, shape (rows,), zero where missing.
-        sigma: marginal standard deviation of each sample, infinite where it does not count.
-        correlation: of neighbouring errors.
-    """
-
-    quantity: str
-    measured: np.ndarray
-    sigma: np.ndarray
-    correlation: float
-
-    def whitened(self, difference: np.ndarray) -> np.ndarray:
-        """Differences of shape (..., rows) as independent errors of unit size; zero where nothing counts.
-
-        First-order noise: each error is freed of what the one before tells about it.
-        """
-        own, before = self.coefficients()
-        found = own * difference
-        found[..., 1:] -= before[1:] * difference[..., :-1]
-        return found
-
-    def transposed(self, errors: np.ndarray) -> np.ndarray:
-        """Transpose of `whitened`, shape (..., rows)."""
-        own, before = self.coefficients()
-        found = own * errors
-        found[..., :-1] -= before[1:] * errors[..., 1:]
-        return found
-
-    def coefficients(self) -> tuple[np.ndarray, np.ndarray]:
-        """What `whitened` multiplies each difference by, and what of the one before it takes off, (rows,)."""
-        there = np.isfinite(self.sigma)
-        follows = np.zeros_like(there)
-        follows[1:] = there[1:] & there[:-1]
-        weight = np.where(there, 1.0 / self.sigma, 0.0)
-        free = np.sqrt(1.0 - self.correlation**2)
-        before = np.where(follows, self.correlation / free * np.roll(weight, 1), 0.0)
-        return np.where(follows, weight / free, weight), before
-
-    @property
-    def count(self) -> int:
-        """Samples that count."""
-        return int(np.isfinite(self.sigma).sum())
 
 
 def channels_of(recording: Recording, rows: Rows, outputs: tuple[str, ...], size: int) -> list[Channel]:
@@ -77,11 +28,10 @@ def channels_of(recording: Recording, rows: Rows, outputs: tuple[str, ...], size
         size: rows of the stack.
     """
     found = []
-    own = rows.extra.get("clean", rows.weight)  # without what an uncertain phase adds
     for quantity in outputs:
-        if not recording.has(quantity) or quantity not in own:
+        if not recording.has(quantity) or quantity not in rows.weight:
             continue
-        values, there = np.asarray(rows.measured[quantity]), np.asarray(own[quantity]) > 0.0
+        values, there = np.asarray(rows.measured[quantity]), np.asarray(rows.weight[quantity]) > 0.0
         if not there.any():
             continue
         raw = recording.si(quantity)

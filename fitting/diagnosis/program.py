@@ -16,16 +16,17 @@ import numpy as np
 
 from fitting.augmented import AugmentedModel
 from fitting.kept import kept
+from fitting.models.channels import Channel
 from fitting.models.rows import Rows, stack, with_numbers
+from fitting.models.thin import thinned
+from fitting.models.with_effects import LETTERS, Kind, candidates, kind_module
 from fitting.recordings import Campaign, Recording
 from pneusma_jax.chain import Effect
 from pneusma_jax.errors import InputError
 
 from . import courses
 from .inputs import input_noise, shifted, with_input_noise
-from .kinds import LETTERS, Kind, candidates, kind_module
-from .noise import Channel, channels_of, restated
-from .thin import thinned
+from .noise import channels_of, restated
 from .unknowns import Unknowns
 
 MOST_ROWS = 1024

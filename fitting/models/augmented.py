@@ -31,6 +31,8 @@ from .priors import CUT, FIT
 from .registry import model_of
 from .registry import observations as all_observations
 from .rows import MARK, Rows, numbers, stack, with_numbers
+from .thin import thinned
+from .with_effects import LETTERS, kind_module
 
 TABLES = {
     "spring": ("alloy", "actuator"),
@@ -91,15 +93,11 @@ class Augmented:
 
     @property
     def _letter(self) -> str:
-        from fitting.diagnosis.kinds import LETTERS
-
         return LETTERS[self.kind]
 
     @property
     def _module(self) -> ModuleType:
         """What predicts: the kind's own module, or the one whose rows go through the effects."""
-        from fitting.diagnosis.kinds import kind_module
-
         return kind_module(self.kind) if self.acting else model_of(self.kind)
 
     @property
@@ -116,8 +114,6 @@ class Augmented:
 
     def rows_for(self, campaign: Campaign, **options: Any) -> list[Rows]:
         """Every recording as arrays, with the model's numbers in it."""
-        from fitting.diagnosis.thin import thinned
-
         module = self._module
         most = getattr(module, "MOST_ROWS", None)
         campaign = self.described(campaign)

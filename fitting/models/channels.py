@@ -1,7 +1,7 @@
-"""How much each sample of a measured column counts: its noise, stated or estimated, and how it is
-correlated."""
+"""Measured columns: how much each sample counts, its noise, stated or estimated, and its correlation."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,6 +14,55 @@ apart."""
 MOST_CORRELATED = 0.98
 LEAST_NOISE = 1e-5
 """Of a column's span: noise that is estimated is never less, a printed number has its rounding."""
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One measured output of one recording.
+
+    Attributes:
+        quantity: `curvature`, `force`, ...
+        measured: SI, shape (rows,), zero where missing.
+        sigma: marginal standard deviation of each sample, infinite where it does not count.
+        correlation: of neighbouring errors.
+    """
+
+    quantity: str
+    measured: np.ndarray
+    sigma: np.ndarray
+    correlation: float
+
+    def whitened(self, difference: np.ndarray) -> np.ndarray:
+        """Differences of shape (..., rows) as independent errors of unit size; zero where nothing counts.
+
+        First-order noise: each error is freed of what the one before tells about it.
+        """
+        own, before = self.coefficients()
+        found = own * difference
+        found[..., 1:] -= before[1:] * difference[..., :-1]
+        return found
+
+    def transposed(self, errors: np.ndarray) -> np.ndarray:
+        """Transpose of `whitened`, shape (..., rows)."""
+        own, before = self.coefficients()
+        found = own * errors
+        found[..., :-1] -= before[1:] * errors[..., 1:]
+        return found
+
+    def coefficients(self) -> tuple[np.ndarray, np.ndarray]:
+        """What `whitened` multiplies each difference by, and what of the one before it takes off, (rows,)."""
+        there = np.isfinite(self.sigma)
+        follows = np.zeros_like(there)
+        follows[1:] = there[1:] & there[:-1]
+        weight = np.where(there, 1.0 / self.sigma, 0.0)
+        free = np.sqrt(1.0 - self.correlation**2)
+        before = np.where(follows, self.correlation / free * np.roll(weight, 1), 0.0)
+        return np.where(follows, weight / free, weight), before
+
+    @property
+    def count(self) -> int:
+        """Samples that count."""
+        return int(np.isfinite(self.sigma).sum())
 
 
 def channel_weight(

@@ -13,7 +13,7 @@ import pneusma_jax as pj
 from fitting.augmented import AddedRemainder, AugmentedModel, add_effect, load_model, save_model
 from fitting.augmented.files import render_model
 from fitting.cli import main
-from fitting.diagnosis.kinds import kind_module
+from fitting.models.with_effects import kind_module
 from fitting.recordings import Recording, write_recording
 from fitting.simulation import predict
 from fitting.simulation.unmodelled import BEYOND

@@ -9,7 +9,7 @@ from concurrent.futures.process import BrokenProcessPool
 import numpy as np
 import pytest
 
-from fitting.diagnosis.noise import Channel
+from fitting.models.channels import Channel
 from tests.blind.cases import Case
 from tests.blind.proof import __main__ as command
 from tests.blind.proof import baselines, ledger, score, worker

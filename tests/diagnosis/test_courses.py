@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis.courses import Course, Hidden, averaging, pace_of, remembered_rows
-from fitting.diagnosis.noise import Channel
+from fitting.models.channels import Channel
 
 ROWS = 24
 TIME = np.arange(ROWS) * 0.5

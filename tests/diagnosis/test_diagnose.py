@@ -9,7 +9,8 @@ from click.testing import CliRunner
 from fitting.augmented import load_model
 from fitting.cli import main
 from fitting.diagnosis.document import model_of, report_of
-from fitting.diagnosis.noise import Channel, block_noise
+from fitting.diagnosis.noise import block_noise
+from fitting.models.channels import Channel
 from pneusma_jax.effects import CATALOGUE
 
 

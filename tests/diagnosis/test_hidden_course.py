@@ -10,9 +10,9 @@ from scipy.linalg import block_diag, toeplitz
 
 from fitting.diagnosis.folds import gain
 from fitting.diagnosis.inputs import input_noise
-from fitting.diagnosis.kinds.spring import HELD, _course
-from fitting.diagnosis.noise import Channel
 from fitting.diagnosis.trials import floor
+from fitting.models.channels import Channel
+from fitting.models.with_effects.spring import HELD, _course
 
 COUNT = 12
 

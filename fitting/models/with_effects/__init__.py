@@ -1,5 +1,7 @@
-"""What differs between kinds of recordings in a diagnosis: how rows and effects become outputs, and
-drivers."""
+"""Models of recordings that take effects, by kind: how rows and effects become outputs, and drivers.
+
+A diagnosis evaluates them, and so do fits and samplers of a model on disk (`models.augmented`).
+"""
 
 import importlib
 from collections.abc import Mapping

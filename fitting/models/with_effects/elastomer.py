@@ -1,4 +1,4 @@
-"""Elastomer coupons in a diagnosis: strain in, engineering stress out."""
+"""Elastomer coupons with effects: strain in, engineering stress out."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -19,7 +19,7 @@ parameters_for = elastomer.parameters_for
 def predict(
     values: Mapping[str, Array], effects: tuple[Effect, ...], rows: Rows
 ) -> tuple[dict[str, Array], dict[str, Any]]:
-    """See `kinds.Kind`."""
+    """See `with_effects.Kind`."""
     law = silicones.law_with(rows.extra["law"], numbers(values, rows))
     strain = rows.inputs["strain"]
     found = simulate_coupon(law, strain, time=rows.time, effects=effects)

@@ -1,4 +1,4 @@
-"""Straight wires in a diagnosis: temperature and stress (or strain) in, strain (or stress) out."""
+"""Straight wires with effects: temperature and stress (or strain) in, strain (or stress) out."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -19,7 +19,7 @@ parameters_for = wire.parameters_for
 def predict(
     values: Mapping[str, Array], effects: tuple[Effect, ...], rows: Rows
 ) -> tuple[dict[str, Array], dict[str, Any]]:
-    """See `kinds.Kind`."""
+    """See `with_effects.Kind`."""
     known = numbers(values, rows)
     element, state = wire.wire_of(known), SpringState(known["prestrain"], jnp.ones(()))
     temperature = rows.inputs["temperature"]

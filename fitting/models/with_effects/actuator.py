@@ -1,4 +1,4 @@
-"""Actuators in a diagnosis: pressure in; curvature, bend angle, length and the measured resistances out.
+"""Actuators with effects: pressure in; curvature, bend angle, length and the measured resistances out.
 
 Martensite fractions are hidden courses (`courses`), or follow resistances where a model on disk is fitted.
 """
@@ -99,7 +99,7 @@ def _hidden(rows: Rows) -> Rows:
 def predict(
     values: Mapping[str, Array], effects: tuple[Effect, ...], rows: Rows
 ) -> tuple[dict[str, Array], dict[str, Any]]:
-    """See `kinds.Kind`."""
+    """See `with_effects.Kind`."""
     known = numbers(values, rows)
     body = body_of(known, rows)
     extra = rows.extra

@@ -1,4 +1,4 @@
-"""Springs on a test stand in a diagnosis: elongation in; force and resistance out, from one hidden phase.
+"""Springs on a test stand with effects: elongation in; force and resistance out, from one hidden phase.
 
 The martensite fraction is no input: it is a hidden course that has to explain force and resistance together,
 under every candidate anew. A resistance says much about a cold wire and nothing about a hot one; read row by
@@ -16,12 +16,11 @@ from jaxtyping import Array
 
 import pneusma_jax as pj
 from fitting.models import spring
+from fitting.models.channels import Channel
 from fitting.models.latent import solve_tridiagonal, variances
 from fitting.models.rows import Rows, numbers
 from fitting.models.wander import with_wander
 from pneusma_jax.chain import Effect
-
-from ..noise import Channel
 
 OUTPUTS = ("force", "resistance")
 WANDERS = tuple(10.0**k for k in range(-16, -2))
@@ -60,7 +59,7 @@ def prepared(
 def predict(
     values: Mapping[str, Array], effects: tuple[Effect, ...], rows: Rows
 ) -> tuple[dict[str, Array], dict[str, Any]]:
-    """See `kinds.Kind`."""
+    """See `with_effects.Kind`."""
     known = numbers(values, rows)
     element = spring.spring_of(known)
     state = pj.SpringState(known["prestrain"], jnp.ones(()))

@@ -1,4 +1,4 @@
-"""Pressurised tubes in a diagnosis: pressure in, length out."""
+"""Pressurised tubes with effects: pressure in, length out."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -24,7 +24,7 @@ parameters_for = tube.parameters_for
 def predict(
     values: Mapping[str, Array], effects: tuple[Effect, ...], rows: Rows
 ) -> tuple[dict[str, Array], dict[str, Any]]:
-    """See `kinds.Kind`."""
+    """See `with_effects.Kind`."""
     known = numbers(values, rows)
     law = silicones.law_with(rows.extra["law"], known)
     geometry = pj.Geometry(**{name: known[name] for name in tube.GEOMETRY if name in GEOMETRY_KEYS})
