@@ -8,10 +8,11 @@ from scipy.stats import chi2
 from pneusma_jax.effects import CATALOGUE
 
 from .designs import best_design
+from .evaluation import Evaluation
 from .explain import CLOSE, LEVEL, Explanation
 from .generic import Generic, race
 from .locate import Place, locate
-from .program import Evaluation, Program
+from .program import Program
 from .prove import Correction, HeldOut, averaged, held_out
 from .refit import Fit
 from .remainder import Remainder, remainder

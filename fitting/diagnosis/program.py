@@ -25,6 +25,7 @@ from pneusma_jax.chain import Effect
 from pneusma_jax.errors import InputError
 
 from . import courses
+from .evaluation import COURSE, Evaluation, Raw, courses_of, with_courses
 from .inputs import input_noise, shifted, with_input_noise
 from .noise import channels_of, restated
 from .unknowns import Unknowns
@@ -35,14 +36,10 @@ FAILED = 30.0
 """Standard deviations that a row counts for at least in which the model has no answer."""
 WIDTH = 16
 """Directions of one evaluation, those of hidden courses included."""
-COURSE = "xi0"
-"""Where rows keep hidden courses: a tuple of columns."""
 ROUNDS = 4
 """Most evaluations in which hidden courses are found."""
 CLOSE = 0.02
 """Change of a fraction up to which its first-order answer is enough."""
-FARTHEST = 0.2
-"""Largest change of a fraction that is foretold from derivatives."""
 SETTLING, SEARCHING = 3, 8
 """Most rounds of courses and of how fast they walk, and as many where they were never looked for."""
 SETTLED = 1e-3
@@ -60,7 +57,6 @@ class Program:
         channels: measured outputs by recording.
         unknowns: numbers that may be free.
         fitted: recordings whose role is `fit`, shape (recordings,).
-        rows: recordings as arrays, one by one.
         evaluations: how often the program ran.
         failed: standard deviations that a row without an answer counts for; more than any misfit of the
             nominal base model, so that no fit gains by failing.
@@ -75,7 +71,6 @@ class Program:
     channels: list[list[Channel]]
     unknowns: Unknowns
     fitted: np.ndarray
-    rows: list[Rows]
     evaluations: int = field(default=0)
     failed: float = FAILED
     taken: np.ndarray = field(default_factory=lambda: np.zeros(0))
@@ -127,7 +122,7 @@ class Program:
         fitted = np.array([recording.role == "fit" for recording in campaign.recordings])
         if not fitted.any():
             raise InputError(f"{campaign.path}: every recording has role validation; nothing is left to fit")
-        program = cls(kind, list(campaign.recordings), stacked, channels, unknowns, fitted, rows)
+        program = cls(kind, list(campaign.recordings), stacked, channels, unknowns, fitted)
         program.taken, program.bare = np.zeros(len(channels)), channels
         columns = len(stacked.extra[COURSE]) if hasattr(module, "hidden_rows_for") else 0
         program.pace = np.zeros((len(channels), columns))
@@ -155,13 +150,13 @@ class Program:
         if self.pace.shape[1]:
             for _ in range(SETTLING if self.pace.any() else SEARCHING):
                 here = self._run(u, nothing, self.stacked)
-                self.pace = self._paces(here)
-                before, now = _courses_of(self.stacked), self.evaluate(u, nothing).courses
-                self._begin_at(now)
+                self.pace = here.paces(self.channels, self.stacked.extra["layout"].spring_numbers)
+                before, now = courses_of(self.stacked), self.evaluate(u, nothing).courses
+                self.stacked = with_courses(self.stacked, now)
                 if np.max(np.abs(now - before)) < SETTLED:
                     break
             here = self._run(u, nothing, self.stacked)
-            hidden = [self._hidden(k, here) for k in range(len(self.channels))]
+            hidden = [here.hidden(k, *parts) for k, parts in self._hiding()]
             self.taken = np.array([one.taken() if one else 0.0 for one in hidden])
         elif self.hidden:
             values = self.unknowns.values(u)
@@ -175,7 +170,7 @@ class Program:
         copy.prepare(u)
         return copy
 
-    def with_noise_of(self, here: "Evaluation") -> "Program":
+    def with_noise_of(self, here: Evaluation) -> "Program":
         """The program with the noise that a fit leaves, where nobody states it and it could not be told."""
         outputs, bare, changed = kind_module(self.kind).OUTPUTS, [list(row) for row in self.bare], False
         for k, channels in enumerate(self.bare):
@@ -189,29 +184,6 @@ class Program:
         copy = replace(self, bare=bare)
         copy.count_input_noise(here.u)
         return copy
-
-    def _begin_at(self, found: np.ndarray) -> None:
-        """Begin hidden courses at (recordings, courses, rows) from now on."""
-        self.stacked = _with_courses(self.stacked, found)
-
-    def _paces(self, here: "Raw") -> np.ndarray:
-        """How fast every hidden course walks, by its own resistance; 0 where there is none."""
-        found = np.zeros_like(self.pace)
-        for k, channels in enumerate(self.channels):
-            for channel in channels:
-                number = channel.quantity.removeprefix("resistance_")
-                if number == channel.quantity:
-                    continue
-                j = self._course_names().index(number)
-                slope = np.nan_to_num(here.along[channel.quantity][j, k])
-                misfit = here.found[channel.quantity][k] - channel.measured
-                course = np.asarray(here.stacked.extra[COURSE][j])[k]
-                time = np.asarray(here.stacked.time)[k]
-                found[k, j] = courses.pace_of(channel, slope, misfit, course, time)
-        return found
-
-    def _course_names(self) -> list[str]:
-        return [str(n) for n in self.stacked.extra["layout"].spring_numbers]
 
     def count_input_noise(self, u: np.ndarray) -> None:
         """Add what the noise of measured inputs does to the outputs, as the model at `u` has it."""
@@ -230,20 +202,13 @@ class Program:
             ]
         if self.pace.shape[1]:
             here = self._run(u, nothing, self.stacked)
-            changes["averaging"] = [[self._averaging(k, here) for k in range(len(self.channels))]]
+            pairs = zip(self._hiding(), self.recordings, strict=True)
+            changes["averaging"] = [[here.averaging(k, *parts, len(r)) for (k, parts), r in pairs]]
         self.channels = with_input_noise(self.bare, changes)
 
-    def _averaging(self, k: int, here: "Raw") -> list[np.ndarray]:
-        """By channel of recording k: what averaging over fast changes of a phase leaves uncertain."""
-        hidden, count = self._hidden(k, here), int(np.asarray(here.stacked.mask)[k].sum())
-        found = [np.zeros(here.stacked.mask.shape[1]) for _ in self.channels[k]]
-        block = -(-len(self.recordings[k]) // count)
-        for course in hidden.courses if hidden else ():
-            slopes = course.own + course.remembered
-            parts = courses.averaging(slopes[:, :count], course.fraction[:count], block)
-            for total, part in zip(found, parts, strict=True):
-                total[:count] += np.abs(part)
-        return found
+    def _hiding(self) -> list[tuple[int, tuple[list[Channel], np.ndarray]]]:
+        """Every recording's number, with its channels and how fast its hidden courses walk."""
+        return [(k, parts) for k, parts in enumerate(zip(self.channels, self.pace, strict=True))]
 
     def _compile(self, module: Kind, always: tuple[Effect, ...]) -> None:
         """One program for every campaign of these shapes: what a campaign states are arguments."""
@@ -282,8 +247,8 @@ class Program:
         u: np.ndarray,
         columns: np.ndarray,
         stacked: Rows | None = None,
-        near: "Evaluation | None" = None,
-    ) -> "Evaluation":
+        near: Evaluation | None = None,
+    ) -> Evaluation:
         """Whitened misfit of every recording, and its derivative by some of the unknowns.
 
         Args:
@@ -297,19 +262,19 @@ class Program:
         stacked = self.stacked if stacked is None else stacked
         width = WIDTH - 2 * self.pace.shape[1]
         chunks = [columns[first : first + width] for first in range(0, max(len(columns), 1), width)]
-        start = _with_courses(stacked, near.courses_at(u)) if moving and near is not None else stacked
+        start = with_courses(stacked, near.courses_at(u)) if moving and near is not None else stacked
         first = self._run(u, chunks[0], start)
         for _ in range(ROUNDS - 1 if moving else 0):
             moved = self._moved(first)
-            if np.max(np.abs(moved - _courses_of(first.stacked)), initial=0.0) < CLOSE:
+            if np.max(np.abs(moved - courses_of(first.stacked)), initial=0.0) < CLOSE:
                 break
-            first = self._run(u, chunks[0], _with_courses(stacked, moved))
+            first = self._run(u, chunks[0], with_courses(stacked, moved))
         rest = [self._run(u, chunk, first.stacked) for chunk in chunks[1:]]
         names = first.slopes
         slopes = {n: np.concatenate([part.slopes[n] for part in (first, *rest)]) for n in names}
         return self._evaluated(u, columns, replace(first, slopes=slopes), moving)
 
-    def _run(self, u: np.ndarray, columns: np.ndarray, stacked: Rows) -> "Raw":
+    def _run(self, u: np.ndarray, columns: np.ndarray, stacked: Rows) -> Raw:
         """One run of the compiled program, along a few of the unknowns and every hidden course."""
         unknowns, count = self.unknowns, self.pace.shape[1]
         base = unknowns.stated(u, stacked)
@@ -338,37 +303,24 @@ class Program:
             drivers,
         )
 
-    def _hidden(self, k: int, here: "Raw") -> courses.Hidden | None:
-        """Free courses of recording k, and what depends on them; None if there are none."""
-        channels, count = self.channels[k], self.pace.shape[1]
-        slopes = np.stack([here.along[channel.quantity][:, k] for channel in channels], axis=1)
-        good = np.stack([np.isfinite(here.found[channel.quantity][k]) for channel in channels])
-        slopes = np.where(good, np.nan_to_num(slopes), 0.0)
-        at, time = _courses_of(here.stacked)[k], np.asarray(here.stacked.time)[k]
-        free = [
-            courses.Course.of(j, at[j], slopes[j], slopes[count + j], self.pace[k, j], time)
-            for j in np.flatnonzero(self.pace[k])
-        ]
-        return courses.Hidden.of(free, channels) if free else None
-
-    def _moved(self, here: "Raw") -> np.ndarray:
+    def _moved(self, here: Raw) -> np.ndarray:
         """Hidden courses after one round, (recordings of the stack, courses, rows)."""
-        found = _courses_of(here.stacked).copy()
-        for k in range(len(self.channels)):
-            hidden = self._hidden(k, here)
+        found = courses_of(here.stacked)
+        for k, (channels, pace) in self._hiding():
+            hidden = here.hidden(k, channels, pace)
             if hidden is not None:
-                misfit, _, _ = self._whitened(k, here)
+                misfit, _, _ = here.whitened(k, channels, self.failed)
                 told = hidden.answer(misfit, np.zeros((0, len(misfit))))
                 for course, step in zip(hidden.courses, told.steps, strict=True):
                     found[k, course.number] += step
         return found
 
-    def _evaluated(self, u: np.ndarray, columns: np.ndarray, here: "Raw", moving: bool) -> "Evaluation":
-        found, moved, drivers = [], _courses_of(here.stacked), dict(here.drivers)
+    def _evaluated(self, u: np.ndarray, columns: np.ndarray, here: Raw, moving: bool) -> Evaluation:
+        found, moved, drivers = [], courses_of(here.stacked), dict(here.drivers)
         slopes = np.zeros((len(columns), *moved.shape))
-        for k in range(len(self.channels)):
-            misfit, jacobian, raw = self._whitened(k, here)
-            hidden = self._hidden(k, here) if moving else None
+        for k, (channels, pace) in self._hiding():
+            misfit, jacobian, raw = here.whitened(k, channels, self.failed)
+            hidden = here.hidden(k, channels, pace) if moving else None
             if hidden is not None:
                 told = hidden.answer(misfit, jacobian)
                 misfit, jacobian = told.misfit, told.jacobian
@@ -377,23 +329,10 @@ class Program:
                     moved[k, course.number] += told.steps[j]
                     slopes[:, k, course.number] = told.slopes[:, j]
             found.append((misfit, jacobian, raw))
-        for j, number in enumerate(self._course_names() if moving else ()):
+        for j, number in enumerate(self.stacked.extra["layout"].spring_numbers if moving else ()):
             drivers[f"{COURSE}_{number}"] = moved[:, j]
         parts = (list(x) for x in zip(*found, strict=True))
         return Evaluation(*parts, drivers, u, columns, moved, slopes)
-
-    def _whitened(self, k: int, here: "Raw") -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
-        """Misfit of recording k, its derivatives, and predictions by channel."""
-        pieces, derivatives, plain = [], [], []
-        for channel in self.channels[k]:
-            predicted, slope = here.found[channel.quantity][k], here.slopes[channel.quantity][:, k]
-            good = np.isfinite(predicted) & np.all(np.isfinite(slope), axis=0)
-            miss = np.where(good, predicted - channel.measured, self.failed * channel.sigma)
-            miss = np.where(np.isfinite(channel.sigma), miss, 0.0)
-            plain.append(np.where(good, predicted, np.nan))
-            pieces.append(channel.whitened(miss))
-            derivatives.append(channel.whitened(np.where(good, slope, 0.0)))
-        return np.concatenate(pieces), np.concatenate(derivatives, axis=1), plain
 
     def observations(self, chosen: np.ndarray) -> int:
         """Measured values of some recordings, given by a mask, less those that hidden courses take up."""
@@ -406,75 +345,3 @@ class Program:
     def free_share(self, k: int) -> float:
         """Part of the measured values of recording k that no hidden course takes up."""
         return 1.0 - float(self.taken[k]) / max(self.count(k), 1)
-
-
-@dataclass(frozen=True)
-class Raw:
-    """One run of the compiled program.
-
-    Attributes:
-        stacked: recordings that it saw.
-        found: outputs by quantity, (recordings, rows).
-        slopes: their derivatives by unknowns, (columns, recordings, rows).
-        along: the same by hidden courses, row by row.
-        drivers: what drives the outputs, by name, (recordings, rows).
-    """
-
-    stacked: Rows
-    found: dict[str, np.ndarray]
-    slopes: dict[str, np.ndarray]
-    along: dict[str, np.ndarray]
-    drivers: dict[str, np.ndarray]
-
-
-def _courses_of(stacked: Rows) -> np.ndarray:
-    """Hidden courses of a stack, (recordings, courses, rows); none where it keeps none."""
-    columns = stacked.extra.get(COURSE, ())
-    columns = columns if isinstance(columns, tuple) else ()  # a column of its own is no hidden course
-    shape = (len(stacked.mask), 0, stacked.mask.shape[1])
-    return np.stack([np.asarray(x) for x in columns], axis=1) if len(columns) else np.zeros(shape)
-
-
-def _with_courses(stacked: Rows, found: np.ndarray) -> Rows:
-    columns = tuple(jnp.asarray(found[:, j]) for j in range(found.shape[1]))
-    return eqx.tree_at(lambda r: r.extra[COURSE], stacked, columns)
-
-
-@dataclass(frozen=True)
-class Evaluation:
-    """Results of one evaluation.
-
-    Attributes:
-        misfit: whitened model minus data of each recording, all its channels in a row, (values,).
-        jacobian: its derivative by each scaled unknown that was asked for, (columns, values).
-        predicted: of each recording and channel, SI, (rows,), NaN where the model has no answer.
-        drivers: what drives the outputs, by name, (recordings, rows).
-        u: scaled numbers, (unknowns,).
-        columns: unknowns that derivatives are by.
-        courses: hidden courses, (recordings of the stack, courses, rows).
-        course_slopes: their derivatives, (columns, recordings of the stack, courses, rows).
-    """
-
-    misfit: list[np.ndarray]
-    jacobian: list[np.ndarray]
-    predicted: list[list[np.ndarray]]
-    drivers: dict[str, np.ndarray]
-    u: np.ndarray
-    columns: np.ndarray
-    courses: np.ndarray
-    course_slopes: np.ndarray
-
-    def courses_at(self, u: np.ndarray) -> np.ndarray:
-        """Hidden courses at other numbers, to first order."""
-        change = np.tensordot(u[self.columns] - self.u[self.columns], self.course_slopes, axes=1)
-        return np.clip(self.courses + np.clip(change, -FARTHEST, FARTHEST), 0.0, 1.0)
-
-    def joined(self, weight: np.ndarray | list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-        """Misfit and Jacobian (values, columns) of recordings, each weighed by a number or a mask."""
-        r = np.concatenate([w * m for w, m in zip(weight, self.misfit, strict=True)])
-        J = np.concatenate([w * j for w, j in zip(weight, self.jacobian, strict=True)], axis=1)
-        return r, J.T
-
-    def chi2(self, weight: np.ndarray) -> float:
-        """Sum of squares of the weighed misfit."""
-        return float(sum(np.sum((w * m) ** 2) for w, m in zip(weight, self.misfit, strict=True)))

@@ -5,9 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .evaluation import Evaluation
 from .explain import Explanation
 from .folds import ROUNDS, Masks, folds
-from .program import Evaluation, Program
+from .program import Program
 from .refit import Fit, Refitter
 
 Correction = Callable[[Evaluation, Masks], Evaluation]

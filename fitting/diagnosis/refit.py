@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .program import Evaluation, Program
+from .evaluation import Evaluation
+from .program import Program
 
 MOST_ROUNDS = 30
 ENOUGH = 0.02

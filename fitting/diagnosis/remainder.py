@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .evaluation import Evaluation
 from .folds import Masks, deciding
 from .generic import RIDGE, hats
 from .locate import Place, drivers_of
-from .program import Evaluation, Program
+from .program import Program
 from .refit import Fit
 
 COUNTS = (8, 16)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
-from .program import Evaluation
+from .evaluation import Evaluation
 from .refit import Fit, Refitter
 
 SHAPES = 5

@@ -1,0 +1,174 @@
+"""What a program returns: one run of the compiled function, and the evaluation that is made of runs.
+
+Between the two, hidden courses are solved for: a run holds them where they were, an evaluation has taken what
+the best ones explain out of its misfit.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.models.channels import Channel
+from fitting.models.rows import Rows
+
+from . import courses
+
+COURSE = "xi0"
+"""Where rows keep hidden courses: a tuple of columns."""
+FARTHEST = 0.2
+"""Largest change of a fraction that is foretold from derivatives."""
+
+
+def courses_of(stacked: Rows) -> np.ndarray:
+    """Hidden courses of a stack, (recordings, courses, rows); none where it keeps none."""
+    columns = stacked.extra.get(COURSE, ())
+    columns = columns if isinstance(columns, tuple) else ()  # a column of its own is no hidden course
+    shape = (len(stacked.mask), 0, stacked.mask.shape[1])
+    return np.stack([np.asarray(x) for x in columns], axis=1) if len(columns) else np.zeros(shape)
+
+
+def with_courses(stacked: Rows, found: np.ndarray) -> Rows:
+    """A stack with other hidden courses, (recordings, courses, rows)."""
+    columns = tuple(jnp.asarray(found[:, j]) for j in range(found.shape[1]))
+    return eqx.tree_at(lambda r: r.extra[COURSE], stacked, columns)
+
+
+@dataclass(frozen=True)
+class Raw:
+    """One run of the compiled program.
+
+    Attributes:
+        stacked: recordings that it saw.
+        found: outputs by quantity, (recordings, rows).
+        slopes: their derivatives by unknowns, (columns, recordings, rows).
+        along: the same by hidden courses: each moved as a whole, then in its remembered rows alone.
+        drivers: what drives the outputs, by name, (recordings, rows).
+    """
+
+    stacked: Rows
+    found: dict[str, np.ndarray]
+    slopes: dict[str, np.ndarray]
+    along: dict[str, np.ndarray]
+    drivers: dict[str, np.ndarray]
+
+    def hidden(self, k: int, channels: Sequence[Channel], pace: np.ndarray) -> courses.Hidden | None:
+        """Free courses of recording k, and what depends on them; None if there are none.
+
+        Args:
+            k: number of the recording.
+            channels: that count.
+            pace: variance of every course per second, zero where it is held, (courses,).
+        """
+        slopes = np.stack([self.along[channel.quantity][:, k] for channel in channels], axis=1)
+        good = np.stack([np.isfinite(self.found[channel.quantity][k]) for channel in channels])
+        slopes = np.where(good, np.nan_to_num(slopes), 0.0)
+        at, time = courses_of(self.stacked)[k], np.asarray(self.stacked.time)[k]
+        free = [
+            courses.Course.of(j, at[j], slopes[j], slopes[len(pace) + j], pace[j], time)
+            for j in np.flatnonzero(pace)
+        ]
+        return courses.Hidden.of(free, channels) if free else None
+
+    def paces(self, channels: Sequence[Sequence[Channel]], numbers: Sequence[int]) -> np.ndarray:
+        """How fast every hidden course walks, by its own resistance; 0 where there is none, (recordings,
+        courses).
+
+        Args:
+            channels: by recording.
+            numbers: of the springs, in the order of the courses.
+        """
+        names = [f"resistance_{n}" for n in numbers]
+        found, at = np.zeros((len(channels), len(names))), courses_of(self.stacked)
+        for k, members in enumerate(channels):
+            for channel in members:
+                if channel.quantity in names:
+                    j = names.index(channel.quantity)
+                    slope = np.nan_to_num(self.along[channel.quantity][j, k])
+                    misfit = self.found[channel.quantity][k] - channel.measured
+                    time = np.asarray(self.stacked.time)[k]
+                    found[k, j] = courses.pace_of(channel, slope, misfit, at[k, j], time)
+        return found
+
+    def averaging(
+        self, k: int, channels: Sequence[Channel], pace: np.ndarray, samples: int
+    ) -> list[np.ndarray]:
+        """By channel of recording k: what averaging over fast changes of a phase leaves uncertain, (rows,).
+
+        Args:
+            k: number of the recording.
+            channels: that count.
+            pace: as in `hidden`.
+            samples: of the recording, before they were averaged.
+        """
+        hidden, count = self.hidden(k, channels, pace), int(np.asarray(self.stacked.mask)[k].sum())
+        found = [np.zeros(self.stacked.mask.shape[1]) for _ in channels]
+        for course in hidden.courses if hidden else ():
+            slopes = course.own + course.remembered
+            parts = courses.averaging(slopes[:, :count], course.fraction[:count], -(-samples // count))
+            for total, part in zip(found, parts, strict=True):
+                total[:count] += np.abs(part)
+        return found
+
+    def whitened(
+        self, k: int, channels: Sequence[Channel], failed: float
+    ) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+        """Misfit of recording k, its derivatives, and predictions by channel.
+
+        Args:
+            k: number of the recording.
+            channels: that count.
+            failed: standard deviations that a row without an answer counts for.
+        """
+        pieces, derivatives, plain = [], [], []
+        for channel in channels:
+            predicted, slope = self.found[channel.quantity][k], self.slopes[channel.quantity][:, k]
+            good = np.isfinite(predicted) & np.all(np.isfinite(slope), axis=0)
+            miss = np.where(good, predicted - channel.measured, failed * channel.sigma)
+            miss = np.where(np.isfinite(channel.sigma), miss, 0.0)
+            plain.append(np.where(good, predicted, np.nan))
+            pieces.append(channel.whitened(miss))
+            derivatives.append(channel.whitened(np.where(good, slope, 0.0)))
+        return np.concatenate(pieces), np.concatenate(derivatives, axis=1), plain
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Results of one evaluation.
+
+    Attributes:
+        misfit: whitened model minus data of each recording, all its channels in a row, (values,).
+        jacobian: its derivative by each scaled unknown that was asked for, (columns, values).
+        predicted: of each recording and channel, SI, (rows,), NaN where the model has no answer.
+        drivers: what drives the outputs, by name, (recordings, rows).
+        u: scaled numbers, (unknowns,).
+        columns: unknowns that derivatives are by.
+        courses: hidden courses, (recordings of the stack, courses, rows).
+        course_slopes: their derivatives, (columns, recordings of the stack, courses, rows).
+    """
+
+    misfit: list[np.ndarray]
+    jacobian: list[np.ndarray]
+    predicted: list[list[np.ndarray]]
+    drivers: dict[str, np.ndarray]
+    u: np.ndarray
+    columns: np.ndarray
+    courses: np.ndarray
+    course_slopes: np.ndarray
+
+    def courses_at(self, u: np.ndarray) -> np.ndarray:
+        """Hidden courses at other numbers, to first order."""
+        change = np.tensordot(u[self.columns] - self.u[self.columns], self.course_slopes, axes=1)
+        return np.clip(self.courses + np.clip(change, -FARTHEST, FARTHEST), 0.0, 1.0)
+
+    def joined(self, weight: np.ndarray | list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """Misfit and Jacobian (values, columns) of recordings, each weighed by a number or a mask."""
+        r = np.concatenate([w * m for w, m in zip(weight, self.misfit, strict=True)])
+        J = np.concatenate([w * j for w, j in zip(weight, self.jacobian, strict=True)], axis=1)
+        return r, J.T
+
+    def chi2(self, weight: np.ndarray) -> float:
+        """Sum of squares of the weighed misfit."""
+        return float(sum(np.sum((w * m) ** 2) for w, m in zip(weight, self.misfit, strict=True)))
