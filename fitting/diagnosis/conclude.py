@@ -252,9 +252,13 @@ def weights_of(logs: np.ndarray) -> np.ndarray:
     No form is quite that of nature: what a right one may leave of the misfit is no evidence for another. So
     differences count in units of that, where it is more than one.
     """
-    unit = max(1.0, NOTHING_LEFT * float(np.max(logs)))
-    weights = np.exp((logs - np.max(logs)) / unit)
+    weights = np.exp((logs - np.max(logs)) / _unit(np.max(logs)))
     return weights / weights.sum()
+
+
+def _unit(best: float) -> float:
+    """Log Bayes factor that the form of the best explanation, which has `best`, may be off by."""
+    return max(1.0, NOTHING_LEFT * float(best))
 
 
 def _found(explanation: Explanation, unknown: float) -> list[Found]:
@@ -273,7 +277,7 @@ def _found(explanation: Explanation, unknown: float) -> list[Found]:
             item = program.unknowns.items[k]
             sd = item.spread(fit.u[k], fit.sd(k))
             parameters[item.name] = {"value": float(item.value(fit.u[k])), "sd": float(sd), "unit": item.unit}
-        limit = CLOSE * max(1.0, 0.5 * NOTHING_LEFT * float(trial.bayes))
+        limit = max(CLOSE, 2.0 * _unit(trial.bayes))
         close = [t.slug for t in rivals if trial.bayes - t.bayes < limit or _alike(t, trial)]
         found.append(
             Found(

@@ -17,16 +17,16 @@ from scipy.linalg import block_diag, cho_factor, cho_solve
 
 from fitting.models.channels import Channel
 
-PACES = tuple(10.0**k for k in range(-14, -1))
-"""Variances per second of the walk that are tried."""
-LOOSE = 1.0
-"""Factor on the variance of the walk that a resistance shows."""
+PACES = tuple(10.0**k for k in range(-10, -1))
+"""Variances per second of the walk that are tried: with the least, a fraction moves by 1e-4 in 100 s."""
+USUAL = 1e-6
+"""The same where no resistance of a campaign tells any."""
+DECISIVE = 3.0
+"""Spread of the log-evidence below which a resistance does not tell it."""
 HELD = 1e-6
-"""Weight of the course so far in every row, which keeps rows that say nothing where they are."""
+"""Weight of a step from the course so far in every row: rows that say nothing stay where they are."""
 LONGEST = 0.2
 """Longest step of a fraction in one round."""
-SHORTEST_TIME = 1e-6
-"""Least time between rows [s]; over the padding it stands still."""
 PASSES = 3
 """Solutions in which fractions that would leave 0 to 1 are held there."""
 
@@ -73,8 +73,7 @@ class Course:
         """
         keeps = remembered_rows(fraction)
         latest = np.maximum.accumulate(np.where(keeps, np.arange(len(fraction)), 0))
-        step = np.maximum(np.diff(time, prepend=time[:1]), SHORTEST_TIME)
-        precision = 1.0 / (pace * step)
+        precision = 1.0 / (pace * intervals(time))
         precision[0] = 0.0
         remembered = np.where(keeps, 0.0, memory)
         return cls(number, fraction, latest, moved - remembered, remembered, precision)
@@ -106,6 +105,13 @@ class Course:
         """Derivative of half the increments' square, (rows,)."""
         rise = self.precision * np.diff(self.fraction, prepend=self.fraction[:1])
         return rise - np.append(rise[1:], 0.0)
+
+
+def intervals(time: np.ndarray) -> np.ndarray:
+    """Time from the row before [s], (rows,); the usual one where time stands still, as over the padding."""
+    steps = np.diff(time, prepend=time[:1])
+    usual = np.median(steps[steps > 0.0]) if np.any(steps > 0.0) else 1.0
+    return np.where(steps > 0.0, steps, usual)
 
 
 def remembered_rows(fraction: np.ndarray) -> np.ndarray:
@@ -143,6 +149,22 @@ class Hidden:
         """All courses, one after the other."""
         return np.concatenate([course.fraction for course in self.courses])
 
+    def projected(self, jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Directions of the misfit, (columns, values), less what the courses explain of them, and how the
+        courses follow, (columns, free courses, rows). Rows at a limit are held there."""
+        now = self.fraction
+        free = (now > 0.0) & (now < 1.0)
+        return self._less(jacobian, free)
+
+    def _less(self, jacobian: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        slopes = np.zeros((len(jacobian), len(free)))
+        if len(jacobian) and free.any():
+            system = (self.information + self.stiffness)[np.ix_(free, free)]
+            factor = cho_factor(system, check_finite=False)
+            slopes[:, free] = -cho_solve(factor, self.design[free] @ jacobian.T, check_finite=False).T
+        shape = (len(jacobian), len(self.courses), len(free) // len(self.courses))
+        return jacobian + slopes @ self.design, slopes.reshape(shape)
+
     def answer(self, misfit: np.ndarray, jacobian: np.ndarray) -> "Answer":
         """Best courses near those at which the model was evaluated, and the misfit that they leave.
 
@@ -154,6 +176,8 @@ class Hidden:
         pull = self.design @ misfit + np.concatenate([course.pull() for course in self.courses])
         free, step = np.ones(len(now), bool), np.zeros(len(now))
         for _ in range(PASSES):
+            if not free.any():
+                break
             rest = pull[free] + system[np.ix_(free, ~free)] @ step[~free]
             factor = cho_factor(system[np.ix_(free, free)], check_finite=False)
             step[free] = -cho_solve(factor, rest, check_finite=False)
@@ -163,21 +187,14 @@ class Hidden:
             step[beyond] = np.clip(now + step, 0.0, 1.0)[beyond] - now[beyond]
             free &= ~beyond
         step = np.clip(np.clip(now + step, 0.0, 1.0) - now, -LONGEST, LONGEST)
-        slopes = np.zeros((len(jacobian), len(now)))
-        if len(jacobian):
-            factor = cho_factor(system[np.ix_(free, free)], check_finite=False)
-            slopes[:, free] = -cho_solve(factor, self.design[free] @ jacobian.T, check_finite=False).T
-        shape = (len(self.courses), len(now) // len(self.courses))
-        return Answer(
-            step.reshape(shape),
-            slopes.reshape(len(jacobian), *shape),
-            misfit + step @ self.design,
-            jacobian + slopes @ self.design,
-        )
+        left, slopes = self._less(jacobian, free)
+        return Answer(step.reshape(len(self.courses), -1), slopes, misfit + step @ self.design, left)
 
     def taken(self) -> float:
         """Measured values that the courses take up: the trace of what they explain."""
         free = (self.fraction > 0.0) & (self.fraction < 1.0)
+        if not free.any():
+            return 0.0
         inner = np.ix_(free, free)
         factor = cho_factor((self.information + self.stiffness)[inner], check_finite=False)
         return float(np.trace(cho_solve(factor, self.information[inner], check_finite=False)))
@@ -190,7 +207,8 @@ class Answer:
     Attributes:
         steps: change of the free courses, (free courses, rows).
         slopes: derivatives of the free courses, (columns, free courses, rows).
-        misfit: that is left, (values,).
+        misfit: that is left, (values,). The increments of the walk are not in it: where a course is loose or
+            stiff they hardly count; between, a fit sees a little less than a profiled likelihood shows.
         jacobian: its derivatives, (columns, values).
     """
 
@@ -217,7 +235,8 @@ def averaging(slope: np.ndarray, fraction: np.ndarray, block: int) -> np.ndarray
 def pace_of(
     reading: Channel, slope: np.ndarray, misfit: np.ndarray, course: np.ndarray, time: np.ndarray
 ) -> float:
-    """Variance per second with which a fraction walks, as its resistance alone says: of largest evidence.
+    """Variance per second with which a fraction walks, as its resistance says: that of largest evidence,
+    NaN where none is much better.
 
     Args:
         reading: the resistance.
@@ -228,10 +247,11 @@ def pace_of(
     """
     there = np.isfinite(reading.sigma) & np.isfinite(misfit) & (slope != 0.0)
     if there.sum() < 3:
-        return 0.0
-    told, noise = slope[there], reading.sigma[there]
+        return np.nan
+    slow = np.sqrt((1.0 + reading.correlation) / (1.0 - reading.correlation))
+    told, noise = slope[there], slow * reading.sigma[there]
     seen = told * course[there] - misfit[there]
-    steps = np.maximum(np.diff(time[there], prepend=time[there][:1]), SHORTEST_TIME)
+    steps = intervals(time[there])
     paces = np.asarray(PACES)
     mean, variance = np.full(len(paces), course[there][0]), np.ones(len(paces))
     evidence = np.zeros(len(paces))
@@ -242,4 +262,11 @@ def pace_of(
         evidence -= 0.5 * (np.log(spread) + surprise**2 / spread)
         gain = variance * s / spread
         mean, variance = mean + gain * surprise, variance * sigma**2 / spread
-    return LOOSE * float(paces[np.argmax(evidence)])
+    return float(paces[np.argmax(evidence)]) if np.ptp(evidence) > DECISIVE else np.nan
+
+
+def told_paces(found: np.ndarray) -> np.ndarray:
+    """Paces of all courses, zero where there is none; where one is not told (NaN), the others' median."""
+    told = found[np.isfinite(found) & (found > 0.0)]
+    usual = 10.0 ** np.median(np.log10(told)) if told.size else USUAL
+    return np.where(np.isfinite(found), found, usual)

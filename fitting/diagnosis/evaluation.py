@@ -63,7 +63,7 @@ class Raw:
             pace: variance of every course per second, zero where it is held, (courses,).
         """
         slopes = np.stack([self.along[channel.quantity][:, k] for channel in channels], axis=1)
-        good = np.stack([np.isfinite(self.found[channel.quantity][k]) for channel in channels])
+        good = np.stack([self.good(k, channel) for channel in channels])
         slopes = np.where(good, np.nan_to_num(slopes), 0.0)
         at, time = courses_of(self.stacked)[k], np.asarray(self.stacked.time)[k]
         free = [
@@ -71,6 +71,11 @@ class Raw:
             for j in np.flatnonzero(pace)
         ]
         return courses.Hidden.of(free, channels) if free else None
+
+    def good(self, k: int, channel: Channel) -> np.ndarray:
+        """Rows of recording k for which the model has an answer with derivatives, (rows,)."""
+        slope = self.slopes[channel.quantity][:, k]
+        return np.isfinite(self.found[channel.quantity][k]) & np.all(np.isfinite(slope), axis=0)
 
     def paces(self, channels: Sequence[Sequence[Channel]], numbers: Sequence[int]) -> np.ndarray:
         """How fast every hidden course walks, by its own resistance; 0 where there is none, (recordings,
@@ -90,7 +95,7 @@ class Raw:
                     misfit = self.found[channel.quantity][k] - channel.measured
                     time = np.asarray(self.stacked.time)[k]
                     found[k, j] = courses.pace_of(channel, slope, misfit, at[k, j], time)
-        return found
+        return courses.told_paces(found)
 
     def averaging(
         self, k: int, channels: Sequence[Channel], pace: np.ndarray, samples: int
@@ -125,7 +130,7 @@ class Raw:
         pieces, derivatives, plain = [], [], []
         for channel in channels:
             predicted, slope = self.found[channel.quantity][k], self.slopes[channel.quantity][:, k]
-            good = np.isfinite(predicted) & np.all(np.isfinite(slope), axis=0)
+            good = self.good(k, channel)
             miss = np.where(good, predicted - channel.measured, failed * channel.sigma)
             miss = np.where(np.isfinite(channel.sigma), miss, 0.0)
             plain.append(np.where(good, predicted, np.nan))
@@ -147,6 +152,7 @@ class Evaluation:
         columns: unknowns that derivatives are by.
         courses: hidden courses, (recordings of the stack, courses, rows).
         course_slopes: their derivatives, (columns, recordings of the stack, courses, rows).
+        hidden: of every recording, what its courses explain; None where it has none, or none were moved.
     """
 
     misfit: list[np.ndarray]
@@ -157,6 +163,12 @@ class Evaluation:
     columns: np.ndarray
     courses: np.ndarray
     course_slopes: np.ndarray
+    hidden: list[courses.Hidden | None]
+
+    def seen(self, k: int, directions: np.ndarray) -> np.ndarray:
+        """Directions of recording k's misfit, (directions, values), less what its hidden courses explain."""
+        hidden = self.hidden[k]
+        return directions if hidden is None else hidden.projected(directions)[0]
 
     def courses_at(self, u: np.ndarray) -> np.ndarray:
         """Hidden courses at other numbers, to first order."""

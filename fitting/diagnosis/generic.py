@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .evaluation import Evaluation
 from .folds import deciding
 from .locate import drivers_of
 from .program import Program
@@ -59,7 +60,7 @@ def race(program: Program, base: Fit) -> Generic | None:
     r, A = here.joined(ones)
     prior = np.ones(len(base.free))
     departure = base.u[base.free]
-    columns = _columns(program, base, here.misfit)
+    columns = _columns(program, base, here)
     if not columns:
         return None
     sizes = [len(m) for m in here.misfit]
@@ -85,8 +86,9 @@ def race(program: Program, base: Fit) -> Generic | None:
     return Generic(*best, total / max(program.observations(program.fitted), 1))
 
 
-def _columns(program: Program, base: Fit, misfit: list[np.ndarray]) -> dict[tuple[str, str], np.ndarray]:
-    """Whitened hat functions over all values, shape (values, knots), by output and driver."""
+def _columns(program: Program, base: Fit, here: Evaluation) -> dict[tuple[str, str], np.ndarray]:
+    """Whitened hat functions over all values, less what hidden courses explain, shape (values, knots), by
+    output and driver."""
     drivers = drivers_of(program, base)
     quantities = dict.fromkeys(channel.quantity for channels in program.channels for channel in channels)
     found = {}
@@ -97,11 +99,12 @@ def _columns(program: Program, base: Fit, misfit: list[np.ndarray]) -> dict[tupl
         for quantity in quantities:
             blocks = []
             for k, channels in enumerate(program.channels):
-                for j, channel in enumerate(channels):
-                    size = len(channel.measured)
-                    mine = channel.quantity == quantity
-                    blocks.append(
-                        hats(program, k, j, values, knots).T if mine else np.zeros((size, len(knots)))
-                    )
+                parts = [
+                    hats(program, k, j, values, knots)
+                    if channel.quantity == quantity
+                    else np.zeros((len(knots), len(channel.measured)))
+                    for j, channel in enumerate(channels)
+                ]
+                blocks.append(here.seen(k, np.concatenate(parts, axis=1)).T)
             found[quantity, name] = np.concatenate(blocks)
     return found

@@ -36,10 +36,10 @@ FAILED = 30.0
 """Standard deviations that a row counts for at least in which the model has no answer."""
 WIDTH = 16
 """Directions of one evaluation, those of hidden courses included."""
-ROUNDS = 4
+ROUNDS = 5
 """Most evaluations in which hidden courses are found."""
-CLOSE = 0.02
-"""Change of a fraction up to which its first-order answer is enough."""
+CLOSE, TOO_FAR = 0.005, 0.02
+"""Change of a fraction up to which its first-order answer is enough; and beyond which it is not believed."""
 SETTLING, SEARCHING = 3, 8
 """Most rounds of courses and of how fast they walk, and as many where they were never looked for."""
 SETTLED = 1e-3
@@ -176,7 +176,10 @@ class Program:
         for k, channels in enumerate(self.bare):
             time = np.asarray(self.stacked.time)[k]
             for j, channel in enumerate(channels):
-                if channel.quantity in outputs and not self.recordings[k].noise_si(channel.quantity):
+                quantity = channel.quantity  # a resistance: its hidden course follows the noise
+                if quantity not in outputs or quantity.startswith("resistance"):
+                    continue
+                if not self.recordings[k].noise_si(quantity):
                     bare[k][j] = restated(channel, time, here.predicted[k][j])
                     changed |= bare[k][j] is not channel
         if not changed:
@@ -316,23 +319,26 @@ class Program:
         return found
 
     def _evaluated(self, u: np.ndarray, columns: np.ndarray, here: Raw, moving: bool) -> Evaluation:
-        found, moved, drivers = [], courses_of(here.stacked), dict(here.drivers)
+        found, explained, moved, drivers = [], [], courses_of(here.stacked), dict(here.drivers)
         slopes = np.zeros((len(columns), *moved.shape))
         for k, (channels, pace) in self._hiding():
             misfit, jacobian, raw = here.whitened(k, channels, self.failed)
             hidden = here.hidden(k, channels, pace) if moving else None
             if hidden is not None:
                 told = hidden.answer(misfit, jacobian)
-                misfit, jacobian = told.misfit, told.jacobian
+                jacobian, believed = told.jacobian, np.max(np.abs(told.steps)) < TOO_FAR
+                misfit = told.misfit if believed else misfit
                 for j, course in enumerate(hidden.courses):
-                    raw = [x + change for x, change in zip(raw, course.change(told.steps[j]), strict=True)]
                     moved[k, course.number] += told.steps[j]
                     slopes[:, k, course.number] = told.slopes[:, j]
+                    if believed:
+                        raw = [x + dx for x, dx in zip(raw, course.change(told.steps[j]), strict=True)]
             found.append((misfit, jacobian, raw))
+            explained.append(hidden)
         for j, number in enumerate(self.stacked.extra["layout"].spring_numbers if moving else ()):
             drivers[f"{COURSE}_{number}"] = moved[:, j]
         parts = (list(x) for x in zip(*found, strict=True))
-        return Evaluation(*parts, drivers, u, columns, moved, slopes)
+        return Evaluation(*parts, drivers, u, columns, moved, slopes, explained)
 
     def observations(self, chosen: np.ndarray) -> int:
         """Measured values of some recordings, given by a mask, less those that hidden courses take up."""

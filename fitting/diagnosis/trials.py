@@ -81,6 +81,8 @@ def settled_fit(program: Program, start: np.ndarray | None = None) -> tuple[Prog
     known = program.with_noise_of(fit.evaluation)
     if known is not program or program.hidden:
         program = known.prepared(fit.u)
+        if program.pace.shape[1]:
+            program.count_input_noise(fit.u)
         fit = Refitter(program).fit((), fit.u)
     return program, fit
 

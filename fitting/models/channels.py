@@ -42,13 +42,6 @@ class Channel:
         found[..., 1:] -= before[1:] * difference[..., :-1]
         return found
 
-    def transposed(self, errors: np.ndarray) -> np.ndarray:
-        """Transpose of `whitened`, shape (..., rows)."""
-        own, before = self.coefficients()
-        found = own * errors
-        found[..., :-1] -= before[1:] * errors[..., 1:]
-        return found
-
     def coefficients(self) -> tuple[np.ndarray, np.ndarray]:
         """What `whitened` multiplies each difference by, and what of the one before it takes off, (rows,)."""
         there = np.isfinite(self.sigma)

@@ -3,7 +3,18 @@
 import numpy as np
 import pytest
 
-from fitting.diagnosis.courses import Course, Hidden, averaging, pace_of, remembered_rows
+from fitting.diagnosis.conclude import weights_of
+from fitting.diagnosis.courses import (
+    PACES,
+    USUAL,
+    Course,
+    Hidden,
+    averaging,
+    pace_of,
+    remembered_rows,
+    told_paces,
+)
+from fitting.diagnosis.noise import MOST_GUESSED, restated
 from fitting.models.channels import Channel
 
 ROWS = 24
@@ -31,12 +42,6 @@ def course(rng, fraction, pace=1e-3, number=0):
 
 def smooth(rng):
     return 0.5 + 0.2 * np.sin(TIME / 3.0) + 0.01 * rng.normal(size=ROWS)
-
-
-def test_whitening_has_its_transpose(rng):
-    channel = channels(rng)[0]
-    a, b = rng.normal(size=(2, ROWS))
-    assert a @ channel.whitened(b) == pytest.approx(b @ channel.transposed(a), rel=1e-12)
 
 
 def test_the_design_is_the_derivative_of_what_the_courses_change(rng):
@@ -100,6 +105,45 @@ def test_what_courses_take_up_is_one_value_a_row_where_they_are_loose(rng):
     stiff = Hidden.of([course(rng, smooth(rng), pace=1e-14)], members)
     assert loose.taken() == pytest.approx(ROWS, rel=1e-3)
     assert stiff.taken() == pytest.approx(1.0, rel=1e-2)
+
+
+def test_rows_that_only_pad_do_not_drown_the_others_in_rounding():
+    """A hundred rows that say little each, padded with ones in which time stands still."""
+    time = np.concatenate([np.arange(100.0) * 0.5, np.full(28, 49.5)])
+    own = np.where(np.arange(128) < 100, 0.3, 0.0)[None]
+    sigma = np.where(np.arange(128) < 100, 0.03, np.inf)
+    channel = Channel("resistance_2", np.zeros(128), sigma, 0.0)
+    one = Course.of(0, np.full(128, 0.5), own, np.zeros((1, 128)), min(PACES), time)
+    told = Hidden.of([one], [channel]).answer(channel.whitened(np.where(own[0] > 0, -0.03, 0.0)), np.zeros((0, 128)))
+    np.testing.assert_allclose(told.steps[0], 0.1, rtol=1e-3)
+
+
+def test_a_resistance_that_says_nothing_takes_the_pace_of_the_others(rng):
+    time = np.arange(200) * 0.5
+    blind = Channel("resistance_2", 1e-3 * rng.normal(size=200), np.full(200, 1e-3), 0.0)
+    start = np.full(200, 0.5)
+    assert np.isnan(pace_of(blind, np.full(200, 1e-6), -blind.measured, start, time))
+    np.testing.assert_allclose(told_paces(np.array([[0.0, np.nan], [1e-4, 1e-6]])), [[0.0, 1e-5], [1e-4, 1e-6]])
+    np.testing.assert_allclose(told_paces(np.array([[np.nan]])), USUAL)
+
+
+def test_no_form_is_natures():
+    """Two explanations of nearly all of a large misfit are not told apart; of a small one they are."""
+    assert weights_of(np.array([1000.0, 960.0, 0.0]))[0] < 0.8
+    assert weights_of(np.array([20.0, 12.0, 0.0]))[0] > 0.99
+    assert weights_of(np.array([1000.0, 500.0, 0.0]))[0] > 0.99
+
+
+def test_corners_of_a_course_are_no_noise_of_it(rng):
+    time = np.arange(160) * 0.5
+    course = 20.0 * np.abs(np.sin(time / 2.0))
+    measured = course + 0.2 * rng.normal(size=160)
+    guessed = Channel("curvature", measured, np.full(160, 2.0), MOST_GUESSED)
+    found = restated(guessed, time, course)
+    assert 0.15 < found.sigma[0] < 0.5
+    assert found.correlation < MOST_GUESSED
+    stated = Channel("curvature", measured, np.full(160, 2.0), 0.3)
+    assert restated(stated, time, course) is stated
 
 
 def test_the_pace_is_that_of_the_walk(rng):
