@@ -14,7 +14,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.models.rows import Rows
+from fitting.models.with_effects.actuator import READINGS
 
+from .evaluation import with_courses
 from .program import Program
 from .trials import Trial
 
@@ -51,7 +53,8 @@ def best_design(first: Trial, second: Trial, kind: str) -> Design | None:
         kind: of the recordings.
     """
     best = None
-    both = zip(_changed(first.program.stacked, kind), _changed(second.program.stacked, kind), strict=True)
+    recorded = [with_courses(t.program.stacked, t.fit.evaluation.courses) for t in (first, second)]
+    both = zip(*(_changed(stacked, kind) for stacked in recorded), strict=True)
     for (change, stacked), (_, other) in both:
         one = first.program.evaluate(first.fit.u, first.fit.free[:0], stacked)
         two = second.program.evaluate(second.fit.u, second.fit.free, other)
@@ -68,6 +71,9 @@ def _separation(program: Program, one: object, two: object, k: int, rival: Trial
     if any(not np.all(np.isfinite((a + b)[np.isfinite(c.sigma)])) for a, b, c in both):
         return 0.0
     d, J = two.misfit[k] - one.misfit[k], two.jacobian[k].T
+    if program.pace.shape[1]:  # a resistance that was another one, its hidden course would follow
+        counts = [np.full(len(c.measured), c.quantity not in READINGS) for c in program.channels[k]]
+        d, J = d * np.concatenate(counts), J * np.concatenate(counts)[:, None]
     precision = np.linalg.inv(rival.fit.covariance + 1e-12 * np.eye(len(rival.fit.free)))
     step = np.linalg.solve(J.T @ J + precision, J.T @ d)
     return 0.5 * float(d @ (d - J @ step))

@@ -31,7 +31,9 @@ def courses_of(stacked: Rows) -> np.ndarray:
 
 
 def with_courses(stacked: Rows, found: np.ndarray) -> Rows:
-    """A stack with other hidden courses, (recordings, courses, rows)."""
+    """A stack with other hidden courses, (recordings, courses, rows); the same where there are none."""
+    if not found.shape[1]:
+        return stacked
     columns = tuple(jnp.asarray(found[:, j]) for j in range(found.shape[1]))
     return eqx.tree_at(lambda r: r.extra[COURSE], stacked, columns)
 
