@@ -80,8 +80,8 @@ class Explanation:
     """What a campaign says.
 
     Attributes:
-        program: with phases as the final model reads them.
-        base_program: the same with those of `base`.
+        program: of the final model.
+        base_program: that of `base`.
         base: the base model refitted.
         final: the model with the effects that were found.
         stages: of the search.
@@ -212,7 +212,7 @@ def _choice(program: Program, current: Fit, stage: Stage, original: float) -> Tr
     """The trial that enters the model, if any may.
 
     Args:
-        program: as the current model reads its phases.
+        program: of the campaign.
         current: model so far.
         stage: with the trials, best first; what is left out is scored as far as it is asked for.
         original: the base model's score on recordings left out; NaN for the first effect.

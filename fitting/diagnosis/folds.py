@@ -71,7 +71,7 @@ def left_out(program: Program, fit: Fit) -> np.ndarray:
     """Chi-square of the fitted recordings, predicted by fits without them: a reduced one, in parts by fold.
 
     Args:
-        program: with the phases of the model.
+        program: of the campaign.
         fit: model of all of them, from which every fold starts.
     """
     found = []

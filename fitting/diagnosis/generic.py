@@ -52,7 +52,7 @@ def race(program: Program, base: Fit) -> Generic | None:
     """The best nameless correction of a refitted base model; None where no driver varies.
 
     Args:
-        program: with the phases of the base model.
+        program: of the campaign.
         base: the base model refitted.
     """
     here = program.evaluate(base.u, base.free, near=base.evaluation)

@@ -24,7 +24,7 @@ class Remainder:
     """A piecewise linear correction of one output.
 
     Attributes:
-        program: with the phases of the model that it is added to.
+        program: of the model that it is added to.
         quantity: output that it adds to.
         driver: what it is a function of.
         course: of the driver, shape (recordings, rows).

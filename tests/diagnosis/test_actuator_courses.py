@@ -69,12 +69,19 @@ def test_the_misfit_does_not_depend_on_where_a_course_begins(program, nominal):
         assert np.sum(two**2) == pytest.approx(np.sum(one**2), rel=0.02, abs=0.5)
 
 
+def _same_rows_are_remembered(one, two):
+    pairs = zip(one.courses if one else (), two.courses if two else (), strict=True)
+    return all(np.array_equal(a.source, b.source) for a, b in pairs)
+
+
 def test_derivatives_are_those_of_the_misfit_with_its_courses(program, nominal):
     u = program.unknowns.neutral.copy()
-    k = int(program.unknowns.base[0])
-    u[k] += 0.02
-    there = program.evaluate(u, program.unknowns.base, near=nominal)
-    for one, two, slope in zip(nominal.misfit, there.misfit, nominal.jacobian, strict=True):
-        size = max(np.linalg.norm(0.02 * slope[0]), 1e-3)
-        assert np.linalg.norm(two - one - 0.02 * slope[0]) < 0.1 * size
-    np.testing.assert_allclose(there.courses, nominal.courses_at(u), atol=2e-3)
+    u[program.unknowns.base[0]] += 0.02
+    there, compared = program.evaluate(u, program.unknowns.base, near=nominal), 0
+    for k, (one, two) in enumerate(zip(nominal.misfit, there.misfit, strict=True)):
+        if _same_rows_are_remembered(nominal.hidden[k], there.hidden[k]):  # elsewhere it has a kink
+            step = 0.02 * nominal.jacobian[k][0]
+            assert np.linalg.norm(two - one - step) < 0.1 * np.linalg.norm(step)
+            compared += 1
+    assert compared >= 3
+    np.testing.assert_allclose(there.courses, nominal.courses_at(u), atol=5e-3)
