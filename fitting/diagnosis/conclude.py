@@ -94,7 +94,7 @@ class Conclusion:
     def model(self) -> tuple[Program, Fit]:
         """What enters the augmented model, less a remainder: the base model alone where nothing is named."""
         x, named = self.explanation, any(f.slug != UNMODELLED for f in self.found)
-        return (x.program, x.final) if named else (x.base_program, x.base)
+        return x.program, x.final if named else x.base
 
     @property
     def shown(self) -> Evaluation:
@@ -107,7 +107,7 @@ def conclude(explanation: Explanation) -> Conclusion:
     """Weigh a search."""
     program = explanation.program
     masks = program.fitted, program.unseen
-    base = [reduced(explanation.base_program, explanation.base, mask) for mask in masks]
+    base = [reduced(explanation.program, explanation.base, mask) for mask in masks]
     last = [reduced(program, explanation.final, mask) for mask in masks]
     floors = [floor(program, explanation.final, mask) for mask in masks]
     named = bool(explanation.final.slugs)
@@ -116,7 +116,7 @@ def conclude(explanation: Explanation) -> Conclusion:
         explanation.p_value = _tail(program, base[0])
         significant = explanation.p_value <= LEVEL
     mismatch = named or (significant and (min(base) > FAINT or max(base) > GROSS))
-    generic = race(explanation.base_program, explanation.base) if mismatch else None
+    generic = race(explanation.program, explanation.base) if mismatch else None
     limits = [1.0 + max(LEFT, SIGNIFICANT * np.sqrt(2.0 / program.observations(mask))) for mask in masks]
     unknown = _unknown(base, last, floors, limits) if mismatch else 0.0
     if named:
@@ -171,7 +171,7 @@ def _described(
     Doubtful effects do if what was left out needs them, a smooth term if it is predicted better with it.
     """
     found = [_unmodelled(unknown, doubtful, explanation)]
-    model, final = (explanation.base_program, explanation.base), (explanation.program, explanation.final)
+    model, final = (explanation.program, explanation.base), (explanation.program, explanation.final)
     before = after = averaged([(*model, 1.0)])
     if doubtful:
         score = averaged([(*final, 1.0)])
@@ -189,7 +189,7 @@ def _members(explanation: Explanation) -> list[tuple[str, Program, Fit, float, C
     """Explanations that predictions average over: those of the last effect, by their probabilities."""
     stage = next((s for s in reversed(explanation.stages) if s.chosen), None)
     if stage is None:
-        return [("base", explanation.base_program, explanation.base, 1.0, None)]
+        return [("base", explanation.program, explanation.base, 1.0, None)]
     weights = weights_of(np.array([t.bayes for t in stage.trials]))
     kept = [
         (t, w)
@@ -197,9 +197,9 @@ def _members(explanation: Explanation) -> list[tuple[str, Program, Fit, float, C
         if w >= LEAST_WEIGHT or t.slug == stage.chosen
     ]
     total = sum(w for _, w in kept)
-    final = explanation.program, explanation.final
+    program, final = explanation.program, explanation.final
     return [
-        (t.slug, *(final if t.slug == stage.chosen else (t.program, t.fit)), float(w / total), None)
+        (t.slug, program, final if t.slug == stage.chosen else t.fit, float(w / total), None)
         for t, w in kept
     ]
 
@@ -278,7 +278,7 @@ def _found(explanation: Explanation, unknown: float) -> list[Found]:
             sd = item.spread(fit.u[k], fit.sd(k))
             parameters[item.name] = {"value": float(item.value(fit.u[k])), "sd": float(sd), "unit": item.unit}
         limit = max(CLOSE, 2.0 * _unit(trial.bayes))
-        close = [t.slug for t in rivals if trial.bayes - t.bayes < limit or _alike(t, trial)]
+        close = [t.slug for t in rivals if trial.bayes - t.bayes < limit or _alike(program, t, trial)]
         found.append(
             Found(
                 slug, min(probability, 0.999), float(trial.bayes), parameters, close, CATALOGUE[slug].sentence
@@ -287,14 +287,14 @@ def _found(explanation: Explanation, unknown: float) -> list[Found]:
     return found
 
 
-def _alike(rival: Trial, trial: Trial) -> bool:
+def _alike(program: Program, rival: Trial, trial: Trial) -> bool:
     """Whether a rival explains the recordings nearly as well: its misfit is as good as noise, too."""
-    mine, other = (reduced(t.program, t.fit, t.program.fitted) for t in (trial, rival))
+    mine, other = (reduced(program, t.fit, program.fitted) for t in (trial, rival))
     return other < 1.1 * max(mine, 1.0) and trial.bayes - rival.bayes < 10.0
 
 
 def _unmodelled(unknown: float, found: list[Found], explanation: Explanation) -> Found:
-    base = reduced(explanation.base_program, explanation.base, explanation.program.fitted)
+    base = reduced(explanation.program, explanation.base, explanation.program.fitted)
     text = (
         "What the recordings show is none of the effects that are known here; nothing named explains "
         "enough of it."
@@ -368,7 +368,7 @@ def _next(explanation: Explanation, found: list[Found]) -> dict | None:
             "separates": names,
             "expected_log_bayes_factor": max(first.bayes, 0.0),
         }
-    design = best_design(first, rivals[0], explanation.program.kind)
+    design = best_design(explanation.program, first, rivals[0])
     if design is None:
         return {"text": separating(names), "separates": names, "expected_log_bayes_factor": 0.0}
     text = (

@@ -44,24 +44,24 @@ class Design:
     log_bayes: float
 
 
-def best_design(first: Trial, second: Trial, kind: str) -> Design | None:
+def best_design(program: Program, first: Trial, second: Trial) -> Design | None:
     """The repetition that best separates two explanations; None where no prediction exists.
 
     Args:
+        program: of the campaign.
         first: the better explanation.
         second: its rival.
-        kind: of the recordings.
     """
     best = None
-    recorded = [with_courses(t.program.stacked, t.fit.evaluation.courses) for t in (first, second)]
-    both = zip(*(_changed(stacked, kind) for stacked in recorded), strict=True)
+    recorded = [with_courses(program.stacked, t.fit.evaluation.courses) for t in (first, second)]
+    both = zip(*(_changed(stacked, program.kind) for stacked in recorded), strict=True)
     for (change, stacked), (_, other) in both:
-        one = first.program.evaluate(first.fit.u, first.fit.free[:0], stacked)
-        two = second.program.evaluate(second.fit.u, second.fit.free, other)
-        gains = [_separation(first.program, one, two, k, second) for k in range(len(one.misfit))]
+        one = program.evaluate(first.fit.u, first.fit.free[:0], stacked)
+        two = program.evaluate(second.fit.u, second.fit.free, other)
+        gains = [_separation(program, one, two, k, second) for k in range(len(one.misfit))]
         k = int(np.argmax(gains))
         if gains[k] > 0.0 and (best is None or gains[k] > best.log_bayes):
-            best = Design(first.program.recordings[k].name, change, float(gains[k]))
+            best = Design(program.recordings[k].name, change, float(gains[k]))
     return best
 
 

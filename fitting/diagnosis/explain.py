@@ -81,7 +81,6 @@ class Explanation:
 
     Attributes:
         program: of the final model.
-        base_program: that of `base`.
         base: the base model refitted.
         final: the model with the effects that were found.
         stages: of the search.
@@ -92,7 +91,6 @@ class Explanation:
     """
 
     program: Program
-    base_program: Program
     base: Fit
     final: Fit
     stages: list[Stage]
@@ -159,7 +157,7 @@ def _contradicted(explanation: Explanation) -> bool:
     """Whether recordings for validation keep most of a misfit that is more than chance."""
     program, fit = explanation.program, explanation.final
     noise = floor(program, fit, program.unseen)
-    before = reduced(explanation.base_program, explanation.base, program.unseen) - noise
+    before = reduced(program, explanation.base, program.unseen) - noise
     after = reduced(program, fit, program.unseen) - noise
     certain = 0.5 * program.observations(program.unseen) * after > CERTAIN
     return certain and after > KEPT * before
@@ -174,7 +172,7 @@ def _search(
     effort: int,
 ) -> Explanation:
     """One effect after the other, from a screened base model."""
-    first = Explanation(program, program, base, base, [], found.p_value, found.p_is_bound, 1)
+    first = Explanation(program, base, base, [], found.p_value, found.p_is_bound, 1)
     current = base
     stage = Stage(base, found, [])
     original = np.nan
@@ -190,21 +188,21 @@ def _search(
         if best is None:
             break
         stage.chosen = best.slug
-        program, current = _polished(best.program, best.fit)
+        current = _polished(program, best.fit)
         if len(current.slugs) > 1:
-            program, current = _pruned(program, current)
-        if len(current.slugs) >= MOST_EFFECTS or not _much_left(program, current, base, first.base_program):
+            current = _pruned(program, current)
+        if len(current.slugs) >= MOST_EFFECTS or not _much_left(program, current, base):
             break
         progress(f"screening {len(program.unknowns.slugs) - len(current.slugs)} effects")
         stage = Stage(current, screen(Refitter(program), current, program.unknowns.slugs, rng), [])
-    first.program, first.final = program, current
+    first.final = current
     return first
 
 
-def _much_left(program: Program, current: Fit, base: Fit, base_program: Program) -> bool:
+def _much_left(program: Program, current: Fit, base: Fit) -> bool:
     """Whether a further effect could take away enough to be believed."""
     left = reduced(program, current, program.fitted)
-    original = reduced(base_program, base, program.fitted)
+    original = reduced(program, base, program.fitted)
     return left >= ENOUGH and left - 1.0 >= OF_ALL * (original - 1.0)
 
 
@@ -226,32 +224,31 @@ def _choice(program: Program, current: Fit, stage: Stage, original: float) -> Tr
             stage.left_out = float(before.sum())
         if first and stage.left_out < (FAINT if trial.stopped else LESS):
             continue
-        gained = gain(before, left_out(trial.program, trial.fit))
+        gained = gain(before, left_out(program, trial.fit))
         trial.left_out = stage.left_out - gained
         count = program.observations(program.fitted)
-        if 0.5 * count * gained / inflation_of(trial.program, trial.fit) < PREDICTS:
+        if 0.5 * count * gained / inflation_of(program, trial.fit) < PREDICTS:
             continue
         if gained < (FIRST_SHARE if first else SHARE) * max(stage.left_out - 1.0, 1e-3):
             continue
         if not first and gained < OF_ALL * (original - 1.0):
             continue
-        lost = reduced(trial.program, trial.fit, program.unseen) - reduced(program, current, program.unseen)
-        if 0.5 * program.observations(program.unseen) * lost / inflation_of(trial.program, trial.fit) > WORSE:
+        lost = reduced(program, trial.fit, program.unseen) - reduced(program, current, program.unseen)
+        if 0.5 * program.observations(program.unseen) * lost / inflation_of(program, trial.fit) > WORSE:
             continue
         return trial
     return None
 
 
-def _polished(program: Program, fit: Fit) -> tuple[Program, Fit]:
+def _polished(program: Program, fit: Fit) -> Fit:
     """A chosen model fitted once more: from nominal base constants, too, in case the others held it back."""
     home = fit.u.copy()
     home[program.unknowns.base] = 0.0
     options = [Refitter(program).fit(fit.slugs, u, POLISHING) for u in (fit.u, home)]
-    best = min([fit, *options], key=lambda f: f.objective)
-    return program, best
+    return min([fit, *options], key=lambda f: f.objective)
 
 
-def _pruned(program: Program, fit: Fit) -> tuple[Program, Fit]:
+def _pruned(program: Program, fit: Fit) -> Fit:
     """Drop effects whose absence costs nothing once the others are there."""
     for slug in fit.slugs[:-1]:
         rest = tuple(s for s in fit.slugs if s != slug)
@@ -260,5 +257,5 @@ def _pruned(program: Program, fit: Fit) -> tuple[Program, Fit]:
         start[own] = program.unknowns.neutral[own]
         without = Refitter(program).fit(rest, start)
         if (without.objective - fit.objective) / inflation_of(program, fit) < CERTAIN:
-            return program, without
-    return program, fit
+            return without
+    return fit

@@ -36,7 +36,7 @@ class Place:
 
 def locate(explanation: Explanation) -> Place:
     """Find the drivers, the region and the rows of the base model's misfit."""
-    program, fit = explanation.base_program, explanation.base
+    program, fit = explanation.program, explanation.base
     drivers = drivers_of(program, fit)
     misfit, valid = _misfit(program, fit)
     shares = {}

@@ -114,7 +114,7 @@ def _candidates(conclusion: Conclusion) -> str:
         return html.paragraph("No candidate came near explaining anything.")
     rows = [
         (t.slug.replace("_", " "), f"{conclusion.candidates[t.slug][0]:.3f}", f"{t.bayes:.0f}",
-         f"{reduced(t.program, t.fit, t.program.fitted):.3g}",
+         f"{reduced(x.program, t.fit, x.program.fitted):.3g}",
          "-" if np.isnan(t.left_out) else f"{t.left_out:.3g}", f"{t.returned:.1f}",
          ", ".join(n.partition(".")[2] for n in t.fit.at_bound) or "-")
         for t in x.stages[0].trials

@@ -37,8 +37,8 @@ class HeldOut:
 
 def held_out(explanation: Explanation) -> tuple[HeldOut, HeldOut]:
     """Scores of the refitted base model and of the final one, on the same values."""
-    models = (explanation.base_program, explanation.base), (explanation.program, explanation.final)
-    return tuple(averaged([(*model, 1.0)]) for model in models)
+    fits = explanation.base, explanation.final
+    return tuple(averaged([(explanation.program, fit, 1.0)]) for fit in fits)
 
 
 Model = tuple[Program, Fit, float] | tuple[Program, Fit, float, Correction | None]
@@ -48,7 +48,7 @@ def averaged(models: Sequence[Model]) -> HeldOut:
     """Score of the weighted mean of several models' predictions of values that were not fitted.
 
     Args:
-        models: of one campaign: program with its phases, fit, weight, and a correction if there is one;
+        models: of one campaign: program, fit, weight, and a correction if there is one;
             weights sum to one.
     """
     models = [(*model, None)[:4] for model in models]

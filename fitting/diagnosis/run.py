@@ -67,7 +67,7 @@ def diagnose(
 
 def _beyond(conclusion: Conclusion, model: AugmentedModel | None) -> list[str]:
     """Where the model that a diagnosis started from holds a remainder that was not seen there."""
-    program, found = conclusion.explanation.base_program, []
+    program, found = conclusion.explanation.program, []
     courses = drivers_of(program, conclusion.explanation.base) if model and model.remainders else {}
     for rest in model.remainders if model else ():
         low, high = rest.span

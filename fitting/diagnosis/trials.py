@@ -35,7 +35,6 @@ class Trial:
         fit: the model with it.
         bayes: log Bayes factor over the model without it, deflated by what the best model leaves.
         returned: largest departure of a base constant from nominal, in standard deviations.
-        program: in which it was fitted.
         left_out: reduced chi-square of fitted recordings left out in turn, as `folds.gain` counts; NaN
             where it was not asked for.
     """
@@ -44,7 +43,6 @@ class Trial:
     fit: Fit
     bayes: float
     returned: float
-    program: Program
     left_out: float = np.nan
 
     @property
@@ -127,7 +125,7 @@ def trials_of(
     for slug, fit in map(fitted, jobs):
         if fit.objective < best[slug].objective:
             best[slug] = fit
-    trials = [Trial(slug, fit, 0.0, np.nan, program) for slug, fit in best.items()]
+    trials = [Trial(slug, fit, 0.0, np.nan) for slug, fit in best.items()]
     trials.sort(key=lambda t: t.fit.objective)
     fits += len(jobs)
     for trial in trials:

@@ -16,22 +16,15 @@ from pneusma_jax.chain import PLAIN, Chain
 from pneusma_jax.nitinol import Alloy
 from pneusma_jax.nitinol.resistivity import PhaseReading
 
+from .actuator_phase import BLIND, FLATTEST, LONGEST, NUDGE, replaced
 from .actuator_rows import body_of
 from .rows import Rows, numbers
 
 ROUNDS = 3
 """Rounds of smoothing from phases that were read under a similar model."""
-NUDGE = 0.02
-"""Change of a fraction by which the resistance's slope over it is taken."""
-LONGEST = 0.1
-"""Longest step of a fraction in one round; near full heat the tangent would throw it anywhere."""
 FOLD = 0.08
 """Slope of the whole answer over that at a fixed strain below which a resistance is not followed: two
 configurations of one resistance meet there."""
-BLIND = 0.05
-"""1-sigma of a fraction from which its resistance is not followed."""
-FLATTEST = 1e-6
-"""Of a wire's resistance: least slope over the fraction, relative."""
 
 
 class FollowedPhase(eqx.Module):
@@ -79,7 +72,9 @@ def settled(recordings: list[Rows], evaluate: Callable[[list[Rows]], dict[str, n
     if not wired:
         return recordings
     slopes: dict[int, np.ndarray] = {}
-    held = [_put(rows, gain=tuple(0.0 * np.asarray(g) for g in rows.extra["gain"])) for rows in recordings]
+    held = [
+        replaced(rows, gain=tuple(0.0 * np.asarray(g) for g in rows.extra["gain"])) for rows in recordings
+    ]
     for _ in range(ROUNDS):
         here = evaluate(held)
         for k, n in wired:
@@ -98,7 +93,7 @@ def settled(recordings: list[Rows], evaluate: Callable[[list[Rows]], dict[str, n
         gain = [np.zeros(count) for _ in layout.spring_numbers]
         for k, n in wired:
             gain[k] = _gain(rows, k, n, told["gamma"][k], np.nan_to_num(slopes[k][j, :count]))
-        found.append(_put(rows, gain=tuple(gain), **told))
+        found.append(replaced(rows, gain=tuple(gain), **told))
     return found
 
 
@@ -116,15 +111,11 @@ def _gain(rows: Rows, k: int, number: int, gamma: np.ndarray, total: np.ndarray)
     return trust / np.where(partial == 0.0, np.inf, partial)
 
 
-def _put(rows: Rows, **columns: tuple[np.ndarray, ...]) -> Rows:
-    return eqx.tree_at(lambda r: r.extra, rows, rows.extra | columns)
-
-
 def _moved(rows: Rows, k: int) -> Rows:
     """The recording with the fraction of spring k a little different."""
     xi0 = [np.asarray(x) for x in rows.extra["xi0"]]
     xi0[k] = xi0[k] + np.where(xi0[k] > 0.5, -NUDGE, NUDGE)
-    return _put(rows, xi0=tuple(xi0))
+    return replaced(rows, xi0=tuple(xi0))
 
 
 def _read(rows: Rows, k: int, number: int, ohms: np.ndarray, slope: np.ndarray) -> Rows:
@@ -138,4 +129,4 @@ def _read(rows: Rows, k: int, number: int, ohms: np.ndarray, slope: np.ndarray) 
     slope = np.where(np.abs(slope) < least, least, slope)
     step = np.clip(np.nan_to_num((read - ohms[:count]) / slope), -LONGEST, LONGEST)
     after = np.clip(smooth_walk(np.asarray(rows.time), before + step, slope**2), 0.0, 1.0)
-    return _put(rows, xi0=tuple(after if j == k else x for j, x in enumerate(rows.extra["xi0"])))
+    return replaced(rows, xi0=tuple(after if j == k else x for j, x in enumerate(rows.extra["xi0"])))

@@ -97,7 +97,7 @@ def _begun(rows: Rows, wired: Sequence[int]) -> Rows:
     for k in wired:
         if _noise(rows, k) > 0.0 and not np.any(rows.extra["sd"][k] > 0.0):
             xi0[k] = np.full(len(rows.mask), BEGIN)
-    return _replaced(rows, xi0=tuple(xi0))
+    return replaced(rows, xi0=tuple(xi0))
 
 
 def _noise(rows: Rows, k: int) -> float:
@@ -134,7 +134,7 @@ def _smoothed(rows: Rows, k: int, ohms: np.ndarray, slope: np.ndarray) -> tuple[
     step = np.clip((read - ohms[:count]) / slope, -LONGEST, LONGEST)
     after = np.clip(smooth_walk(np.asarray(rows.time), before + step, slope**2), 0.0, 1.0)
     xi0 = tuple(after if j == k else x for j, x in enumerate(rows.extra["xi0"]))
-    return _replaced(rows, xi0=xi0), float(np.max(np.abs(after - before)))
+    return replaced(rows, xi0=xi0), float(np.max(np.abs(after - before)))
 
 
 def _finished(values: Mapping[str, Array], found: list[Rows], wired: Sequence[int]) -> list[Rows]:
@@ -163,7 +163,7 @@ def _told(
     noise, count = _noise(rows, k), len(rows.mask)
     ohms = tuple(np.asarray(here.ohms[number][j][:count]) for j in range(len(rows.extra["xi0"])))
     if noise == 0.0:
-        return _replaced(rows, ohms=ohms)
+        return replaced(rows, ohms=ohms)
     spring = body_of(numbers(values, rows), rows).springs[k]
     gamma = jnp.asarray(here.gamma[number][k][:count])
     told = np.asarray(_mean_slope(spring, jnp.asarray(rows.extra["xi0"][k]), gamma, jnp.asarray(noise)))
@@ -173,7 +173,7 @@ def _told(
     put = lambda name, column: tuple(  # noqa: E731
         column if j == k else old for j, old in enumerate(rows.extra[name])
     )
-    return _replaced(rows, ohms=ohms, sd=put("sd", sd), gain=put("gain", gain))
+    return replaced(rows, ohms=ohms, sd=put("sd", sd), gain=put("gain", gain))
 
 
 @eqx.filter_jit
@@ -196,13 +196,14 @@ def _weighed(rows: Rows, variance: Mapping[str, np.ndarray]) -> Rows:
     return eqx.tree_at(lambda r: r.weight, rows, weight)
 
 
-def _replaced(rows: Rows, **columns: tuple[np.ndarray, ...]) -> Rows:
+def replaced(rows: Rows, **columns: tuple[np.ndarray, ...]) -> Rows:
+    """A recording with other columns of its springs."""
     return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, **columns})
 
 
 def _held(stacked: Rows) -> Rows:
     """The same stack with fractions that do not follow anything."""
-    return _replaced(stacked, gain=tuple(0.0 * gain for gain in stacked.extra["gain"]))
+    return replaced(stacked, gain=tuple(0.0 * gain for gain in stacked.extra["gain"]))
 
 
 def _with_phase(stacked: Rows, k: int, xi0: Array) -> Rows:

@@ -13,6 +13,7 @@ from jaxtyping import Array
 
 from fitting.models import actuator
 from fitting.models.actuator_followed import FollowedPhase, settled
+from fitting.models.actuator_phase import BEGIN
 from fitting.models.actuator_rows import body_of
 from fitting.models.rows import Rows, numbers
 from fitting.recordings import Campaign, Recording
@@ -28,8 +29,6 @@ READINGS = ("resistance_1", "resistance_2", "resistance_3")
 """Outputs of hidden courses."""
 FOLLOWING = ("gain", "ohms", "gamma", "sd")
 """Columns of phases that follow resistances."""
-BEGIN = 0.9
-"""Fraction at which the search for a course begins; further from full heat than any tangent is flat."""
 MOST_ROWS = 128
 """Rows of a recording: every one is an equilibrium."""
 parameters_for = actuator.parameters_for
