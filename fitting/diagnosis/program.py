@@ -156,8 +156,7 @@ class Program:
                 if np.max(np.abs(now - before)) < SETTLED:
                     break
             here = self._run(u, nothing, self.stacked)
-            hidden = [here.hidden(k, *parts) for k, parts in self._hiding()]
-            self.taken = np.array([one.taken() if one else 0.0 for one in hidden])
+            self.taken = np.array([one.taken() if one else 0.0 for one in self._explained(here)])
         elif self.hidden:
             values = self.unknowns.values(u)
             self.stacked = kind_module(self.kind).prepared(values, self.stacked, self.channels)
@@ -267,15 +266,20 @@ class Program:
         chunks = [columns[first : first + width] for first in range(0, max(len(columns), 1), width)]
         start = with_courses(stacked, near.courses_at(u)) if moving and near is not None else stacked
         first = self._run(u, chunks[0], start)
+        hidden = self._explained(first) if moving else [None] * len(self.channels)
         for _ in range(ROUNDS - 1 if moving else 0):
-            moved = self._moved(first)
+            moved = self._moved(first, hidden)
             if np.max(np.abs(moved - courses_of(first.stacked)), initial=0.0) < CLOSE:
                 break
             first = self._run(u, chunks[0], with_courses(stacked, moved))
+            hidden = self._explained(first)
         rest = [self._run(u, chunk, first.stacked) for chunk in chunks[1:]]
         names = first.slopes
         slopes = {n: np.concatenate([part.slopes[n] for part in (first, *rest)]) for n in names}
-        return self._evaluated(u, columns, replace(first, slopes=slopes), moving)
+        whole = replace(first, slopes=slopes)
+        if moving and rest:  # a row may lack a derivative by one of the further unknowns
+            hidden = self._explained(whole)
+        return self._evaluated(u, columns, whole, hidden, moving)
 
     def _run(self, u: np.ndarray, columns: np.ndarray, stacked: Rows) -> Raw:
         """One run of the compiled program, along a few of the unknowns and every hidden course."""
@@ -306,39 +310,47 @@ class Program:
             drivers,
         )
 
-    def _moved(self, here: Raw) -> np.ndarray:
+    def _explained(self, here: Raw) -> list[courses.Hidden | None]:
+        """Free courses of every recording, and what they explain; None where there are none."""
+        return [here.hidden(k, *parts) for k, parts in self._hiding()]
+
+    def _moved(self, here: Raw, hidden: list[courses.Hidden | None]) -> np.ndarray:
         """Hidden courses after one round, (recordings of the stack, courses, rows)."""
         found = courses_of(here.stacked)
-        for k, (channels, pace) in self._hiding():
-            hidden = here.hidden(k, channels, pace)
-            if hidden is not None:
+        for k, (channels, one) in enumerate(zip(self.channels, hidden, strict=True)):
+            if one is not None:
                 misfit, _, _ = here.whitened(k, channels, self.failed)
-                told = hidden.answer(misfit, np.zeros((0, len(misfit))))
-                for course, step in zip(hidden.courses, told.steps, strict=True):
+                told = one.answer(misfit, np.zeros((0, len(misfit))))
+                for course, step in zip(one.courses, told.steps, strict=True):
                     found[k, course.number] += step
         return found
 
-    def _evaluated(self, u: np.ndarray, columns: np.ndarray, here: Raw, moving: bool) -> Evaluation:
-        found, explained, moved, drivers = [], [], courses_of(here.stacked), dict(here.drivers)
+    def _evaluated(
+        self,
+        u: np.ndarray,
+        columns: np.ndarray,
+        here: Raw,
+        hidden: list[courses.Hidden | None],
+        moving: bool,
+    ) -> Evaluation:
+        found, moved, drivers = [], courses_of(here.stacked), dict(here.drivers)
         slopes = np.zeros((len(columns), *moved.shape))
-        for k, (channels, pace) in self._hiding():
+        for k, (channels, one) in enumerate(zip(self.channels, hidden, strict=True)):
             misfit, jacobian, raw = here.whitened(k, channels, self.failed)
-            hidden = here.hidden(k, channels, pace) if moving else None
-            if hidden is not None:
-                told = hidden.answer(misfit, jacobian)
+            if one is not None:
+                told = one.answer(misfit, jacobian)
                 jacobian, believed = told.jacobian, np.max(np.abs(told.steps)) < TOO_FAR
                 misfit = told.misfit if believed else misfit
-                for j, course in enumerate(hidden.courses):
+                for j, course in enumerate(one.courses):
                     moved[k, course.number] += told.steps[j]
                     slopes[:, k, course.number] = told.slopes[:, j]
                     if believed:
                         raw = [x + dx for x, dx in zip(raw, course.change(told.steps[j]), strict=True)]
             found.append((misfit, jacobian, raw))
-            explained.append(hidden)
         for j, number in enumerate(self.stacked.extra["layout"].spring_numbers if moving else ()):
             drivers[f"{COURSE}_{number}"] = moved[:, j]
         parts = (list(x) for x in zip(*found, strict=True))
-        return Evaluation(*parts, drivers, u, columns, moved, slopes, explained)
+        return Evaluation(*parts, drivers, u, columns, moved, slopes, hidden)
 
     def observations(self, chosen: np.ndarray) -> int:
         """Measured values of some recordings, given by a mask, less those that hidden courses take up."""
