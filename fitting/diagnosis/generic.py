@@ -27,11 +27,13 @@ class Generic:
         quantity: output that it adds to.
         driver: what it is a function of; the pair is that which fits all of them best.
         left_out: reduced chi-square of fitted recordings left out in turn.
+        without: the same without it.
     """
 
     quantity: str
     driver: str
     left_out: float
+    without: float
 
 
 def knots_of(values: np.ndarray) -> np.ndarray | None:
@@ -69,21 +71,24 @@ def race(program: Program, base: Fit) -> Generic | None:
     def solved(B: np.ndarray, w: np.ndarray) -> tuple[float, np.ndarray]:
         J = np.concatenate([A, B], axis=1)
         own = B.T @ (w[:, None] * B)
-        ridge = max(RIDGE * np.trace(own) / B.shape[1], 1e-9)
+        ridge = max(RIDGE * np.trace(own) / max(B.shape[1], 1), 1e-9)
         held = np.concatenate([prior, np.full(B.shape[1], ridge)])
         start = np.concatenate([prior * departure, np.zeros(B.shape[1])])
         step = -np.linalg.solve(J.T @ (w[:, None] * J) + np.diag(held), J.T @ (w * r) + start)
         rest = (r + J @ step) ** 2
         return float(w @ rest), rest
 
-    total = 0.0
+    total = without = 0.0
+    nothing = np.zeros((len(r), 0))
     for out in deciding(program, sizes):
         test = np.concatenate(out)
         train = fitted * (1.0 - test)
         results = [solved(B, train) for B in columns.values()]
         total += float(test @ min(results, key=lambda found: found[0])[1])
+        without += float(test @ solved(nothing, train)[1])
     best = min(columns, key=lambda name: solved(columns[name], fitted)[0])
-    return Generic(*best, total / max(program.observations(program.fitted), 1))
+    count = max(program.observations(program.fitted), 1)
+    return Generic(*best, total / count, without / count)
 
 
 def _columns(program: Program, base: Fit, here: Evaluation) -> dict[tuple[str, str], np.ndarray]:

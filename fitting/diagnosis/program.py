@@ -27,7 +27,8 @@ from pneusma_jax.errors import InputError
 from . import courses
 from .evaluation import COURSE, Evaluation, Raw, courses_of, with_courses
 from .inputs import input_noise, shifted, with_input_noise
-from .noise import channels_of, restated
+from .instruments import Series, instrument_of, series_of
+from .noise import channels_of
 from .unknowns import Unknowns
 
 MOST_ROWS = 1024
@@ -170,19 +171,24 @@ class Program:
         return copy
 
     def with_noise_of(self, here: Evaluation) -> "Program":
-        """The program with the noise that a fit leaves, where nobody states it and it could not be told."""
-        outputs, bare, changed = kind_module(self.kind).OUTPUTS, [list(row) for row in self.bare], False
-        for k, channels in enumerate(self.bare):
-            time = np.asarray(self.stacked.time)[k]
-            for j, channel in enumerate(channels):
-                quantity = channel.quantity  # a resistance: its hidden course follows the noise
-                if quantity not in outputs or quantity.startswith("resistance"):
-                    continue
-                if not self.recordings[k].noise_si(quantity):
-                    bare[k][j] = restated(channel, time, here.predicted[k][j])
-                    changed |= bare[k][j] is not channel
-        if not changed:
-            return self
+        """The program with the noise that all recordings of an instrument show once a model is fitted."""
+        module, bare = kind_module(self.kind), [list(row) for row in self.bare]
+        follows = hasattr(module, "prepared")
+        groups: dict[tuple[str, bool], list[tuple[int, int, Series]]] = {}
+        for k, recording in enumerate(self.recordings):
+            for j, channel in enumerate(self.channels[k]):
+                quantity = channel.quantity
+                if quantity not in module.OUTPUTS or quantity.startswith("resistance"):
+                    continue  # a resistance: its hidden course follows the noise
+                stated = recording.noise_si(quantity) or None
+                block = max(1, round(len(recording) / max(channel.count, 1)))
+                errors = self.bare[k][j], here.predicted[k][j]
+                one = series_of(channel, *errors, stated, block, follows)
+                groups.setdefault((quantity, stated is None), []).append((k, j, one))
+        for members in groups.values():
+            noise = instrument_of([one for _, _, one in members])
+            for k, j, one in members if noise else ():
+                bare[k][j] = noise.told(self.bare[k][j], one)
         copy = replace(self, bare=bare)
         copy.count_input_noise(here.u)
         return copy

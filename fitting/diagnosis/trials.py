@@ -74,14 +74,12 @@ def floor(program: Program, fit: Fit, chosen: np.ndarray) -> float:
 
 
 def settled_fit(program: Program, start: np.ndarray | None = None) -> tuple[Program, Fit]:
-    """The base model refitted, and the program with hidden courses that walk as fast as it says."""
+    """The base model refitted, and the program with the noise and the hidden courses that it shows."""
     fit = Refitter(program).fit((), start)
-    known = program.with_noise_of(fit.evaluation)
-    if known is not program or program.hidden:
-        program = known.prepared(fit.u)
-        if program.pace.shape[1]:
-            program.count_input_noise(fit.u)
-        fit = Refitter(program).fit((), fit.u)
+    program = program.with_noise_of(fit.evaluation).prepared(fit.u)
+    if program.pace.shape[1]:
+        program.count_input_noise(fit.u)
+    fit = Refitter(program).fit((), fit.u)
     return program, fit
 
 

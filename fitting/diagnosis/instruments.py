@@ -1,0 +1,205 @@
+"""The noise of an instrument, told by all of its recordings at once: its size, how it grows with the
+signal, how long its errors last.
+
+A recording of small signals by itself cannot say whether its errors are small or last long. Second
+differences of what a fitted model leaves, over several distances, of all recordings together can: physics
+that is missing leaves slow courses, and corners, which a heavy-tailed likelihood lets pass.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+from scipy.optimize import brentq, minimize
+from scipy.stats import norm
+
+from fitting.models.channels import Channel
+
+from .noise import block_noise
+
+LAGS = (1, 2, 3)
+"""Distances of second differences, in rows."""
+DEPENDENT = 4.0
+"""Second differences that say as much as an independent one."""
+TAILS = 4.0
+"""Degrees of freedom of Student's t that corners of a course are allowed for by."""
+TOLD = 0.1
+"""Relative standard deviation of a stated noise."""
+DECISIVE = 4.0
+"""Log-likelihood that growth and correlation must each gain to be believed."""
+MOST_GROWTH, MOST_CORRELATION = 0.98, 0.9
+BELIEVED, LARGEST = 0.4, 1.0
+"""Logarithms of factors on a stated noise: the one below which it is believed, and the largest."""
+ROUGHER = 1.5
+"""Roughness of a course over that of what a model with hidden courses leaves of it, from which the latter is
+believed."""
+FEWEST = 60
+"""Second differences below which nothing is told."""
+
+
+@dataclass(frozen=True)
+class Instrument:
+    """What the errors of one quantity are like.
+
+    Attributes:
+        scale: root mean square of its 1-sigma, in units of the stated one; SI where nobody states it.
+        growth: part of the variance that goes with the square of the signal.
+        level: root mean square of the signal, SI.
+        correlation: of neighbouring samples.
+    """
+
+    scale: float
+    growth: float
+    level: float
+    correlation: float
+
+    def sigma(self, stated: float | None, signal: np.ndarray, block: int) -> tuple[np.ndarray, float]:
+        """1-sigma of every row, SI, and the correlation of neighbouring rows.
+
+        Args:
+            stated: 1-sigma of a sample that somebody states, if anyone does.
+            signal: SI, (rows,).
+            block: samples in a row.
+        """
+        each, correlation = block_noise(1.0, self.correlation, block)
+        return self.scale * (stated or 1.0) * each * _shape(signal, self.level, self.growth), correlation
+
+    def told(self, channel: Channel, one: "Series") -> Channel:
+        """A channel with this noise, where it counts."""
+        sigma, correlation = self.sigma(one.stated, one.signal, one.block)
+        there = np.isfinite(channel.sigma)
+        return replace(channel, sigma=np.where(there, sigma, np.inf), correlation=float(correlation))
+
+
+@dataclass(frozen=True)
+class Series:
+    """Errors of an instrument in one recording.
+
+    Attributes:
+        errors: raw or left by a model, SI, (rows,), NaN where there are none.
+        signal: SI, (rows,).
+        inputs: variance that the noise of inputs brings, SI, (rows,).
+        stated: 1-sigma of a sample, or None.
+        block: samples in a row.
+    """
+
+    errors: np.ndarray
+    signal: np.ndarray
+    inputs: np.ndarray
+    stated: float | None
+    block: int
+
+    def bends(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """By distance: second differences, and the rows in their middle."""
+        found = []
+        for lag in LAGS:
+            bend = self.errors[2 * lag :] - 2.0 * self.errors[lag:-lag] + self.errors[: -2 * lag]
+            there = np.flatnonzero(np.isfinite(bend))
+            found.append((bend[there], there + lag))
+        return found
+
+
+def series_of(
+    channel: Channel, bare: Channel, predicted: np.ndarray, stated: float | None, block: int, follows: bool
+) -> Series:
+    """Errors of a channel: what a model leaves, or the course itself where that is as smooth.
+
+    Args:
+        channel: of one recording.
+        bare: the same without the noise of inputs.
+        predicted: by the model, SI, (rows,), NaN where it has no answer.
+        stated: 1-sigma of a sample, or None.
+        block: samples in a row.
+        follows: hidden courses took up part of the errors, so that what is left of them is too smooth.
+    """
+    measured = np.where(np.isfinite(channel.sigma), channel.measured, np.nan)
+    left = measured - predicted
+    signal = np.where(np.isfinite(predicted), predicted, channel.measured)
+    both = [np.diff(x, 2) for x in (left, measured)]
+    rough = [np.median(np.abs(x[np.isfinite(x)])) if np.isfinite(x).any() else np.inf for x in both]
+    there = np.isfinite(channel.sigma)
+    inputs = np.where(there, channel.sigma, 0.0) ** 2 - np.where(there, bare.sigma, 0.0) ** 2
+    rougher = rough[1] > (ROUGHER if follows else 1.0) * rough[0]
+    return Series(left if rougher else measured, signal, np.maximum(inputs, 0.0), stated, block)
+
+
+def instrument_of(series: Sequence[Series]) -> Instrument | None:
+    """The noise that makes what was seen most likely; None where too little was.
+
+    Args:
+        series: of one quantity; all with a stated noise, or none.
+    """
+    bends = [one.bends() for one in series]
+    if sum(len(parts[0][0]) for parts in bends) < FEWEST:
+        return None
+    rows = np.concatenate([one.signal[np.isfinite(one.errors)] for one in series])
+    level = float(np.sqrt(np.mean(rows**2))) or 1.0
+    stated = series[0].stated is not None
+    unit = 1.0 if stated else _usual(bends)
+    if not unit > 0.0:
+        return None
+
+    def cost(scale: float, growth: float, correlation: float) -> float:
+        found = Instrument(unit * np.exp(scale), growth, level, correlation)
+        total = 0.0
+        for one, parts in zip(series, bends, strict=True):
+            sigma, r = found.sigma(one.stated, one.signal, one.block)
+            for lag, (bend, rows) in zip(LAGS, parts, strict=True):
+                own = 6.0 - 8.0 * r**lag + 2.0 * r ** (2 * lag)
+                spread = _core(TAILS) * np.sqrt(own * sigma[rows] ** 2 + 6.0 * one.inputs[rows])
+                total += np.sum(
+                    np.log(spread) + 0.5 * (TAILS + 1.0) * np.log1p((bend / spread) ** 2 / TAILS)
+                )
+        return float(total / DEPENDENT + (0.5 * (scale / TOLD) ** 2 if stated else 0.0))
+
+    scale, growth, correlation = _chosen(cost, (0,))
+    if stated:
+        scale = min(scale, LARGEST) if scale > BELIEVED else 0.0
+        _, growth, correlation = _chosen(lambda _, *rest: cost(scale, *rest), ())
+    return Instrument(unit * float(np.exp(scale)), float(growth), level, float(correlation))
+
+
+def _chosen(cost: Callable[..., float], always: tuple[int, ...]) -> np.ndarray:
+    """Scale, growth and correlation; the last two only where they make what was seen much likelier."""
+    tried = [(*_least(cost, (*always, *more)), len(more)) for more in ((), (2,), (1,), (1, 2))]
+    return min(tried, key=lambda told: told[1] + DECISIVE * told[2])[0]
+
+
+def _least(cost: Callable[..., float], free: tuple[int, ...]) -> tuple[np.ndarray, float]:
+    """Where the cost is least if only some numbers may differ from zero, from two starts, and its value."""
+    low, high = np.array([-3.0, 0.0, 0.0]), np.array([3.0, MOST_GROWTH, MOST_CORRELATION])
+    chosen, found = list(free), []
+    if not chosen:
+        return np.zeros(3), cost(*np.zeros(3))
+
+    def part(x: np.ndarray) -> float:
+        at = np.zeros(3)
+        at[chosen] = x
+        return cost(*at)
+
+    for start in (np.array([0.0, 0.3, 0.3]), np.array([0.0, 0.9, 0.7])):
+        bounds = list(zip(low[chosen], high[chosen], strict=True))
+        found.append(minimize(part, start[chosen], bounds=bounds, method="L-BFGS-B"))
+    best = min(found, key=lambda f: f.fun)
+    at = np.zeros(3)
+    at[chosen] = best.x
+    return at, float(best.fun)
+
+
+def _shape(signal: np.ndarray, level: float, growth: float) -> np.ndarray:
+    """1-sigma over its root mean square, (rows,)."""
+    return np.sqrt(1.0 - growth + growth * (signal / level) ** 2)
+
+
+def _usual(bends: Sequence[Sequence[tuple[np.ndarray, np.ndarray]]]) -> float:
+    """1-sigma of white noise with these second differences."""
+    first = np.abs(np.concatenate([parts[0][0] for parts in bends]))
+    return float(np.median(first) / norm.ppf(0.75) / np.sqrt(6.0))
+
+
+@cache
+def _core(tails: float) -> float:
+    """Scale of Student's t that is most likely for Gaussian numbers of unit size."""
+    z = norm.ppf((np.arange(4000) + 0.5) / 4000)
+    return float(brentq(lambda s: np.mean((tails + 1.0) * z**2 / (tails * s**2 + z**2)) - 1.0, 0.3, 1.5))
