@@ -190,14 +190,14 @@ class Hidden:
         left, slopes = self._less(jacobian, free)
         return Answer(step.reshape(len(self.courses), -1), slopes, misfit + step @ self.design, left)
 
-    def taken(self) -> float:
-        """Measured values that the courses take up: the trace of what they explain."""
+    def taken(self) -> np.ndarray:
+        """Share of every measured value that courses take up: how far they follow its error, (values,)."""
         free = (self.fraction > 0.0) & (self.fraction < 1.0)
+        design = self.design[free]
         if not free.any():
-            return 0.0
-        inner = np.ix_(free, free)
-        factor = cho_factor((self.information + self.stiffness)[inner], check_finite=False)
-        return float(np.trace(cho_solve(factor, self.information[inner], check_finite=False)))
+            return np.zeros(design.shape[1])
+        factor = cho_factor((self.information + self.stiffness)[np.ix_(free, free)], check_finite=False)
+        return np.sum(design * cho_solve(factor, design, check_finite=False), axis=0)
 
 
 @dataclass(frozen=True)

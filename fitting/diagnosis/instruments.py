@@ -19,7 +19,7 @@ from fitting.models.channels import Channel
 from .noise import block_noise
 
 LAGS = (1, 2, 3)
-"""Distances of second differences, in rows."""
+"""Distances of second differences, in rows; of a measured course, which bends by itself, all but the last."""
 DEPENDENT = 4.0
 """Second differences that say as much as an independent one."""
 TAILS = 4.0
@@ -31,9 +31,10 @@ DECISIVE = 4.0
 MOST_GROWTH, MOST_CORRELATION = 0.98, 0.9
 BELIEVED, LARGEST = 0.4, 1.0
 """Logarithms of factors on a stated noise: the one below which it is believed, and the largest."""
-ROUGHER = 1.5
-"""Roughness of a course over that of what a model with hidden courses leaves of it, from which the latter is
-believed."""
+LUCK = 1.12
+"""What the quietest of a few recordings looks too quiet by."""
+TAKEN = 0.2
+"""Share of a value that hidden courses take up, from which what they leave of its error is too smooth."""
 FEWEST = 60
 """Second differences below which nothing is told."""
 
@@ -82,6 +83,7 @@ class Series:
         inputs: variance that the noise of inputs brings, SI, (rows,).
         stated: 1-sigma of a sample, or None.
         block: samples in a row.
+        raw: the errors are on top of the measured course itself.
     """
 
     errors: np.ndarray
@@ -89,11 +91,16 @@ class Series:
     inputs: np.ndarray
     stated: float | None
     block: int
+    raw: bool
+
+    def less(self, taken: np.ndarray) -> "Series":
+        """Without the rows of which hidden courses take up much, by the share of every row, (rows,)."""
+        return replace(self, errors=np.where(taken > TAKEN, np.nan, self.errors))
 
     def bends(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """By distance: second differences, and the rows in their middle."""
         found = []
-        for lag in LAGS:
+        for lag in LAGS[:-1] if self.raw else LAGS:
             bend = self.errors[2 * lag :] - 2.0 * self.errors[lag:-lag] + self.errors[: -2 * lag]
             there = np.flatnonzero(np.isfinite(bend))
             found.append((bend[there], there + lag))
@@ -103,7 +110,7 @@ class Series:
 def series_of(
     channel: Channel, bare: Channel, predicted: np.ndarray, stated: float | None, block: int, follows: bool
 ) -> Series:
-    """Errors of a channel: what a model leaves, or the course itself where that is as smooth.
+    """Errors of a channel: what a model leaves of it.
 
     Args:
         channel: of one recording.
@@ -111,17 +118,14 @@ def series_of(
         predicted: by the model, SI, (rows,), NaN where it has no answer.
         stated: 1-sigma of a sample, or None.
         block: samples in a row.
-        follows: hidden courses took up part of the errors, so that what is left of them is too smooth.
+        follows: hidden courses follow the errors, so that what is left of them is too smooth: the measured
+            course stands for it.
     """
-    measured = np.where(np.isfinite(channel.sigma), channel.measured, np.nan)
-    left = measured - predicted
-    signal = np.where(np.isfinite(predicted), predicted, channel.measured)
-    both = [np.diff(x, 2) for x in (left, measured)]
-    rough = [np.median(np.abs(x[np.isfinite(x)])) if np.isfinite(x).any() else np.inf for x in both]
     there = np.isfinite(channel.sigma)
+    errors = np.where(there, channel.measured, np.nan) - (0.0 if follows else predicted)
+    signal = np.where(np.isfinite(predicted), predicted, channel.measured)
     inputs = np.where(there, channel.sigma, 0.0) ** 2 - np.where(there, bare.sigma, 0.0) ** 2
-    rougher = rough[1] > (ROUGHER if follows else 1.0) * rough[0]
-    return Series(left if rougher else measured, signal, np.maximum(inputs, 0.0), stated, block)
+    return Series(errors, signal, np.maximum(inputs, 0.0), stated, block, follows)
 
 
 def instrument_of(series: Sequence[Series]) -> Instrument | None:
@@ -145,7 +149,7 @@ def instrument_of(series: Sequence[Series]) -> Instrument | None:
         total = 0.0
         for one, parts in zip(series, bends, strict=True):
             sigma, r = found.sigma(one.stated, one.signal, one.block)
-            for lag, (bend, rows) in zip(LAGS, parts, strict=True):
+            for lag, (bend, rows) in zip(LAGS, parts, strict=False):
                 own = 6.0 - 8.0 * r**lag + 2.0 * r ** (2 * lag)
                 spread = _core(TAILS) * np.sqrt(own * sigma[rows] ** 2 + 6.0 * one.inputs[rows])
                 total += np.sum(
@@ -158,6 +162,21 @@ def instrument_of(series: Sequence[Series]) -> Instrument | None:
         scale = min(scale, LARGEST) if scale > BELIEVED else 0.0
         _, growth, correlation = _chosen(lambda _, *rest: cost(scale, *rest), ())
     return Instrument(unit * float(np.exp(scale)), float(growth), level, float(correlation))
+
+
+def as_quiet(channels: Sequence[Channel]) -> list[Channel]:
+    """Channels of one instrument, each told by itself, with the noise of the quietest: the fast changes of
+    what is measured can look like noise, and noise like nothing less."""
+    least = min(channels, key=_size)
+    size = LUCK * _size(least)
+    return [
+        replace(c, sigma=np.where(np.isfinite(c.sigma), size, np.inf), correlation=least.correlation)
+        for c in channels
+    ]
+
+
+def _size(channel: Channel) -> float:
+    return float(np.median(channel.sigma[np.isfinite(channel.sigma)]))
 
 
 def _chosen(cost: Callable[..., float], always: tuple[int, ...]) -> np.ndarray:

@@ -1,8 +1,6 @@
 """What the instruments add to a recording: size and serial correlation of every channel, and how to whiten
 it."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from fitting.characterise.noise import robust_noise
@@ -52,26 +50,6 @@ def channels_of(recording: Recording, rows: Rows, outputs: tuple[str, ...], size
         full[: len(values)] = values
         found.append(Channel(quantity, full, total, float(correlation)))
     return found
-
-
-def restated(channel: Channel, time: np.ndarray, predicted: np.ndarray) -> Channel:
-    """A channel whose unstated noise looked as correlated as any, with what a fit leaves, if that is less.
-
-    The corners of a measured course look like correlated noise; those of its misfit do not, or hardly.
-
-    Args:
-        channel: with its own noise only.
-        time: [s], shape (rows,).
-        predicted: by the fit, SI, (rows,).
-    """
-    there = np.isfinite(channel.sigma) & np.isfinite(predicted)
-    if channel.correlation < MOST_GUESSED or there.sum() < FEW:
-        return channel
-    left = (channel.measured - predicted)[there]
-    sigma, correlation = unstated_noise(left, robust_noise(time[there], left))
-    if not 0.0 < sigma < np.median(channel.sigma[there]):
-        return channel
-    return replace(channel, sigma=np.where(there, sigma, channel.sigma), correlation=correlation)
 
 
 def noise_of(recording: Recording, quantity: str) -> float:

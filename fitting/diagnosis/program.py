@@ -27,7 +27,7 @@ from pneusma_jax.errors import InputError
 from . import courses
 from .evaluation import COURSE, Evaluation, Raw, courses_of, with_courses
 from .inputs import input_noise, shifted, with_input_noise
-from .instruments import Series, instrument_of, series_of
+from .instruments import Series, as_quiet, instrument_of, series_of
 from .noise import channels_of
 from .unknowns import Unknowns
 
@@ -157,7 +157,7 @@ class Program:
                 if np.max(np.abs(now - before)) < SETTLED:
                     break
             here = self._run(u, nothing, self.stacked)
-            self.taken = np.array([one.taken() if one else 0.0 for one in self._explained(here)])
+            self.taken = np.array([one.taken().sum() if one else 0.0 for one in self._explained(here)])
         elif self.hidden:
             values = self.unknowns.values(u)
             self.stacked = kind_module(self.kind).prepared(values, self.stacked, self.channels)
@@ -175,20 +175,29 @@ class Program:
         module, bare = kind_module(self.kind), [list(row) for row in self.bare]
         follows = hasattr(module, "prepared")
         groups: dict[tuple[str, bool], list[tuple[int, int, Series]]] = {}
+        readings: dict[str, list[tuple[int, int]]] = {}
         for k, recording in enumerate(self.recordings):
+            shape = len(self.channels[k]), self.stacked.mask.shape[1]
+            taken = here.hidden[k].taken().reshape(shape) if here.hidden[k] else np.zeros(shape)
             for j, channel in enumerate(self.channels[k]):
                 quantity = channel.quantity
-                if quantity not in module.OUTPUTS or quantity.startswith("resistance"):
-                    continue  # a resistance: its hidden course follows the noise
                 stated = recording.noise_si(quantity) or None
+                if quantity.startswith("resistance"):
+                    if stated is None:
+                        readings.setdefault(quantity, []).append((k, j))
+                    continue
                 block = max(1, round(len(recording) / max(channel.count, 1)))
-                errors = self.bare[k][j], here.predicted[k][j]
-                one = series_of(channel, *errors, stated, block, follows)
+                one = series_of(channel, self.bare[k][j], here.predicted[k][j], stated, block, follows)
+                one = one.less(taken[j])
                 groups.setdefault((quantity, stated is None), []).append((k, j, one))
         for members in groups.values():
             noise = instrument_of([one for _, _, one in members])
             for k, j, one in members if noise else ():
                 bare[k][j] = noise.told(self.bare[k][j], one)
+        for members in readings.values():  # a hidden course follows its errors
+            same = as_quiet([self.bare[k][j] for k, j in members])
+            for (k, j), channel in zip(members, same, strict=True):
+                bare[k][j] = channel
         copy = replace(self, bare=bare)
         copy.count_input_noise(here.u)
         return copy

@@ -22,6 +22,8 @@ PURSUED = 3
 """Candidates that are fitted to the end, from two starts each."""
 TO_THE_END = 40
 """Most trial steps of such a fit."""
+SETTLING = 2
+"""Rounds in which noise is told from what a base model leaves, and the base model fitted with it."""
 AT_BOUND = 8.0
 """Log Bayes factor that an effect loses whose strength ends at a physical bound."""
 
@@ -76,10 +78,11 @@ def floor(program: Program, fit: Fit, chosen: np.ndarray) -> float:
 def settled_fit(program: Program, start: np.ndarray | None = None) -> tuple[Program, Fit]:
     """The base model refitted, and the program with the noise and the hidden courses that it shows."""
     fit = Refitter(program).fit((), start)
-    program = program.with_noise_of(fit.evaluation).prepared(fit.u)
-    if program.pace.shape[1]:
-        program.count_input_noise(fit.u)
-    fit = Refitter(program).fit((), fit.u)
+    for _ in range(SETTLING):
+        program = program.with_noise_of(fit.evaluation).prepared(fit.u)
+        if program.pace.shape[1]:
+            program.count_input_noise(fit.u)
+        fit = Refitter(program).fit((), fit.u)
     return program, fit
 
 

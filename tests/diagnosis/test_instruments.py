@@ -1,0 +1,86 @@
+"""The noise of an instrument from all of its recordings: its size, its growth with the signal, its memory."""
+
+import numpy as np
+import pytest
+
+from fitting.diagnosis.instruments import BELIEVED, Series, as_quiet, instrument_of
+from fitting.models.channels import Channel
+
+TIME = np.arange(150)
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(5)
+
+
+def signals():
+    """Small and large ones: a recording by itself cannot tell small errors from lasting ones."""
+    return [size * (1.0 - np.cos(TIME / 40.0)) for size in (0.3, 1.0, 3.0, 6.0)]
+
+
+def noise(rng, correlation):
+    kicks = rng.normal(size=len(TIME))
+    for n in range(1, len(TIME)):
+        kicks[n] = correlation * kicks[n - 1] + np.sqrt(1.0 - correlation**2) * kicks[n]
+    return kicks
+
+
+def told(errors, stated=0.2, inputs=0.0):
+    found = [
+        Series(e, s, np.full(len(s), inputs), stated, 1, False) for e, s in zip(errors, signals(), strict=True)
+    ]
+    return instrument_of(found)
+
+
+def test_white_noise_of_the_stated_size_is_believed(rng):
+    found = told([0.2 * noise(rng, 0.0) for _ in signals()])
+    assert found.scale == 1.0 and found.growth == 0.0 and found.correlation == 0.0
+
+
+def test_noise_that_grows_with_the_signal_is_not_taken_for_noise_that_lasts(rng):
+    level = np.sqrt(np.mean(np.concatenate(signals()) ** 2))
+    found = told([0.2 * np.abs(s) / level * noise(rng, 0.0) for s in signals()])
+    assert found.growth > 0.9 and found.correlation < 0.1
+    small, large = (found.sigma(0.2, s, 1)[0].mean() for s in (signals()[0], signals()[-1]))
+    assert large > 5.0 * small
+
+
+def test_noise_that_lasts_is_not_taken_for_noise_that_grows(rng):
+    found = told([0.2 * noise(rng, 0.7) for _ in signals()])
+    assert found.correlation == pytest.approx(0.7, abs=0.12) and found.growth < 0.2
+
+
+def test_slow_misfit_and_corners_are_no_noise(rng):
+    """What missing physics leaves: a course ten times as large as the noise, with a corner."""
+    course = 2.0 * np.sin(TIME / 25.0) + np.abs(TIME - 75.0) / 30.0
+    found = told([course + 0.2 * noise(rng, 0.0) for _ in signals()])
+    assert found.scale == 1.0 and found.correlation < 0.15
+
+
+def test_unstated_noise_is_found_and_a_statement_far_off_is_mended(rng):
+    assert told([0.2 * noise(rng, 0.0) for _ in signals()], None).scale == pytest.approx(0.2, rel=0.1)
+    assert told([0.2 * noise(rng, 0.0) for _ in signals()], 0.05).scale > np.exp(BELIEVED)
+
+
+def test_noise_of_inputs_is_not_counted_twice(rng):
+    errors = [np.hypot(0.2, 0.2) * noise(rng, 0.0) for _ in signals()]
+    assert told(errors, None, inputs=0.2**2).scale == pytest.approx(0.2, rel=0.2)
+
+
+def test_means_over_blocks_have_the_noise_of_means(rng):
+    found = told([0.2 * noise(rng, 0.0) for _ in signals()])
+    sigma, correlation = found.sigma(0.2, signals()[0], 4)
+    np.testing.assert_allclose(sigma, 0.1)
+    assert correlation == 0.0
+
+
+def test_too_few_rows_tell_nothing():
+    assert instrument_of([Series(np.zeros(20), np.ones(20), np.zeros(20), None, 1, False)]) is None
+
+
+def test_the_quietest_recording_shows_a_reading():
+    loud, quiet = (Channel("resistance_2", np.zeros(9), np.full(9, s), r) for s, r in ((2e-3, 0.8), (4e-4, 0.0)))
+    for channel in as_quiet([loud, quiet]):
+        assert channel.correlation == 0.0
+        assert 4e-4 < channel.sigma[0] < 5e-4
