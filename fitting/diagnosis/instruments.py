@@ -28,7 +28,8 @@ TOLD = 0.1
 """Relative standard deviation of a stated noise."""
 DECISIVE = 4.0
 """Log-likelihood that growth and correlation must each gain to be believed."""
-MOST_GROWTH, MOST_CORRELATION = 0.98, 0.9
+LEAST_FLOOR, MOST_CORRELATION = 0.04, 0.9
+"""Part of the usual 1-sigma that noise without a signal has at least; largest correlation of samples."""
 BELIEVED, LARGEST = 0.4, 1.0
 """Logarithms of factors on a stated noise: the one below which it is believed, and the largest."""
 LUCK = 1.12
@@ -144,8 +145,8 @@ def instrument_of(series: Sequence[Series]) -> Instrument | None:
     if not unit > 0.0:
         return None
 
-    def cost(scale: float, growth: float, correlation: float) -> float:
-        found = Instrument(unit * np.exp(scale), growth, level, correlation)
+    def cost(scale: float, fall: float, correlation: float) -> float:
+        found = Instrument(unit * np.exp(scale), -np.expm1(-2.0 * fall), level, correlation)
         total = 0.0
         for one, parts in zip(series, bends, strict=True):
             sigma, r = found.sigma(one.stated, one.signal, one.block)
@@ -157,11 +158,11 @@ def instrument_of(series: Sequence[Series]) -> Instrument | None:
                 )
         return float(total / DEPENDENT + (0.5 * (scale / TOLD) ** 2 if stated else 0.0))
 
-    scale, growth, correlation = _chosen(cost, (0,))
+    scale, fall, correlation = _chosen(cost, (0,))
     if stated:
         scale = min(scale, LARGEST) if scale > BELIEVED else 0.0
-        _, growth, correlation = _chosen(lambda _, *rest: cost(scale, *rest), ())
-    return Instrument(unit * float(np.exp(scale)), float(growth), level, float(correlation))
+        _, fall, correlation = _chosen(lambda _, *rest: cost(scale, *rest), ())
+    return Instrument(unit * float(np.exp(scale)), float(-np.expm1(-2.0 * fall)), level, float(correlation))
 
 
 def as_quiet(channels: Sequence[Channel]) -> list[Channel]:
@@ -180,14 +181,15 @@ def _size(channel: Channel) -> float:
 
 
 def _chosen(cost: Callable[..., float], always: tuple[int, ...]) -> np.ndarray:
-    """Scale, growth and correlation; the last two only where they make what was seen much likelier."""
+    """Logarithms of the scale and of the fall of the 1-sigma without a signal, and the correlation; the last
+    two only where they make what was seen much likelier."""
     tried = [(*_least(cost, (*always, *more)), len(more)) for more in ((), (2,), (1,), (1, 2))]
     return min(tried, key=lambda told: told[1] + DECISIVE * told[2])[0]
 
 
 def _least(cost: Callable[..., float], free: tuple[int, ...]) -> tuple[np.ndarray, float]:
     """Where the cost is least if only some numbers may differ from zero, from two starts, and its value."""
-    low, high = np.array([-3.0, 0.0, 0.0]), np.array([3.0, MOST_GROWTH, MOST_CORRELATION])
+    low, high = np.array([-3.0, 0.0, 0.0]), np.array([3.0, -np.log(LEAST_FLOOR), MOST_CORRELATION])
     chosen, found = list(free), []
     if not chosen:
         return np.zeros(3), cost(*np.zeros(3))
@@ -197,7 +199,7 @@ def _least(cost: Callable[..., float], free: tuple[int, ...]) -> tuple[np.ndarra
         at[chosen] = x
         return cost(*at)
 
-    for start in (np.array([0.0, 0.3, 0.3]), np.array([0.0, 0.9, 0.7])):
+    for start in (np.array([0.0, 0.3, 0.3]), np.array([0.0, 1.5, 0.7])):
         bounds = list(zip(low[chosen], high[chosen], strict=True))
         found.append(minimize(part, start[chosen], bounds=bounds, method="L-BFGS-B"))
     best = min(found, key=lambda f: f.fun)
