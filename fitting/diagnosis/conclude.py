@@ -39,8 +39,10 @@ deviations."""
 HELPS = 0.5
 """Share of the misfit of what was left out that a doubtful effect may leave to stay in the model."""
 FAINT = 1.4
-"""Reduced chi-square up to which a misfit that no effect explains is not held against the model."""
-
+"""Reduced chi-square up to which a misfit that no effect explains, and no nameless correction either, is not
+held against the model."""
+NAMELESS = 12.0
+"""Log Bayes factor of a nameless correction from which a misfit that no effect explains is one."""
 GROSS = 4.0
 """Reduced chi-square from which recordings contradict the model: fitted and left-out ones even where no
 signature of an effect stands out, either where one does."""
@@ -116,7 +118,8 @@ def conclude(explanation: Explanation) -> Conclusion:
         explanation.p_value = _tail(program, base[0])
         significant = explanation.p_value <= LEVEL
     mismatch = named or (significant and (min(base) > FAINT or max(base) > GROSS))
-    generic = race(explanation.program, explanation.base) if mismatch else None
+    generic = race(program, explanation.base)
+    mismatch |= generic is not None and generic.bayes > NAMELESS
     limits = [1.0 + max(LEFT, SIGNIFICANT * np.sqrt(2.0 / program.observations(mask))) for mask in masks]
     unknown = _unknown(base, last, floors, limits) if mismatch else 0.0
     if named:
@@ -131,6 +134,8 @@ def conclude(explanation: Explanation) -> Conclusion:
     found = _found(explanation, unknown) if named else []
     place, rest, members = locate(explanation), None, _members(explanation)
     if mismatch and (unknown > 0.5 or not named):
+        if generic is not None and generic.bayes > NAMELESS:
+            place = place.led_by(generic.driver)
         found, model, rest, before, after = _described(explanation, place, unknown, found)
         share = unknown if named else 1.0
         members = [(s, p, f, (1.0 - share) * w, more) for s, p, f, w, more in members if s != "base"]

@@ -154,7 +154,8 @@ class Evaluation:
         columns: unknowns that derivatives are by.
         courses: hidden courses, (recordings of the stack, courses, rows).
         course_slopes: their derivatives, (columns, recordings of the stack, courses, rows).
-        hidden: of every recording, what its courses explain; None where it has none, or none were moved.
+        hidden: of every recording, what its courses explain; None where it has none, none were moved, or the
+            program itself finds them.
     """
 
     misfit: list[np.ndarray]
@@ -166,11 +167,6 @@ class Evaluation:
     courses: np.ndarray
     course_slopes: np.ndarray
     hidden: list[courses.Hidden | None]
-
-    def seen(self, k: int, directions: np.ndarray) -> np.ndarray:
-        """Directions of recording k's misfit, (directions, values), less what its hidden courses explain."""
-        hidden = self.hidden[k]
-        return directions if hidden is None else hidden.projected(directions)[0]
 
     def courses_at(self, u: np.ndarray) -> np.ndarray:
         """Hidden courses at other numbers, to first order."""

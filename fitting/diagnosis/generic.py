@@ -1,12 +1,19 @@
 """A correction without a name, raced against the named ones: a smooth function of one driver, added to one
 output.
 
-It is linear in its numbers, so that one derivative of the base model serves every driver, output and fold.
+It is a Gaussian process, linear in its numbers, so that one derivative of the base model serves every
+driver, output and fold, and its evidence is a closed form. Slow drift of every recording by itself competes
+with it: what an instrument's drift explains as well is no physics.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
+from scipy.linalg import block_diag
+
+from fitting.models.channels import Channel
 
 from .evaluation import Evaluation
 from .folds import deciding
@@ -14,26 +21,132 @@ from .locate import drivers_of
 from .program import Program
 from .refit import Fit
 
-KNOTS = 8
-RIDGE = 1e-3
-"""Weight that holds the correction near zero, of its own information."""
+KNOTS = 24
+"""Places, at equal shares of the rows, where the correction of a driver bends."""
+SMOOTH = (1.5, 4.0, 12.0)
+"""Correlation lengths that are tried, in knots."""
+SIZES = 10.0 ** np.arange(-1.0, 3.1, 0.5)
+"""1-sigmas of the correction that are tried, in those of the noise."""
+DRIFTS = (0.0, 0.2, 0.4, 0.6)
+"""The same of slow drift: more would not pass for noise of the size that is stated."""
+SLOW = 6
+"""Cosines over each recording that drift is made of."""
+LASTING = 0.25
+"""Part of a recording over which drift lasts."""
 
 
 @dataclass(frozen=True)
 class Generic:
-    """How well a nameless correction predicts recordings that were left out.
+    """How well a nameless correction explains a campaign.
 
     Attributes:
         quantity: output that it adds to.
-        driver: what it is a function of; the pair is that which fits all of them best.
+        driver: what it is a function of; the pair is that of largest evidence.
+        bayes: log Bayes factor over the base model; the number of corrections tried is counted, and it is
+            deflated by what they leave, as those of effects are.
         left_out: reduced chi-square of fitted recordings left out in turn.
-        without: the same without it.
     """
 
     quantity: str
     driver: str
+    bayes: float
     left_out: float
-    without: float
+
+
+@dataclass(frozen=True)
+class _Best:
+    """The correction of largest evidence: name, log Bayes factor, and misfit that it leaves, (values,)."""
+
+    name: tuple[str, str]
+    bayes: float
+    rest: np.ndarray
+
+
+def race(program: Program, base: Fit) -> Generic | None:
+    """The best nameless correction of a refitted base model; None where no driver varies.
+
+    Args:
+        program: of the campaign.
+        base: the base model refitted.
+    """
+    here = program.evaluate(base.u, base.free, near=base.evaluation)
+    r, A = here.joined([np.ones(len(m)) for m in here.misfit])
+    columns, drift = _columns(program, base, here)
+    if not columns:
+        return None
+    sizes = [len(m) for m in here.misfit]
+    fitted = np.concatenate([np.full(n, float(f)) for n, f in zip(sizes, program.fitted, strict=True)])
+    nominal = r - A @ base.u[base.free]
+
+    total = 0.0
+    for out in deciding(program, sizes):
+        test = np.concatenate(out)
+        total += float(test @ _best(nominal, A, drift, columns, fitted * (1.0 - test)).rest ** 2)
+    best = _best(nominal, A, drift, columns, fitted)
+    count = max(program.observations(program.fitted), 1)
+    bayes = best.bayes / _inflation(best.rest * fitted, sizes, count) - np.log(len(columns) * len(SMOOTH))
+    return Generic(*best.name, float(bayes), total / count)
+
+
+def _best(
+    nominal: np.ndarray,
+    A: np.ndarray,
+    drift: np.ndarray,
+    columns: dict[tuple[str, str], np.ndarray],
+    w: np.ndarray,
+) -> _Best:
+    """The correction of largest evidence on values of weight 1, and the misfit that it leaves of all.
+
+    Args:
+        nominal: misfit of the nominal base model, to first order, (values,).
+        A: its derivatives by base constants, whose priors are of unit size, (values, constants).
+        drift: slow courses of unit size, (values, courses).
+        columns: derivatives by a correction's values at its knots, (values, knots), by output and driver.
+        w: 1 where a value counts, 0 elsewhere.
+    """
+    highest, found, without = -np.inf, None, -np.inf
+    for size in DRIFTS:
+        N = np.concatenate([A, size * drift], axis=1) if size else A
+        NW = N.T * w
+        G = np.linalg.inv(np.eye(N.shape[1]) + NW @ N)
+        told = NW @ nominal
+        alone = 0.5 * (told @ G @ told + np.linalg.slogdet(G)[1])
+        without = max(without, alone)
+        for name, B in columns.items():
+            BW = B.T * w
+            across = BW @ N
+            M = BW @ B - across @ G @ across.T
+            v = BW @ nominal - across @ G @ told
+            for smooth in SMOOTH:
+                L = _covariance(B.shape[1], smooth)
+                values, vectors = np.linalg.eigh(L.T @ M @ L)
+                gain = np.maximum(values, 0.0) * SIZES[:, None] ** 2
+                seen = (vectors.T @ (L.T @ v)) ** 2 * SIZES[:, None] ** 2
+                evidence = 0.5 * np.sum(seen / (1.0 + gain) - np.log1p(gain), axis=1)
+                k = int(np.argmax(evidence))
+                if alone + evidence[k] > highest:
+                    highest, found = alone + evidence[k], (name, N, SIZES[k] * B @ L)
+    name, *parts = found
+    N = np.concatenate(parts, axis=1)
+    NW = N.T * w
+    x = np.linalg.solve(np.eye(N.shape[1]) + NW @ N, NW @ nominal)
+    return _Best(name, float(highest - without), nominal - N @ x)
+
+
+def _covariance(count: int, smooth: float) -> np.ndarray:
+    """Lower factor of the prior covariance of a correction's values at its knots."""
+    apart = np.arange(count)[:, None] - np.arange(count)
+    return np.linalg.cholesky(np.exp(-0.5 * (apart / smooth) ** 2) + 1e-6 * np.eye(count))
+
+
+def _inflation(rest: np.ndarray, sizes: Sequence[int], count: int) -> float:
+    """Factor on variances by what is left and by its serial correlation."""
+    above = below = 0.0
+    for r in np.split(rest, np.cumsum(sizes)[:-1]):
+        r = r[r != 0.0]
+        above, below = above + float(r[1:] @ r[:-1]), below + float(r @ r)
+    correlation = np.clip(above / max(below, 1e-12), 0.0, 0.9)
+    return max(1.0, below / count) * float((1.0 + correlation) / (1.0 - correlation))
 
 
 def knots_of(values: np.ndarray) -> np.ndarray | None:
@@ -50,66 +163,52 @@ def hats(program: Program, k: int, j: int, driver: np.ndarray, knots: np.ndarray
     return channel.whitened(np.where(np.isfinite(channel.sigma), columns, 0.0))
 
 
-def race(program: Program, base: Fit) -> Generic | None:
-    """The best nameless correction of a refitted base model; None where no driver varies.
+def _columns(
+    program: Program, base: Fit, here: Evaluation
+) -> tuple[dict[tuple[str, str], np.ndarray], np.ndarray]:
+    """What nameless corrections and drift do to the misfit, less what hidden courses explain of it.
 
-    Args:
-        program: of the campaign.
-        base: the base model refitted.
+    Returns:
+        Hat functions in 1-sigmas of the noise, (values, knots), by output and driver; and slow courses of
+        every recording's outputs, (values, courses).
     """
-    here = program.evaluate(base.u, base.free, near=base.evaluation)
-    ones = [np.ones(len(m)) for m in here.misfit]
-    r, A = here.joined(ones)
-    prior = np.ones(len(base.free))
-    departure = base.u[base.free]
-    columns = _columns(program, base, here)
-    if not columns:
-        return None
-    sizes = [len(m) for m in here.misfit]
-    fitted = np.concatenate([np.full(n, float(f)) for n, f in zip(sizes, program.fitted, strict=True)])
+    followed = program.followed(here)
+    outputs = dict.fromkeys(c.quantity for channels in program.channels for c in channels)
+    if program.hidden:  # courses follow a resistance: what they leave of it is too little to go by
+        outputs = [name for name in outputs if not name.startswith("resistance")]
+    drivers, found, drift = drivers_of(program, base), {}, []
 
-    def solved(B: np.ndarray, w: np.ndarray) -> tuple[float, np.ndarray]:
-        J = np.concatenate([A, B], axis=1)
-        own = B.T @ (w[:, None] * B)
-        ridge = max(RIDGE * np.trace(own) / max(B.shape[1], 1), 1e-9)
-        held = np.concatenate([prior, np.full(B.shape[1], ridge)])
-        start = np.concatenate([prior * departure, np.zeros(B.shape[1])])
-        step = -np.linalg.solve(J.T @ (w[:, None] * J) + np.diag(held), J.T @ (w * r) + start)
-        rest = (r + J @ step) ** 2
-        return float(w @ rest), rest
+    def seen(k: int, quantity: str, columns: Callable[[int, int], np.ndarray]) -> np.ndarray:
+        """Columns of one recording, by number of its channel, as they add to one output."""
+        parts = [columns(k, j) for j in range(len(program.channels[k]))]
+        own = [float(channel.quantity == quantity) for channel in program.channels[k]]
+        added = np.concatenate([part * one for part, one in zip(parts, own, strict=True)], axis=1)
+        return (followed[k].projected(added)[0] if followed[k] else added).T
 
-    total = without = 0.0
-    nothing = np.zeros((len(r), 0))
-    for out in deciding(program, sizes):
-        test = np.concatenate(out)
-        train = fitted * (1.0 - test)
-        results = [solved(B, train) for B in columns.values()]
-        total += float(test @ min(results, key=lambda found: found[0])[1])
-        without += float(test @ solved(nothing, train)[1])
-    best = min(columns, key=lambda name: solved(columns[name], fitted)[0])
-    count = max(program.observations(program.fitted), 1)
-    return Generic(*best, total / count, without / count)
+    every = range(len(program.channels))
+    bent = {name: knots_of(values[program.fitted]) for name, values in drivers.items()}
+    for name, knots in bent.items():
+        if knots is not None:
+            columns = partial(_bumps, program, drivers[name], knots)
+            for quantity in outputs:
+                whole = np.concatenate([seen(k, quantity, columns) for k in every])
+                size = np.sqrt(np.sum(whole**2) / max(np.count_nonzero(whole.any(axis=1)), 1))
+                if size > 0.0:
+                    found[quantity, name] = whole / size
+    for quantity in outputs:
+        drift.append([seen(k, quantity, lambda k, j: _slow(program.channels[k][j])) for k in every])
+    return found, np.concatenate([block_diag(*parts) for parts in drift], axis=1)
 
 
-def _columns(program: Program, base: Fit, here: Evaluation) -> dict[tuple[str, str], np.ndarray]:
-    """Whitened hat functions over all values, less what hidden courses explain, shape (values, knots), by
-    output and driver."""
-    drivers = drivers_of(program, base)
-    quantities = dict.fromkeys(channel.quantity for channels in program.channels for channel in channels)
-    found = {}
-    for name, values in drivers.items():
-        knots = knots_of(values[program.fitted])
-        if knots is None:
-            continue
-        for quantity in quantities:
-            blocks = []
-            for k, channels in enumerate(program.channels):
-                parts = [
-                    hats(program, k, j, values, knots)
-                    if channel.quantity == quantity
-                    else np.zeros((len(knots), len(channel.measured)))
-                    for j, channel in enumerate(channels)
-                ]
-                blocks.append(here.seen(k, np.concatenate(parts, axis=1)).T)
-            found[quantity, name] = np.concatenate(blocks)
-    return found
+def _bumps(program: Program, driver: np.ndarray, knots: np.ndarray, k: int, j: int) -> np.ndarray:
+    return hats(program, k, j, driver, knots)
+
+
+def _slow(channel: Channel) -> np.ndarray:
+    """Courses of slow drift of a channel, whitened, (courses, values); together as large as its noise."""
+    there = np.isfinite(channel.sigma)
+    order = np.arange(SLOW)[:, None]
+    t = (np.cumsum(there) - 0.5) / max(there.sum(), 1)
+    size = 1.0 / (1.0 + (LASTING * np.pi * order) ** 2)
+    courses = np.sqrt(size / size.sum()) * np.where(order > 0, np.sqrt(2.0), 1.0) * np.cos(np.pi * order * t)
+    return channel.whitened(np.where(there, courses * np.where(there, channel.sigma, 0.0), 0.0))

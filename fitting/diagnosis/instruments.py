@@ -19,7 +19,7 @@ from fitting.models.channels import Channel
 from .noise import block_noise
 
 LAGS = (1, 2, 3)
-"""Distances of second differences, in rows; of a measured course, which bends by itself, all but the last."""
+"""Distances of second differences, in rows."""
 DEPENDENT = 4.0
 """Second differences that say as much as an independent one."""
 TAILS = 4.0
@@ -79,12 +79,11 @@ class Series:
     """Errors of an instrument in one recording.
 
     Attributes:
-        errors: raw or left by a model, SI, (rows,), NaN where there are none.
+        errors: what a model leaves, SI, (rows,), NaN where there are none.
         signal: SI, (rows,).
         inputs: variance that the noise of inputs brings, SI, (rows,).
         stated: 1-sigma of a sample, or None.
         block: samples in a row.
-        raw: the errors are on top of the measured course itself.
     """
 
     errors: np.ndarray
@@ -92,7 +91,6 @@ class Series:
     inputs: np.ndarray
     stated: float | None
     block: int
-    raw: bool
 
     def less(self, taken: np.ndarray) -> "Series":
         """Without the rows of which hidden courses take up much, by the share of every row, (rows,)."""
@@ -101,7 +99,7 @@ class Series:
     def bends(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """By distance: second differences, and the rows in their middle."""
         found = []
-        for lag in LAGS[:-1] if self.raw else LAGS:
+        for lag in LAGS:
             bend = self.errors[2 * lag :] - 2.0 * self.errors[lag:-lag] + self.errors[: -2 * lag]
             there = np.flatnonzero(np.isfinite(bend))
             found.append((bend[there], there + lag))
@@ -109,7 +107,7 @@ class Series:
 
 
 def series_of(
-    channel: Channel, bare: Channel, predicted: np.ndarray, stated: float | None, block: int, follows: bool
+    channel: Channel, bare: Channel, predicted: np.ndarray, stated: float | None, block: int
 ) -> Series:
     """Errors of a channel: what a model leaves of it.
 
@@ -119,14 +117,12 @@ def series_of(
         predicted: by the model, SI, (rows,), NaN where it has no answer.
         stated: 1-sigma of a sample, or None.
         block: samples in a row.
-        follows: hidden courses follow the errors, so that what is left of them is too smooth: the measured
-            course stands for it.
     """
     there = np.isfinite(channel.sigma)
-    errors = np.where(there, channel.measured, np.nan) - (0.0 if follows else predicted)
+    errors = np.where(there, channel.measured, np.nan) - predicted
     signal = np.where(np.isfinite(predicted), predicted, channel.measured)
     inputs = np.where(there, channel.sigma, 0.0) ** 2 - np.where(there, bare.sigma, 0.0) ** 2
-    return Series(errors, signal, np.maximum(inputs, 0.0), stated, block, follows)
+    return Series(errors, signal, np.maximum(inputs, 0.0), stated, block)
 
 
 def instrument_of(series: Sequence[Series]) -> Instrument | None:
@@ -150,7 +146,7 @@ def instrument_of(series: Sequence[Series]) -> Instrument | None:
         total = 0.0
         for one, parts in zip(series, bends, strict=True):
             sigma, r = found.sigma(one.stated, one.signal, one.block)
-            for lag, (bend, rows) in zip(LAGS, parts, strict=False):
+            for lag, (bend, rows) in zip(LAGS, parts, strict=True):
                 own = 6.0 - 8.0 * r**lag + 2.0 * r ** (2 * lag)
                 spread = _core(TAILS) * np.sqrt(own * sigma[rows] ** 2 + 6.0 * one.inputs[rows])
                 total += np.sum(

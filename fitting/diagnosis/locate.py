@@ -1,6 +1,6 @@
 """Where the misfit of the refitted base model is: what it goes with, in which range, in which rows."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from .explain import Explanation
 from .program import Program
 from .refit import Fit
 
-INTERNAL = ("gamma_", "ohms_", "taken")
+INTERNAL = ("gamma_", "ohms_", "taken", "slope_")
 """Beginnings of the names of drivers that reports do not use."""
 BINS = 10
 DRIVERS = 3
@@ -32,6 +32,10 @@ class Place:
     shares: dict[str, float]
     regions: list[str]
     rows: tuple[str, int, int] | None
+
+    def led_by(self, driver: str) -> "Place":
+        """The same with another driver first."""
+        return replace(self, drivers=[driver, *(d for d in self.drivers if d != driver)][:DRIVERS])
 
 
 def locate(explanation: Explanation) -> Place:

@@ -170,31 +170,43 @@ class Program:
         copy.prepare(u)
         return copy
 
+    def followed(self, here: Evaluation) -> list[courses.Hidden | None]:
+        """What hidden courses explain of every recording near an evaluation, those that the compiled program
+        finds itself, too; None where there are none."""
+        names = [f"slope_{name}" for name in kind_module(self.kind).OUTPUTS]
+        if names[0] not in here.drivers:
+            return here.hidden
+        found, pace = [], np.asarray(self.stacked.extra["wander"])
+        for k, channels in enumerate(self.channels):
+            moved = np.stack([np.nan_to_num(here.drivers[f"slope_{c.quantity}"][k]) for c in channels])
+            fraction, time = here.drivers[COURSE][k], np.asarray(self.stacked.time)[k]
+            own = courses.Course.of(0, fraction, moved, np.zeros_like(moved), float(pace[k]), time)
+            found.append(courses.Hidden.of([own], channels))
+        return found
+
     def with_noise_of(self, here: Evaluation) -> "Program":
         """The program with the noise that all recordings of an instrument show once a model is fitted."""
-        module, bare = kind_module(self.kind), [list(row) for row in self.bare]
-        follows = hasattr(module, "prepared")
+        bare, size = [list(row) for row in self.bare], self.stacked.mask.shape[1]
         groups: dict[tuple[str, bool], list[tuple[int, int, Series]]] = {}
         readings: dict[str, list[tuple[int, int]]] = {}
-        for k, recording in enumerate(self.recordings):
-            shape = len(self.channels[k]), self.stacked.mask.shape[1]
-            taken = here.hidden[k].taken().reshape(shape) if here.hidden[k] else np.zeros(shape)
+        for k, (recording, hidden) in enumerate(zip(self.recordings, self.followed(here), strict=True)):
+            shape = len(self.channels[k]), size
+            taken = hidden.taken().reshape(shape) if hidden else np.zeros(shape)
             for j, channel in enumerate(self.channels[k]):
-                quantity = channel.quantity
-                stated = recording.noise_si(quantity) or None
-                if quantity.startswith("resistance"):
+                stated = recording.noise_si(channel.quantity) or None
+                if channel.quantity.startswith("resistance") and self.hidden:
                     if stated is None:
-                        readings.setdefault(quantity, []).append((k, j))
+                        readings.setdefault(channel.quantity, []).append((k, j))
                     continue
                 block = max(1, round(len(recording) / max(channel.count, 1)))
-                one = series_of(channel, self.bare[k][j], here.predicted[k][j], stated, block, follows)
-                one = one.less(taken[j])
-                groups.setdefault((quantity, stated is None), []).append((k, j, one))
+                one = series_of(channel, self.bare[k][j], here.predicted[k][j], stated, block)
+                key = channel.quantity, stated is None
+                groups.setdefault(key, []).append((k, j, one.less(taken[j])))
         for members in groups.values():
             noise = instrument_of([one for _, _, one in members])
             for k, j, one in members if noise else ():
                 bare[k][j] = noise.told(self.bare[k][j], one)
-        for members in readings.values():  # a hidden course follows its errors
+        for members in readings.values():  # hidden courses follow their errors
             same = as_quiet([self.bare[k][j] for k, j in members])
             for (k, j), channel in zip(members, same, strict=True):
                 bare[k][j] = channel

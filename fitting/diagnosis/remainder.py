@@ -10,13 +10,15 @@ import numpy as np
 
 from .evaluation import Evaluation
 from .folds import Masks, deciding
-from .generic import RIDGE, hats
+from .generic import hats
 from .locate import Place, drivers_of
 from .program import Program
 from .refit import Fit
 
 COUNTS = (8, 16)
 """Numbers of knots that are tried."""
+RIDGE = 1e-3
+"""Weight that holds the correction near zero, of its own information."""
 
 
 @dataclass(frozen=True)

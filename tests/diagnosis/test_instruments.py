@@ -28,7 +28,7 @@ def noise(rng, correlation):
 
 def told(errors, stated=0.2, inputs=0.0):
     found = [
-        Series(e, s, np.full(len(s), inputs), stated, 1, False) for e, s in zip(errors, signals(), strict=True)
+        Series(e, s, np.full(len(s), inputs), stated, 1) for e, s in zip(errors, signals(), strict=True)
     ]
     return instrument_of(found)
 
@@ -76,7 +76,7 @@ def test_means_over_blocks_have_the_noise_of_means(rng):
 
 
 def test_too_few_rows_tell_nothing():
-    assert instrument_of([Series(np.zeros(20), np.ones(20), np.zeros(20), None, 1, False)]) is None
+    assert instrument_of([Series(np.zeros(20), np.ones(20), np.zeros(20), None, 1)]) is None
 
 
 def test_the_quietest_recording_shows_a_reading():

@@ -72,7 +72,7 @@ def predict(
         seen = course(pj.MartensiteFraction(xi0)).seen
         return jnp.stack([seen[name] for name in OUTPUTS])
 
-    xi0, told = _course(outputs, course(pj.Resistance(rows.inputs["resistance"])).rows.xi0, rows)
+    xi0, told, slope = _course(outputs, course(pj.Resistance(rows.inputs["resistance"])).rows.xi0, rows)
     found = course(pj.MartensiteFraction(xi0))
     rate = jnp.gradient(found.rows.gamma) / jnp.maximum(jnp.gradient(time), 1e-9)
     drivers = {
@@ -82,6 +82,7 @@ def predict(
         "max_strain": jax.lax.cummax(found.rows.gamma),
         "force": found.rows.force,
         "taken": told,
+        **{f"slope_{name}": by_xi0 for name, by_xi0 in zip(OUTPUTS, slope, strict=True)},
     }
     return {name: found.seen[name] for name in OUTPUTS}, drivers
 
@@ -122,7 +123,9 @@ class _Noise(eqx.Module):
         return self.diagonal * told**2, self.upper * told * jnp.roll(told, -1)
 
 
-def _course(outputs: Callable[[Array], Array], read: Array, rows: Rows) -> tuple[Array, Array]:
+def _course(
+    outputs: Callable[[Array], Array], read: Array, rows: Rows
+) -> tuple[Array, Array, Array]:
     """Martensite fraction that explains force and resistance best, as a walk, shape (rows,).
 
     Gauss-Newton from single readings of the resistance. What a row remembers counts as its own; so the course
@@ -134,7 +137,8 @@ def _course(outputs: Callable[[Array], Array], read: Array, rows: Rows) -> tuple
         rows: the recording.
 
     Returns:
-        The course, and how much of a measured value it takes up in every row, 0 to 1.
+        The course; how much of a measured value it takes up in every row, 0 to 1; and the derivative of force
+        and resistance by the fraction of the same row, (2, rows).
     """
     frozen = lambda xi0: jax.lax.stop_gradient(jax.jvp(outputs, (xi0,), (jnp.ones_like(xi0),)))  # noqa: E731
     noise = [_Noise.of(rows, name) for name in OUTPUTS]
@@ -166,4 +170,4 @@ def _course(outputs: Callable[[Array], Array], read: Array, rows: Rows) -> tuple
     information, diagonal, upper = system(slope)
     inside = (settled > 0.0) & (settled < 1.0)
     taken = jnp.where(inside, jnp.clip(information * variances(diagonal, upper), 0.0, 1.0), 0.0)
-    return better(settled, outputs(settled), slope), taken
+    return better(settled, outputs(settled), slope), taken, slope
