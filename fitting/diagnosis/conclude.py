@@ -41,6 +41,9 @@ HELPS = 0.5
 FAINT = 1.4
 """Reduced chi-square up to which a misfit that no effect explains, and no nameless correction either, is not
 held against the model."""
+SURE = 3.5
+"""Standard deviations of a reduced chi-square over 1 from which the same, where the noise is stated and no
+chance makes a signature as strong."""
 NAMELESS = 12.0
 """Log Bayes factor of a nameless correction from which a misfit that no effect explains is one."""
 GROSS = 4.0
@@ -113,14 +116,11 @@ def conclude(explanation: Explanation) -> Conclusion:
     last = [reduced(program, explanation.final, mask) for mask in masks]
     floors = [floor(program, explanation.final, mask) for mask in masks]
     named = bool(explanation.final.slugs)
-    significant = explanation.p_value <= LEVEL
-    if min(base) > GROSS and not significant:
+    if min(base) > GROSS and explanation.p_value > LEVEL:
         explanation.p_value = _tail(program, base[0])
-        significant = explanation.p_value <= LEVEL
-    mismatch = named or (significant and (min(base) > FAINT or max(base) > GROSS))
     generic = race(program, explanation.base)
-    mismatch |= generic is not None and generic.bayes > NAMELESS
-    limits = [1.0 + max(LEFT, SIGNIFICANT * np.sqrt(2.0 / program.observations(mask))) for mask in masks]
+    mismatch = named or _misfits(explanation, base, generic)
+    limits = [1.0 + max(LEFT, SIGNIFICANT * _spread(program, mask)) for mask in masks]
     unknown = _unknown(base, last, floors, limits) if mismatch else 0.0
     if named:
         unknown = max(unknown, _refuted(explanation, generic))
@@ -162,10 +162,33 @@ def conclude(explanation: Explanation) -> Conclusion:
     )
 
 
+def _misfits(explanation: Explanation, base: list[float], generic: Generic | None) -> bool:
+    """Whether recordings contradict the base model although no effect explains it.
+
+    Args:
+        explanation: of the campaign.
+        base: reduced chi-square of the base model, of what was fitted and of what scores.
+        generic: the best nameless correction.
+    """
+    program = explanation.program
+    if generic is not None and generic.bayes > NAMELESS:
+        return True
+    if explanation.p_value > LEVEL:
+        return False
+    sure = explanation.p_is_bound and program.noise_stated
+    chance = 1.0 + SURE * _spread(program, program.fitted)
+    return min(base) > FAINT or max(base) > GROSS or (sure and base[0] > chance)
+
+
 def _tail(program: Program, reduced_chi2: float) -> float:
     """Probability of a chi-square of the fitted recordings as large as this by chance."""
     count = program.observations(program.fitted)
     return float(chi2.sf(reduced_chi2 * count, count))
+
+
+def _spread(program: Program, chosen: np.ndarray) -> float:
+    """Standard deviation of the reduced chi-square of some recordings by chance."""
+    return float(np.sqrt(2.0 / max(program.observations(chosen), 1)))
 
 
 def _described(

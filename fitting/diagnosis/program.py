@@ -141,6 +141,12 @@ class Program:
         return self.fitted if self.fitted.all() else ~self.fitted
 
     @property
+    def noise_stated(self) -> bool:
+        """Whether somebody states the noise of every output that is fitted."""
+        fitted = zip(self.recordings, self.channels, self.fitted, strict=True)
+        return all(r.noise_si(c.quantity) for r, channels, chosen in fitted if chosen for c in channels)
+
+    @property
     def hidden(self) -> bool:
         """Whether there are hidden courses, which `prepare` looks for."""
         return self.pace.shape[1] > 0 or hasattr(kind_module(self.kind), "prepared")

@@ -1,0 +1,55 @@
+"""A correction without a name: found where physics is missing, not where an instrument drifts."""
+
+import numpy as np
+import pytest
+from diagnosis_coupons import NOISE, curve, write
+
+from fitting.diagnosis.conclude import NAMELESS
+from fitting.diagnosis.generic import race
+from fitting.diagnosis.program import Program
+from fitting.diagnosis.trials import reduced, settled_fit
+from fitting.recordings import read_campaign
+
+
+def raced(folder, law):
+    program, base = settled_fit(Program.of(read_campaign(write(folder, law)), "elastomer"))
+    return race(program, base), reduced(program, base, program.fitted)
+
+
+def drifting(strain):
+    """Drift of half the noise, another in every recording, which first-order noise of a long memory makes."""
+    rng = np.random.default_rng(int(1e6 * strain.sum()) + 1)
+    value, found = rng.normal(), []
+    for _ in strain:
+        value = 0.97 * value + np.sqrt(1.0 - 0.97**2) * rng.normal()
+        found.append(value)
+    return 1.02 * curve(strain) + 0.5 * NOISE * np.array(found)
+
+
+def test_a_small_ripple_is_found_with_what_it_goes_with(tmp_path):
+    """Its root mean square is less than that of the noise: no reduced chi-square shows it."""
+    found, left = raced(tmp_path / "c", lambda e: 1.02 * curve(e) + NOISE * np.sin(28.0 * e))
+    assert left < 1.7
+    assert found.bayes > NAMELESS
+    assert (found.quantity, found.driver) == ("stress", "strain")
+    assert found.left_out < left
+
+
+@pytest.mark.parametrize("law", [lambda e: 1.02 * curve(e), drifting])
+def test_noise_and_drift_are_no_physics(tmp_path, law):
+    found, _ = raced(tmp_path / "c", law)
+    assert found.bayes < 0.5 * NAMELESS
+
+
+def test_a_chi_square_beyond_chance_contradicts_the_model_only_with_a_signature_and_a_stated_noise():
+    from types import SimpleNamespace
+
+    from fitting.diagnosis.conclude import _misfits
+
+    def verdict(bound, stated):
+        program = SimpleNamespace(noise_stated=stated, fitted=np.ones(2, bool), observations=lambda chosen: 500)
+        explanation = SimpleNamespace(program=program, p_value=0.001, p_is_bound=bound)
+        return _misfits(explanation, [1.3, 1.0], None)
+
+    assert verdict(True, True)
+    assert not verdict(False, True) and not verdict(True, False)
