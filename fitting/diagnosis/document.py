@@ -68,13 +68,14 @@ def report_of(conclusion: Conclusion) -> dict:
 
 
 def _generic(conclusion: Conclusion) -> dict | None:
-    """The smooth correction that named effects were raced against, on fitted recordings left out in turn."""
+    """The smooth correction that named effects were raced against."""
     generic = conclusion.generic
     if generic is None:
         return None
     return {
         "quantity": generic.quantity,
         "driver": generic.driver,
+        "log_bayes_factor": _finite(generic.bayes),
         "reduced_chi2_left_out": _finite(generic.left_out),
     }
 
