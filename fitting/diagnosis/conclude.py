@@ -31,7 +31,7 @@ LEAST_WEIGHT = 0.02
 """Probability from which an explanation takes part in averaged predictions."""
 NOTHING_LEFT = 0.05
 """Share of the misfit that a right explanation may leave."""
-MUCH_LEFT = 0.35, 0.6
+MUCH_LEFT = 0.5, 0.6
 """Share from which what is left is called something else: of what was fitted, and of what was not."""
 LEFT, SIGNIFICANT = 0.15, 3.0
 """Excess of a reduced chi-square over 1 that counts as left over: this much, and as many of its standard

@@ -24,10 +24,10 @@ DEPENDENT = 4.0
 """Second differences that say as much as an independent one."""
 TAILS = 4.0
 """Degrees of freedom of Student's t that corners of a course are allowed for by."""
-TOLD = 0.1
-"""Relative standard deviation of a stated noise."""
 DECISIVE = 4.0
 """Log-likelihood that growth and correlation must each gain to be believed."""
+LEAST_FLOOR, MOST_CORRELATION = 0.04, 0.9
+"""Part of the usual 1-sigma that noise without a signal has at least; largest correlation of samples."""
 LEAST_FLOOR, MOST_CORRELATION = 0.04, 0.9
 """Part of the usual 1-sigma that noise without a signal has at least; largest correlation of samples."""
 BELIEVED, LARGEST = 0.4, 1.0
@@ -152,12 +152,10 @@ def instrument_of(series: Sequence[Series]) -> Instrument | None:
                 total += np.sum(
                     np.log(spread) + 0.5 * (TAILS + 1.0) * np.log1p((bend / spread) ** 2 / TAILS)
                 )
-        return float(total / DEPENDENT + (0.5 * (scale / TOLD) ** 2 if stated else 0.0))
+        return float(total / DEPENDENT)
 
-    scale, fall, correlation = _chosen(cost, (0,))
-    if stated:
-        scale = min(scale, LARGEST) if scale > BELIEVED else 0.0
-        _, fall, correlation = _chosen(lambda _, *rest: cost(scale, *rest), ())
+    # a stated size is believed: fast physics would pass for noise
+    scale, fall, correlation = _chosen(cost, () if stated else (0,))
     return Instrument(unit * float(np.exp(scale)), float(-np.expm1(-2.0 * fall)), level, float(correlation))
 
 

@@ -52,8 +52,9 @@ def test_the_course_is_that_of_generalised_least_squares():
     rng = np.random.default_rng(2)
     rows, sigma = _rows(rng)
     slopes = rng.uniform(0.8, 1.2, (2, COUNT))
-    course, taken = _course(lambda x: jnp.asarray(slopes) * x, jnp.full(COUNT, 0.5), rows)
+    course, taken, slope = _course(lambda x: jnp.asarray(slopes) * x, jnp.full(COUNT, 0.5), rows)
     assert course == pytest.approx(_dense(rows, sigma, slopes, (0.6, 0.0)), abs=1e-5)
+    assert slope == pytest.approx(np.asarray(slopes), rel=1e-9)
     assert np.all((np.asarray(taken) > 0.0) & (np.asarray(taken) <= 1.0))
 
 
@@ -75,7 +76,7 @@ def test_a_resistance_beyond_the_law_is_left_over_where_force_knows_the_phase():
     """What stalled fits: a resistance just below the hot wire's stood for no martensite at all."""
     rows, _ = _rows(np.random.default_rng(4), correlation=(0.0, 0.0))
     rows.measured = {"force": jnp.full(COUNT, 0.35), "resistance": jnp.full(COUNT, -0.05)}
-    course, _ = _course(lambda x: jnp.stack([x, x**7]), jnp.zeros(COUNT), rows)
+    course, *_ = _course(lambda x: jnp.stack([x, x**7]), jnp.zeros(COUNT), rows)
     assert course == pytest.approx(np.full(COUNT, 0.35), abs=0.02)
 
 
