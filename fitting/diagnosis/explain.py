@@ -19,6 +19,8 @@ from .trials import Trial, floor, inflation_of, reduced, settled_fit, trials_of
 MOST_EFFECTS = 3
 POLISHING = 40
 """Most trial steps of a model that was chosen."""
+RIVALS = 3
+"""Rivals of an effect that are tried in its place once another one is there."""
 LEVEL = 0.01
 """P-value below which something is missing."""
 SECOND_LOOK = 0.005
@@ -190,6 +192,9 @@ def _search(
         stage.chosen = best.slug
         current = _polished(program, best.fit)
         if len(current.slugs) > 1:
+            progress("trying rivals of what was found before")
+            current, fits = _exchanged(program, current, first.stages)
+            first.tries += fits
             current = _pruned(program, current)
         if len(current.slugs) >= MOST_EFFECTS or not _much_left(program, current, base):
             break
@@ -246,6 +251,44 @@ def _polished(program: Program, fit: Fit) -> Fit:
     home[program.unknowns.base] = 0.0
     options = [Refitter(program).fit(fit.slugs, u, POLISHING) for u in (fit.u, home)]
     return min([fit, *options], key=lambda f: f.objective)
+
+
+def _exchanged(program: Program, fit: Fit, stages: list[Stage]) -> tuple[Fit, int]:
+    """The model with an earlier effect exchanged for a rival that fits clearly better beside the others:
+    alone, an effect may have stood for two.
+
+    The stage in which the effect was found is told anew: what it and its rivals are worth beside the others.
+
+    Returns:
+        The better model, and how many fits were made.
+    """
+    fits = 0
+    for slug in fit.slugs[:-1]:
+        stage = next(s for s in stages if s.chosen == slug)
+        rivals = [t for t in stage.trials if t.slug not in fit.slugs and t.bayes > CERTAIN][:RIVALS]
+        own = program.unknowns.of([slug])
+        found = {slug: fit}
+        for rival in rivals:
+            start, new = fit.u.copy(), program.unknowns.of([rival.slug])
+            start[own], start[new] = program.unknowns.neutral[own], rival.fit.u[new]
+            slugs = tuple(rival.slug if s == slug else s for s in fit.slugs)
+            found[rival.slug] = Refitter(program).fit(slugs, start, POLISHING)
+            fits += 1
+        best = min(found, key=lambda name: found[name].objective)
+        inflation = inflation_of(program, found[best])
+        if (fit.objective - found[best].objective) / inflation > CERTAIN:
+            entered = stage.entered
+            stage.trials = sorted(
+                (
+                    replace(t, fit=found[t.slug], bayes=entered.bayes + gain, left_out=entered.left_out)
+                    for t in stage.trials
+                    if t.slug in found
+                    for gain in [(fit.objective - found[t.slug].objective) / inflation]
+                ),
+                key=lambda t: -t.bayes,
+            )
+            stage.chosen, fit = best, found[best]
+    return fit, fits
 
 
 def _pruned(program: Program, fit: Fit) -> Fit:
