@@ -49,7 +49,7 @@ noise would let it."""
 CLOSE = 4.0
 """Log Bayes factor within which two explanations are not told apart."""
 BEHIND = 0.1
-"""Share of the best log Bayes factor by which a further effect may be behind it: if left-out recordings refute
+"""Share of the best log Bayes factor by which a further effect may be behind: if left-out recordings refute
 what explains the fitted ones best, what explains them much worse is no better a guess."""
 ENOUGH = 1.25
 """Reduced chi-square at which nothing is left to explain."""
