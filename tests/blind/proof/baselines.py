@@ -17,6 +17,7 @@ from scipy.stats import chi2
 
 from fitting.diagnosis.program import Program
 from fitting.diagnosis.refit import Refitter
+from fitting.diagnosis.trials import settled_fit
 from fitting.models.registry import kind_of
 from fitting.recordings import read_campaign
 from pneusma_jax import enable_float64
@@ -53,7 +54,7 @@ def answers(folder, report, seed):
     program = Program.of(campaign, kind_of(campaign))
     if report.get("fit", {}).get("how", VALIDATION) != VALIDATION:  # the tool, too, scored recordings left out in turn
         program.fitted = np.ones_like(program.fitted)
-    base = _base(program)
+    program, base = settled_fit(program)  # noise and hidden courses as the tool has them
     folds = [(fold, _refitted(program, base, fold)) for fold in _folds(program)]
     left = held_out(program, [(f, fit.evaluation.misfit) for f, fit in folds])
     drivers = report.get("where", {}).get("drivers", [])
@@ -72,14 +73,6 @@ def answers(folder, report, seed):
             found[name] = {"error": f"{type(problem).__name__}: {problem}"}
         found[name]["seconds"] = round(time.perf_counter() - start, 2)
     return found
-
-
-def _base(program):
-    fit = Refitter(program).fit(())
-    if program.hidden:
-        program.prepare(fit.u)
-        fit = Refitter(program).fit((), fit.u)
-    return fit
 
 
 def _folds(program):
