@@ -284,15 +284,17 @@ def _exchanged(program: Program, fit: Fit, stages: list[Stage]) -> tuple[Fit, in
         inflation = inflation_of(program, found[best])
         if (fit.objective - found[best].objective) / inflation > CERTAIN:
             entered = stage.entered
-            stage.trials = sorted(
-                (
-                    replace(t, fit=found[t.slug], bayes=entered.bayes + gain, left_out=entered.left_out)
-                    for t in stage.trials
-                    if t.slug in found
-                    for gain in [(fit.objective - found[t.slug].objective) / inflation]
-                ),
-                key=lambda t: -t.bayes,
-            )
+            stage.trials = [
+                replace(
+                    trial,
+                    fit=found[trial.slug],
+                    bayes=entered.bayes + (fit.objective - found[trial.slug].objective) / inflation,
+                    left_out=entered.left_out,
+                )
+                for trial in stage.trials
+                if trial.slug in found
+            ]
+            stage.trials.sort(key=lambda trial: -trial.bayes)
             stage.chosen, fit = best, found[best]
     return fit, fits
 

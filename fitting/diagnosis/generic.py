@@ -6,9 +6,9 @@ driver, output and fold, and its evidence is a closed form. Slow drift of every 
 with it: what an instrument's drift explains as well is no physics.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -18,6 +18,7 @@ from fitting.models.channels import Channel
 from .evaluation import Evaluation
 from .folds import deciding
 from .locate import drivers_of
+from .noise import lasting
 from .program import Program
 from .refit import Fit
 
@@ -84,7 +85,9 @@ def race(program: Program, base: Fit) -> Generic | None:
         total += float(test @ _best(nominal, A, drift, columns, fitted * (1.0 - test)).rest ** 2)
     best = _best(nominal, A, drift, columns, fitted)
     count = max(program.observations(program.fitted), 1)
-    bayes = best.bayes / _inflation(best.rest * fitted, sizes, count) - np.log(len(columns) * len(SMOOTH))
+    rest = best.rest * fitted
+    inflation = max(1.0, float(rest @ rest) / count) * lasting(np.split(rest, np.cumsum(sizes)[:-1]))
+    bayes = best.bayes / inflation - np.log(len(columns) * len(SMOOTH))
     return Generic(*best.name, float(bayes), total / count)
 
 
@@ -118,7 +121,7 @@ def _best(
             M = BW @ B - across @ G @ across.T
             v = BW @ nominal - across @ G @ told
             for smooth in SMOOTH:
-                L = _covariance(B.shape[1], smooth)
+                L = _factor(B.shape[1], smooth)
                 values, vectors = np.linalg.eigh(L.T @ M @ L)
                 gain = np.maximum(values, 0.0) * SIZES[:, None] ** 2
                 seen = (vectors.T @ (L.T @ v)) ** 2 * SIZES[:, None] ** 2
@@ -133,20 +136,11 @@ def _best(
     return _Best(name, float(highest - without), nominal - N @ x)
 
 
-def _covariance(count: int, smooth: float) -> np.ndarray:
+@cache
+def _factor(count: int, smooth: float) -> np.ndarray:
     """Lower factor of the prior covariance of a correction's values at its knots."""
     apart = np.arange(count)[:, None] - np.arange(count)
     return np.linalg.cholesky(np.exp(-0.5 * (apart / smooth) ** 2) + 1e-6 * np.eye(count))
-
-
-def _inflation(rest: np.ndarray, sizes: Sequence[int], count: int) -> float:
-    """Factor on variances by what is left and by its serial correlation."""
-    above = below = 0.0
-    for r in np.split(rest, np.cumsum(sizes)[:-1]):
-        r = r[r != 0.0]
-        above, below = above + float(r[1:] @ r[:-1]), below + float(r @ r)
-    correlation = np.clip(above / max(below, 1e-12), 0.0, 0.9)
-    return max(1.0, below / count) * float((1.0 + correlation) / (1.0 - correlation))
 
 
 def knots_of(values: np.ndarray) -> np.ndarray | None:
@@ -178,30 +172,30 @@ def _columns(
         outputs = [name for name in outputs if not name.startswith("resistance")]
     drivers, found, drift = drivers_of(program, base), {}, []
 
-    def seen(k: int, quantity: str, columns: Callable[[int, int], np.ndarray]) -> np.ndarray:
-        """Columns of one recording, by number of its channel, as they add to one output."""
-        parts = [columns(k, j) for j in range(len(program.channels[k]))]
-        own = [float(channel.quantity == quantity) for channel in program.channels[k]]
-        added = np.concatenate([part * one for part, one in zip(parts, own, strict=True)], axis=1)
-        return (followed[k].projected(added)[0] if followed[k] else added).T
+    def seen(quantity: str, count: int, columns: Callable[[int, int], np.ndarray]) -> list[np.ndarray]:
+        """Columns by number of recording and channel, as they add to one output, by recording."""
+        parts = []
+        for k, channels in enumerate(program.channels):
+            own = [
+                columns(k, j) if c.quantity == quantity else np.zeros((count, len(c.measured)))
+                for j, c in enumerate(channels)
+            ]
+            added = np.concatenate(own, axis=1)
+            parts.append((followed[k].projected(added)[0] if followed[k] else added).T)
+        return parts
 
-    every = range(len(program.channels))
     bent = {name: knots_of(values[program.fitted]) for name, values in drivers.items()}
     for name, knots in bent.items():
         if knots is not None:
-            columns = partial(_bumps, program, drivers[name], knots)
+            columns = partial(hats, program, driver=drivers[name], knots=knots)
             for quantity in outputs:
-                whole = np.concatenate([seen(k, quantity, columns) for k in every])
+                whole = np.concatenate(seen(quantity, len(knots), columns))
                 size = np.sqrt(np.sum(whole**2) / max(np.count_nonzero(whole.any(axis=1)), 1))
                 if size > 0.0:
                     found[quantity, name] = whole / size
     for quantity in outputs:
-        drift.append([seen(k, quantity, lambda k, j: _slow(program.channels[k][j])) for k in every])
+        drift.append(seen(quantity, SLOW, lambda k, j: _slow(program.channels[k][j])))
     return found, np.concatenate([block_diag(*parts) for parts in drift], axis=1)
-
-
-def _bumps(program: Program, driver: np.ndarray, knots: np.ndarray, k: int, j: int) -> np.ndarray:
-    return hats(program, k, j, driver, knots)
 
 
 def _slow(channel: Channel) -> np.ndarray:

@@ -28,10 +28,6 @@ DECISIVE = 4.0
 """Log-likelihood that growth and correlation must each gain to be believed."""
 LEAST_FLOOR, MOST_CORRELATION = 0.04, 0.9
 """Part of the usual 1-sigma that noise without a signal has at least; largest correlation of samples."""
-LEAST_FLOOR, MOST_CORRELATION = 0.04, 0.9
-"""Part of the usual 1-sigma that noise without a signal has at least; largest correlation of samples."""
-BELIEVED, LARGEST = 0.4, 1.0
-"""Logarithms of factors on a stated noise: the one below which it is believed, and the largest."""
 LUCK = 1.12
 """What the quietest of a few recordings looks too quiet by."""
 TAKEN = 0.2

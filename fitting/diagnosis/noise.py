@@ -1,6 +1,8 @@
 """What the instruments add to a recording: size and serial correlation of every channel, and how to whiten
 it."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from fitting.characterise.noise import robust_noise
@@ -96,3 +98,18 @@ def block_noise(sigma: float, correlation: float, block: int) -> tuple[float, fl
     variance = (block + 2.0 * np.sum((block - lags) * correlation**lags)) / block**2
     ladder = np.sum(correlation ** np.arange(block))
     return sigma * float(np.sqrt(variance)), float(correlation * ladder**2 / block**2 / variance)
+
+
+def lasting(pieces: Iterable[np.ndarray]) -> float:
+    """Factor on variances by the serial correlation that whitened misfits still have.
+
+    Args:
+        pieces: misfits of every recording in their order; those that are exactly 0 do not count.
+    """
+    above, below = 0.0, 1e-12
+    for r in pieces:
+        r = r[r != 0.0]
+        above += float(np.sum(r[1:] * r[:-1]))
+        below += float(np.sum(r * r))
+    rho = np.clip(above / below, 0.0, 0.9)
+    return float((1.0 + rho) / (1.0 - rho))

@@ -27,7 +27,6 @@ from pneusma_jax.errors import InputError
 from . import courses
 from .evaluation import COURSE, Evaluation, Raw, courses_of, with_courses
 from .inputs import input_noise, shifted, with_input_noise
-from .instruments import Series, as_quiet, instrument_of, series_of
 from .noise import channels_of
 from .unknowns import Unknowns
 
@@ -189,36 +188,6 @@ class Program:
             own = courses.Course.of(0, fraction, moved, np.zeros_like(moved), float(pace[k]), time)
             found.append(courses.Hidden.of([own], channels))
         return found
-
-    def with_noise_of(self, here: Evaluation) -> "Program":
-        """The program with the noise that all recordings of an instrument show once a model is fitted."""
-        bare, size = [list(row) for row in self.bare], self.stacked.mask.shape[1]
-        groups: dict[tuple[str, bool], list[tuple[int, int, Series]]] = {}
-        readings: dict[str, list[tuple[int, int]]] = {}
-        for k, (recording, hidden) in enumerate(zip(self.recordings, self.followed(here), strict=True)):
-            shape = len(self.channels[k]), size
-            taken = hidden.taken().reshape(shape) if hidden else np.zeros(shape)
-            for j, channel in enumerate(self.channels[k]):
-                stated = recording.noise_si(channel.quantity) or None
-                if channel.quantity.startswith("resistance") and self.hidden:
-                    if stated is None:
-                        readings.setdefault(channel.quantity, []).append((k, j))
-                    continue
-                block = max(1, round(len(recording) / max(channel.count, 1)))
-                one = series_of(channel, self.bare[k][j], here.predicted[k][j], stated, block)
-                key = channel.quantity, stated is None
-                groups.setdefault(key, []).append((k, j, one.less(taken[j])))
-        for members in groups.values():
-            noise = instrument_of([one for _, _, one in members])
-            for k, j, one in members if noise else ():
-                bare[k][j] = noise.told(self.bare[k][j], one)
-        for members in readings.values():  # hidden courses follow their errors
-            same = as_quiet([self.bare[k][j] for k, j in members])
-            for (k, j), channel in zip(members, same, strict=True):
-                bare[k][j] = channel
-        copy = replace(self, bare=bare)
-        copy.count_input_noise(here.u)
-        return copy
 
     def count_input_noise(self, u: np.ndarray) -> None:
         """Add what the noise of measured inputs does to the outputs, as the model at `u` has it."""

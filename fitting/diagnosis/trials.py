@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .campaign_noise import with_noise_of
+from .noise import lasting
 from .program import Program
 from .refit import SHAPE_SD, Fit, Refitter
 from .screen import Score, Screen
@@ -79,7 +81,7 @@ def settled_fit(program: Program, start: np.ndarray | None = None) -> tuple[Prog
     """The base model refitted, and the program with the noise and the hidden courses that it shows."""
     fit = Refitter(program).fit((), start)
     for _ in range(SETTLING):
-        program = program.with_noise_of(fit.evaluation).prepared(fit.u)
+        program = with_noise_of(program, fit.evaluation).prepared(fit.u)
         if program.pace.shape[1]:
             program.count_input_noise(fit.u)
         fit = Refitter(program).fit((), fit.u)
@@ -157,7 +159,7 @@ def _starts(unknowns: Unknowns, score: Score) -> list[np.ndarray]:
 def inflation_of(program: Program, fit: Fit) -> float:
     """Factor on variances by what a model leaves and by the serial correlation of its residuals."""
     left = 2.0 * fit.objective / max(program.observations(program.fitted), 1)
-    return max(1.0, left) * _correlation(program, fit)
+    return max(1.0, left) * lasting(fit.evaluation.misfit[k] for k in np.flatnonzero(program.fitted))
 
 
 def _weigh(program: Program, current: Fit, trials: list[Trial]) -> None:
@@ -179,15 +181,3 @@ def _occam(program: Program, current: Fit, trial: Trial) -> float:
         width = SHAPE_SD * np.sqrt(2.0 * np.pi) if item.shape else item.high - item.low
         total += 0.5 * np.log(2.0 * np.pi) - np.log(width)
     return min(total, 0.0)
-
-
-def _correlation(program: Program, fit: Fit) -> float:
-    """Serial correlation that the best model's whitened residuals still have, as a factor on variances."""
-    above, below = 0.0, 1e-12
-    for k in np.flatnonzero(program.fitted):
-        r = fit.evaluation.misfit[k]
-        r = r[r != 0.0]
-        above += float(np.sum(r[1:] * r[:-1]))
-        below += float(np.sum(r * r))
-    rho = np.clip(above / below, 0.0, 0.9)
-    return float((1.0 + rho) / (1.0 - rho))

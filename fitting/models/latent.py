@@ -17,7 +17,9 @@ from jax.lax.linalg import tridiagonal_solve
 from jaxtyping import Array, Float, Int, PyTree
 
 ROUNDS = 10
-"""Gauss-Newton steps from the readings of single samples."""
+"""Most Gauss-Newton steps from the readings of single samples."""
+SETTLED = 2e-3
+"""Change of the state in a step, of rows that are measured, at which they end; one more is made."""
 CONJUGATE = 16
 """Most steps of conjugate gradients in each of them."""
 CLOSE = 1e-3
@@ -125,17 +127,23 @@ def profile(
         walk: how the state may move.
         start: first trial of the state, shape (rows,).
     """
-    frozen = jax.lax.stop_gradient(model)
+    frozen, told = jax.lax.stop_gradient(model), jnp.any(weight > 0.0, axis=0)
 
-    def round_(_: int, state: Array) -> Array:
-        return state + jnp.clip(step(frozen, state), -LONGEST, LONGEST)
+    def round_(carry: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+        state, _, count = carry
+        moved = jnp.clip(step(frozen, state), -LONGEST, LONGEST)
+        return state + moved, jnp.max(jnp.abs(moved), where=told, initial=0.0), count + 1
+
+    def unfinished(carry: tuple[Array, Array, Array]) -> Array:
+        return (carry[1] > SETTLED) & (carry[2] < ROUNDS)
 
     def step(model: PyTree, state: Array) -> Array:
         local = outputs(model, state)
         pull = local.back(weight**2 * (local.predicted - measured)) + walk.gradient(state)
         return -solve(jax.lax.stop_gradient(local), weight, walk, state, pull)
 
-    settled = jax.lax.fori_loop(0, ROUNDS, round_, jax.lax.stop_gradient(start))
+    first = (jax.lax.stop_gradient(start), jnp.asarray(jnp.inf), jnp.asarray(0))
+    settled = jax.lax.while_loop(unfinished, round_, first)[0]
     return settled + step(model, settled)
 
 

@@ -143,12 +143,15 @@ class Decisions(eqx.Module):
         hottest: row whose martensite fraction is the smallest since then; -1 for none.
         hotter: this row is hotter than that one.
         loading: the wire is on the detwinning branch, not on the elastic one.
+        course: martensite fraction that this was decided on; the search for that of other parameters begins
+            there.
     """
 
     origin: Int[Array, " rows"]
     hottest: Int[Array, " rows"]
     hotter: Bool[Array, " rows"]
     loading: Bool[Array, " rows"]
+    course: Float[Array, " rows"]
 
 
 class _Law(eqx.Module):
@@ -243,7 +246,7 @@ class _Law(eqx.Module):
         states, (origin, hottest) = self.by_rule(gamma, xi0, slack, margin)
         gamma_R = alloy.residual_strain(states, xi0)
         loading = on_detwinning_branch(alloy.modulus(xi0), alloy.detwinning_stress(gamma, xi0), gamma_R)
-        return Decisions(origin, hottest, xi0 < states.xi_min + slack, loading)
+        return Decisions(origin, hottest, xi0 < states.xi_min + slack, loading, xi0)
 
 
 def _outputs(law: _Law, xi0: Array) -> latent.Local:
@@ -262,8 +265,11 @@ def _walk(rows: Rows) -> latent.Walk:
     return latent.Walk.over(rows.time, rows.mask & free, extra["wander"], extra["level"], level_sd)
 
 
-def _readings(law: _Law, rows: Rows) -> Array:
-    """First trial: the fraction that each smoothed resistance stands for, or the level where it is held."""
+def _first_trial(law: _Law, rows: Rows) -> Array:
+    """The course that was decided on, the fraction that each smoothed resistance stands for where none was,
+    or the level where it is held."""
+    if law.decisions is not None:
+        return law.decisions.course
     gamma = law.spring.shear_strain(rows.inputs["elongation"])
     rho = rows.inputs["resistance"] / law.spring.geometry.wire_length
     read = law.spring.alloy.martensite_fraction(rho, gamma).xi0
@@ -281,7 +287,7 @@ def trajectory(values: Mapping[str, Array], rows: Rows) -> Trajectory:
     law = _law(values, rows)
     measured = jnp.stack([rows.measured[name] for name in OUTPUTS])
     weight = jnp.stack([rows.weight["force"] * rows.extra["force_informs"], rows.weight["resistance"]])
-    course = latent.profile(_outputs, law, measured, weight, _walk(rows), _readings(law, rows))
+    course = latent.profile(_outputs, law, measured, weight, _walk(rows), _first_trial(law, rows))
     return law.follow(jnp.where(rows.extra["level_sd"] > 0.0, course, rows.extra["level"]))
 
 
@@ -321,12 +327,15 @@ def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
         if before is not None:
             every = jax.tree.map(lambda old, new: jnp.concatenate([old[None], new]), before, every)
 
-        def misfit(decisions: Decisions) -> Array:
-            with_them = eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, "decisions": decisions})
-            return jnp.sum(residual(values, with_them) ** 2)
+        def told(decisions: Decisions) -> Rows:
+            return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, "decisions": decisions})
 
-        found_best = jnp.argmin(jax.lax.map(misfit, every))
-        return jax.tree.map(lambda x: x[found_best], every)
+        def misfit(decisions: Decisions) -> Array:
+            return jnp.sum(residual(values, told(decisions)) ** 2)
+
+        least = jnp.argmin(jax.lax.map(misfit, every))
+        best = jax.tree.map(lambda x: x[least], every)
+        return eqx.tree_at(lambda d: d.course, best, trajectory(values, told(best)).xi0)
 
     before = stacked.extra.get("decisions")
     first = jax.vmap(lambda rows: decide(rows, None))
