@@ -1,7 +1,7 @@
 """Recovery over many simulated campaigns: bias, coverage of 90 % intervals, simulation-based calibration.
 
     python benchmarks/recovery.py spring|spring_open|tube|wire|actuator [--campaigns 100] [--minutes 15]
-                                  [--posterior] [--file FILE]
+                                  [--posterior [--steps 20000]] [--seeds FIRST] [--file FILE]
 
 `spring_open` leaves the whole alloy open (`alloy = "fit"`), its truth drawn from the priors of a nitinol that
 nobody has characterised.
@@ -9,7 +9,9 @@ nobody has characterised.
 Every campaign's truth is drawn from the very priors that its fit uses (the tolerances in its sidecars; those
 of wires are only tolerances of the simulation, narrower than the table's priors), so the ranks of the truths
 in the posteriors are uniform if all is right (Talts et al., arXiv:1804.06788). With `--posterior` emcee runs
-too; without it ranks and intervals are those of the fit's Gaussian (Laplace). Finished campaigns are
+too; without it ranks and intervals are those of the fit's Gaussian (Laplace). Fewer `--steps` than a quotable
+posterior needs serve here, where a chain only places the truth: chains count from 400 effective samples and
+R-hat below 1.05. Finished campaigns are
 kept in the file, so an interrupted run goes on; a partial count is reported with its own 95 % interval.
 """
 
@@ -27,6 +29,8 @@ from posterior_coverage import LEVEL, clopper_pearson
 
 BINS = 10
 FIRST_SEED = 1000
+FEWEST, MOST_R_HAT = 400, 1.05
+"""Effective samples, and R-hat, from and to which a chain counts."""
 WISHES = {
     "spring": {"interval_s": 2.0},
     "spring_open": {"interval_s": 2.0, "spread": "prior"},
@@ -59,8 +63,11 @@ def truths(record: dict, names: list[str]) -> dict[str, float]:
     return found
 
 
-def one_campaign(kind: str, seed: int, posterior: bool) -> dict:
-    """Simulate and fit one campaign; for each parameter its error and the truth's place in the posterior."""
+def one_campaign(kind: str, seed: int, steps: int) -> dict:
+    """Simulate and fit one campaign; for each parameter its error and the truth's place in the posterior.
+
+    With `steps` of emcee at most; with none there is only the fit.
+    """
     from scipy.stats import norm
 
     from fitting.characterise import characterise
@@ -71,23 +78,30 @@ def one_campaign(kind: str, seed: int, posterior: bool) -> dict:
         write_synthetic(synthesise(KINDS.get(kind, kind), seed=seed, **WISHES[kind]), Path(folder) / "made")
         record = json.loads((Path(folder) / "made" / "truth.json").read_text())
         fit = characterise(Path(folder) / "made", **OPTIONS.get(kind, {}))
-    entry = {"seed": seed, "z": {}, "laplace": {}, "emcee": {}, "seconds": 0.0, "converged": True}
+    entry = {"seed": seed, "z": {}, "laplace": {}, "emcee": {}, "seconds": 0.0}
     real = truths(record, list(fit.parameters))
     for name, truth in real.items():
         e = fit.parameters[name]
         entry["z"][name] = float((e.value - truth) / e.sd)
         entry["laplace"][name] = float(norm.cdf((truth - e.value) / e.sd))
-    if posterior:
+    if steps:
         from pneusma_jax.units import to_si
 
-        sampled = fit.posterior(seed=seed, ensembles=2, max_steps=20000, progress=False)
+        sampled = fit.posterior(seed=seed, ensembles=2, max_steps=steps, progress=False)
+        state = sampled.posterior.convergence
         entry["converged"] = bool(sampled.converged)
+        entry["effective"], entry["r_hat"] = float(np.min(state.effective)), float(np.max(state.r_hat))
         for name, truth in real.items():
             unit = fit.parameters[name].unit
             draws = np.asarray(sampled.posterior.draws[name])
             entry["emcee"][name] = float(np.mean(draws < to_si(truth, unit, unit == "K")))
     entry["seconds"] = time.perf_counter() - began
     return entry
+
+
+def _enough(entry: dict) -> bool:
+    """Whether a chain can place the truth."""
+    return entry["effective"] >= FEWEST and entry["r_hat"] < MOST_R_HAT
 
 
 def report(kind: str, done: list[dict]) -> None:
@@ -98,10 +112,15 @@ def report(kind: str, done: list[dict]) -> None:
     seconds = np.median([entry["seconds"] for entry in done])
     print(f"{kind}: {len(done)} campaigns, {seconds:.1f} s each (median)")
     for method in ("laplace", "emcee"):
-        usable = [e for e in done if e[method] and (method == "laplace" or e["converged"])]
+        usable = [e for e in done if e[method] and (method == "laplace" or _enough(e))]
         if not usable:
             continue
         print(f"  {method}, {len(usable)} campaigns")
+        if method == "emcee":
+            print(
+                f"    (of {sum(bool(e[method]) for e in done)}; {sum(e['converged'] for e in usable)} converged as "
+                f"the command asks, median {np.median([e['effective'] for e in usable]):.0f} effective samples)"
+            )
         every = []
         for name in names:
             told = [e for e in usable if np.isfinite(e[method].get(name, np.nan))]  # not those at a bound
@@ -131,6 +150,8 @@ def main() -> None:
     arguments.add_argument("--campaigns", type=int, default=100)
     arguments.add_argument("--minutes", type=float, default=np.inf, help="begin no campaign after these")
     arguments.add_argument("--posterior", action="store_true", help="sample by emcee, too")
+    arguments.add_argument("--steps", type=int, default=20000, help="of emcee at most")
+    arguments.add_argument("--seeds", type=int, default=FIRST_SEED, help="first seed")
     arguments.add_argument("--file", type=Path, help="results so far; KIND_recovery.jsonl by default")
     arguments.add_argument("--report", action="store_true", help="only report what is in the file")
     given = arguments.parse_args()
@@ -140,10 +161,10 @@ def main() -> None:
     file = given.file or Path(f"{given.kind}_recovery.jsonl")
     done = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
     known, began = {entry["seed"] for entry in done}, time.perf_counter()
-    for seed in range(FIRST_SEED, FIRST_SEED + given.campaigns):
+    for seed in range(given.seeds, given.seeds + given.campaigns):
         in_time = time.perf_counter() - began < 60.0 * given.minutes
         if seed not in known and not given.report and in_time:
-            done.append(one_campaign(given.kind, seed, given.posterior))
+            done.append(one_campaign(given.kind, seed, given.steps if given.posterior else 0))
             with file.open("a") as stream:
                 stream.write(json.dumps(done[-1]) + "\n")
     report(given.kind, done)
