@@ -117,9 +117,11 @@ def report(kind: str, done: list[dict]) -> None:
             continue
         print(f"  {method}, {len(usable)} campaigns")
         if method == "emcee":
+            tried, asked = sum(bool(e[method]) for e in done), sum(e["converged"] for e in usable)
+            effective = np.median([e["effective"] for e in usable])
             print(
-                f"    (of {sum(bool(e[method]) for e in done)}; {sum(e['converged'] for e in usable)} converged as "
-                f"the command asks, median {np.median([e['effective'] for e in usable]):.0f} effective samples)"
+                f"    (of {tried}; {asked} converged as the command asks, median {effective:.0f} effective "
+                "samples)"
             )
         every = []
         for name in names:
