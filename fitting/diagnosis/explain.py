@@ -235,12 +235,12 @@ def _choice(program: Program, current: Fit, stage: Stage, original: float) -> Tr
             stage.left_out = float(before.sum())
         if first and stage.left_out < (FAINT if trial.stopped else LESS):
             continue
-        gained = gain(before, left_out(program, trial.fit))
+        gained, share = gain(before, left_out(program, trial.fit))
         trial.left_out = stage.left_out - gained
         count = program.observations(program.fitted)
         if 0.5 * count * gained / inflation_of(program, trial.fit) < PREDICTS:
             continue
-        if gained < (FIRST_SHARE if first else SHARE) * max(stage.left_out - 1.0, 1e-3):
+        if share < (FIRST_SHARE if first else SHARE):
             continue
         if not first and gained < OF_ALL * (original - 1.0):
             continue

@@ -20,7 +20,7 @@ loose as this it only bridges rows in which the resistance says nothing."""
 ALIKE = 2.0
 """Log-evidence within which a slower walk does as well as the best."""
 DECISIVE = 3.0
-"""Spread of the log-evidence below which a test says nothing about its wander."""
+"""Log-evidence against the slowest walk below which a test does not say that it wanders."""
 
 
 @jax.jit
@@ -37,8 +37,8 @@ def with_wander(
     """A stack whose walks are as fast as their resistances say at these parameters: `pace`, and `wander`,
     which a fit takes.
 
-    A test in which resistance says nothing (hot, or too short) is given the median of the others, and one
-    whose phase is held stays held.
+    A test in which resistance says nothing (hot, or too short) is given the median of the others, as far as
+    its resistance allows that; one whose phase is held stays held.
 
     Args:
         values: free parameters by name, SI.
@@ -49,13 +49,14 @@ def with_wander(
     values = {name: jnp.asarray(value, float) for name, value in values.items()}
     table = np.array([np.asarray(_evidence(values, stacked, jnp.asarray(w))) for w in candidates])
     held = np.asarray(stacked.extra["level_sd"]) == 0.0
-    told = (np.ptp(table, axis=0) > DECISIVE) & ~held
-    tried = np.asarray(candidates)
-    best = tried[np.argmax(table, axis=0)]
+    told = (table.max(axis=0) - table[0] > DECISIVE) & ~held
+    tried, alike = np.asarray(candidates), table > table.max(axis=0) - ALIKE
+    best, slowest = tried[np.argmax(table, axis=0)], tried[np.argmax(alike, axis=0)]
+    fastest = tried[len(tried) - 1 - np.argmax(alike[::-1], axis=0)]
     usual = 10.0 ** np.median(np.log10(best[told])) if told.any() else tried[len(tried) // 2]
-    wander = loose * np.where(told, best, usual)
-    steady = tried[np.argmax(table > table.max(axis=0) - ALIKE, axis=0)]
-    pace = np.where(told, steady, usual)
+    allowed = np.minimum(usual, fastest)
+    wander = loose * np.where(told, best, allowed)
+    pace = np.where(told, slowest, allowed)
     return eqx.tree_at(
         lambda rows: (rows.extra["wander"], rows.extra["pace"]),
         stacked,

@@ -82,9 +82,15 @@ def test_a_resistance_beyond_the_law_is_left_over_where_force_knows_the_phase():
 
 def test_the_fold_that_fares_worst_is_forgiven_but_no_other():
     before = np.array([1.0, 1.0, 1.0])
-    assert gain(before, np.array([0.5, 9.0, 0.5])) == pytest.approx(1.0)
-    assert gain(before, np.array([0.5, 9.0, 9.0])) == pytest.approx(-7.5)
-    assert gain(before, np.array([0.5, 0.9, 0.6])) == pytest.approx(1.0)
+    assert gain(before, np.array([0.5, 9.0, 0.5]))[0] == pytest.approx(1.0)
+    assert gain(before, np.array([0.5, 9.0, 9.0]))[0] == pytest.approx(-7.5)
+    assert gain(before, np.array([0.5, 0.9, 0.6]))[0] == pytest.approx(1.0)
+
+
+def test_a_fold_that_is_forgiven_is_no_misfit_that_an_effect_must_take_away():
+    before = np.array([20.0, 2.0, 2.0])
+    assert gain(before, np.array([30.0, 1.0, 1.0]))[1] == pytest.approx(2.0 / (4.0 - 2.0 / 3.0))
+    assert gain(before, np.array([19.0, 1.0, 1.0]))[1] == pytest.approx(3.0 / 23.0)
 
 
 @pytest.mark.parametrize(("slow", "least", "most"), [(False, 2.0, 6.0), (True, 1.0, 1.01)])
