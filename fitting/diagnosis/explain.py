@@ -48,9 +48,9 @@ LESS = 0.75
 noise would let it."""
 CLOSE = 4.0
 """Log Bayes factor within which two explanations are not told apart."""
-BEHIND = 0.1
-"""Share of the best log Bayes factor by which a further effect may be behind: if left-out recordings refute
-what explains the fitted ones best, what explains them much worse is no better a guess."""
+BEHIND = 0.2, 0.1
+"""Share of the best log Bayes factor by which the first and a further effect may be behind: if left-out
+recordings refute what explains the fitted ones best, what explains them much worse is no better a guess."""
 ENOUGH = 1.25
 """Reduced chi-square at which nothing is left to explain."""
 
@@ -224,11 +224,11 @@ def _choice(program: Program, current: Fit, stage: Stage, original: float) -> Tr
         original: the base model's score on recordings left out; NaN for the first effect.
     """
     first, before = not current.slugs, None
-    behind = max(CLOSE, BEHIND * stage.trials[0].bayes) if stage.trials else 0.0
+    behind = max(CLOSE, BEHIND[0 if first else 1] * stage.trials[0].bayes) if stage.trials else 0.0
     for trial in stage.trials:
         if trial.bayes < CERTAIN or (not first and trial.stopped):
             continue
-        if not first and stage.trials[0].bayes - trial.bayes > behind:
+        if stage.trials[0].bayes - trial.bayes > behind:
             break
         if before is None:
             before = left_out(program, current)
