@@ -83,7 +83,8 @@ class Effect(eqx.Module):
         return value
 
     def compliance(self, value: Array, at: Known, memory: Any) -> Array:
-        """Compliance of what lies between the specimen and the recorded length [m/N], 0 in the base model."""
+        """What lies between the specimen and the recorded length, shape (2,): its compliance unloaded [m/N],
+        and one over the force at which that is half as much [1/N]; 0 in the base model."""
         return value
 
     def temperature(self, value: Array, at: Known, memory: Any) -> Array:

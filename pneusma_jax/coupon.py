@@ -75,8 +75,8 @@ def simulate_coupon(
             return chain.through("wall", base, strain=fibre, base=base)[0]
 
         if chain.acts_at("compliance"):
-            yielding = chain.through("compliance", jnp.zeros(())) * area / gauge_length
-            strain = strain_in_train(stress_at, strain, yielding)
+            give, stiffening = chain.through("compliance", jnp.zeros(2)) * area
+            strain = strain_in_train(stress_at, strain, give / gauge_length, stiffening)
         found = CouponRow(strain, stress_at(strain))
         true = dict(stress=found.stress)
         seen = chain.through("outputs", true, solved=found)

@@ -257,8 +257,8 @@ def simulate_spring(
         chain = Chain(effects, memories, known)
         respond = lambda x: spring.respond(x, activation, state, chain)  # noqa: E731
         if chain.acts_at("compliance"):
-            given = chain.through("compliance", jnp.zeros(()))
-            elongation = strain_in_train(lambda x: respond(x).force, elongation, given)
+            train = chain.through("compliance", jnp.zeros(2))
+            elongation = strain_in_train(lambda x: respond(x).force, elongation, *train)
         response = respond(elongation)
         after = spring.remember(state, response)
         true = dict(force=response.force, resistance=response.resistance)

@@ -1,4 +1,5 @@
-"""A specimen in series with a load train that gives: `recorded = true + compliance * force(true)`."""
+"""A specimen in series with a load train that gives, and stiffens as it is loaded:
+`recorded = true + compliance * F / (1 + stiffening * |F|)` with `F = force(true)`."""
 
 from collections.abc import Callable
 
@@ -10,7 +11,9 @@ STEPS = 4  # of Newton before the differentiated one; the force is nearly linear
 LEAST_SLOPE = 0.05  # of the recorded over the true length: below, the train snaps and no root is stable
 
 
-def strain_in_train(force: Callable[[Array], Array], recorded: Array, compliance: Array) -> Array:
+def strain_in_train(
+    force: Callable[[Array], Array], recorded: Array, compliance: Array, stiffening: Array
+) -> Array:
     """True length of a specimen from the recorded one, by Newton's method.
 
     Written for length and force; strain and stress will do, with the compliance in their units.
@@ -18,18 +21,22 @@ def strain_in_train(force: Callable[[Array], Array], recorded: Array, compliance
     Args:
         force: of the specimen at a true length [m] -> [N].
         recorded: length over specimen and train [m].
-        compliance: of the train [m/N]; 0 gives the recorded length exactly.
+        compliance: of the unloaded train [m/N]; 0 gives the recorded length exactly.
+        stiffening: one over the force at which the train gives half as much [1/N]; 0 for one that is linear.
 
     Returns:
         The true length [m]. Only the last step is differentiated, which gives the implicit function's
         derivative; so tangents stay out of the loop.
     """
-    fixed = jax.lax.stop_gradient(compliance), jax.lax.stop_gradient(recorded)
+    train = compliance, stiffening, recorded
+    fixed = jax.lax.stop_gradient(train)
 
-    def improved(true: Array, compliance: Array, recorded: Array) -> Array:
+    def improved(true: Array, compliance: Array, stiffening: Array, recorded: Array) -> Array:
         pull, stiffness = jax.jvp(force, (true,), (jnp.ones_like(true),))
-        slope = jnp.maximum(1.0 + compliance * jax.lax.stop_gradient(stiffness), LEAST_SLOPE)
-        return true - (true + compliance * pull - recorded) / slope
+        stiffer = 1.0 + stiffening * jnp.abs(pull)
+        soft = jax.lax.stop_gradient(compliance / stiffer**2 * stiffness)
+        slope = jnp.maximum(1.0 + soft, LEAST_SLOPE)
+        return true - (true + compliance * pull / stiffer - recorded) / slope
 
-    found = jax.lax.fori_loop(0, STEPS, lambda _, x: jax.lax.stop_gradient(improved(x, *fixed)), fixed[1])
-    return improved(jax.lax.stop_gradient(found), compliance, recorded)
+    found = jax.lax.fori_loop(0, STEPS, lambda _, x: jax.lax.stop_gradient(improved(x, *fixed)), fixed[2])
+    return improved(jax.lax.stop_gradient(found), *train)

@@ -132,9 +132,11 @@ class ForceCalibration(Effect):
 
 
 class LoadTrainCompliance(Effect):
-    """The recorded length is that of specimen and load train in series; give [m/N]."""
+    """The recorded length is that of specimen and load train in series; give [m/N], which falls as joints and
+    grips seat: by half at the force 1 / stiffening [1/N]."""
 
     give: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    stiffening: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "load_train_compliance"
     component: ClassVar[str] = "sensor"
@@ -142,12 +144,13 @@ class LoadTrainCompliance(Effect):
     sentence: ClassVar[str] = "Grips and load cell give under load, recorded as the specimen's length."
     literature: ClassVar[str] = "ASTM D3379: system compliance"
     specs: ClassVar[dict[str, Spec]] = {
-        "give": Spec(0.0, 0.0, 3.5e-3, 3e-4, "m/N", "compliance of the load train")
+        "give": Spec(0.0, 0.0, 3.5e-3, 3e-4, "m/N", "compliance of the load train, unloaded"),
+        "stiffening": Spec(0.0, 0.0, 3.0, 0.3, "1/N", "one over the force at which it is half of that", True),
     }
 
     def compliance(self, value: Array, at: Known, memory: Any) -> Array:
         """See `Effect.compliance`."""
-        return value + self.give
+        return value + jnp.stack([self.give, self.stiffening])
 
 
 class ChannelLag(Effect):

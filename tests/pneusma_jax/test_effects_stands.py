@@ -27,14 +27,16 @@ def ratio(one, other):
 # ---------------------------------------------------------------- coupon
 
 
-def test_a_soft_load_train_adds_its_own_length():
-    give = 2e-3
-    found, strain = seen("E", {"load_train_compliance.give": give}), PROTOCOLS["E"]["strain"]
+@pytest.mark.parametrize("stiffening", [0.0, 2.0])
+def test_a_soft_load_train_adds_its_own_length(stiffening):
+    give, strain = 2e-3, PROTOCOLS["E"]["strain"]
+    found = seen("E", {"load_train_compliance.give": give, "load_train_compliance.stiffening": stiffening})
     law = specimen("E")
     np.testing.assert_allclose(found["stress"], law(found["true_strain"]), rtol=1e-12)
-    recorded = found["true_strain"] + give * found["stress"] * AREA / GAUGE
+    force = found["stress"] * AREA
+    recorded = found["true_strain"] + give * force / (1.0 + stiffening * np.abs(force)) / GAUGE
     np.testing.assert_allclose(recorded, strain, rtol=1e-10, atol=1e-14)
-    assert np.max(strain - found["true_strain"]) > 0.05
+    assert np.max(strain - found["true_strain"]) > 0.02
 
 
 def test_a_load_cell_on_a_coupon_errs_by_force_over_area():
@@ -138,10 +140,12 @@ def test_closed_coils_pull_together_and_push_apart():
     np.testing.assert_allclose(found["force"] - without("S")["force"], wanted, rtol=1e-8, atol=1e-12)
 
 
-def test_a_stand_that_gives_takes_its_share():
-    give = 1e-3
-    found = seen("S", {"load_train_compliance.give": give})["force"]
-    again = without("S", elongation=PROTOCOLS["S"]["elongation"] - give * found)["force"]
+@pytest.mark.parametrize("stiffening", [0.0, 2.0])
+def test_a_stand_that_gives_takes_its_share(stiffening):
+    give, name = 1e-3, "load_train_compliance"
+    found = seen("S", {f"{name}.give": give, f"{name}.stiffening": stiffening})["force"]
+    taken = give * found / (1.0 + stiffening * np.abs(found))
+    again = without("S", elongation=PROTOCOLS["S"]["elongation"] - taken)["force"]
     np.testing.assert_allclose(again, found, rtol=1e-8, atol=1e-12)
 
 
