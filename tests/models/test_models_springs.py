@@ -7,7 +7,7 @@ import pytest
 
 import pneusma_jax as pj
 from fitting.characterise.spring.stand_tests import _phases, _Reading
-from fitting.models import spring
+from fitting.models.spring_law import Law
 from pneusma_jax.nitinol import Spring, SpringState
 
 
@@ -18,7 +18,7 @@ def law():
     loose = Spring(body.geometry, body.alloy, body.geometry.free_length)
     way = np.concatenate([np.linspace(0.0, 1.0, 20), np.linspace(1.0, 0.0, 20)])
     elongation = jnp.asarray(3.0 * float(body.geometry.free_length) * np.tile(way, 2))
-    return spring._Law(loose, jnp.zeros(()), elongation, None)
+    return Law(loose, jnp.zeros(()), elongation, None)
 
 
 def test_rows_that_are_as_hot_as_anyone_can_tell_feel_their_own_heat(law):

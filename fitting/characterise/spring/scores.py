@@ -11,7 +11,8 @@ import numpy as np
 from fitting.metrics import metrics
 from fitting.models import Rows
 from fitting.models.rows import numbers
-from fitting.models.spring import Trajectory, phase_sd, spring_of, trajectory, undecided
+from fitting.models.spring import phase_sd, spring_of, trajectory, undecided
+from fitting.models.spring_law import Trajectory
 from fitting.models.wander import LOOSE
 
 from .problem import Problem, values_of

@@ -1,0 +1,54 @@
+"""The course that is profiled out: found from anywhere, and differentiated in both modes."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from fitting.models import latent
+
+ROWS = 40
+
+
+def _outputs(scale, xi0):
+    """Two outputs, of which the second hardly knows a small fraction; nothing is remembered."""
+    predicted = jnp.stack([scale * xi0, scale * xi0**4])
+    slope = jnp.stack([scale * jnp.ones_like(xi0), 4.0 * scale * xi0**3])
+    return latent.Local(predicted, slope, jnp.zeros_like(slope), jnp.zeros(ROWS, int))
+
+
+@pytest.fixture(scope="module")
+def problem():
+    """A fraction that wanders, two noisy readings of it, and ten rows at the end that nobody measured."""
+    random = np.random.default_rng(3)
+    true = 0.5 + np.cumsum(0.01 * random.standard_normal(ROWS))
+    seen = np.stack([2.0 * true, 2.0 * true**4]) + 0.02 * random.standard_normal((2, ROWS))
+    weight = np.full((2, ROWS), 50.0) * (np.arange(ROWS) < 30)
+    walk = latent.Walk.over(
+        jnp.arange(float(ROWS)), jnp.ones(ROWS, bool), jnp.asarray(1e-4), jnp.asarray(0.5), jnp.asarray(0.5)
+    )
+    return jnp.asarray(seen), jnp.asarray(weight), walk
+
+
+def _misfit(scale, problem, start):
+    seen, weight, walk = problem
+    course = latent.profile(_outputs, scale, seen, weight, walk, start)
+    left = weight * (_outputs(scale, course).predicted - seen)
+    return jnp.sum(left**2) + jnp.sum(walk.residual(course) ** 2), course
+
+
+@pytest.mark.parametrize("start", [0.05, 0.5, 0.95])
+def test_the_course_does_not_depend_on_where_its_search_began(problem, start):
+    least, course = _misfit(jnp.asarray(2.0), problem, jnp.full(ROWS, start))
+    again, settled = _misfit(jnp.asarray(2.0), problem, course)
+    np.testing.assert_allclose(course, settled, atol=1e-5)
+    assert least == pytest.approx(float(again), abs=1e-6)
+
+
+def test_the_profile_has_the_same_slope_forwards_backwards_and_by_differences(problem):
+    start = jnp.full(ROWS, 0.5)
+    cost = lambda scale: _misfit(scale, problem, start)[0]  # noqa: E731
+    at, step = jnp.asarray(1.9), 1e-4
+    forward = jax.jvp(cost, (at,), (jnp.ones(()),))[1]
+    assert float(jax.grad(cost)(at)) == pytest.approx(float(forward), rel=1e-9)
+    assert float((cost(at + step) - cost(at - step)) / (2 * step)) == pytest.approx(float(forward), rel=1e-4)
