@@ -16,10 +16,10 @@ import jax.numpy as jnp
 from jax.lax.linalg import tridiagonal_solve
 from jaxtyping import Array, Float, Int, PyTree
 
-ROUNDS = 10
-"""Most Gauss-Newton steps from the readings of single samples."""
+ROUNDS = 20
+"""Most trials of a state; a step that makes it worse is halved."""
 SETTLED = 2e-3
-"""Change of the state in a step, of rows that are measured, at which they end; one more is made."""
+"""Change of the state, in rows that are measured, at which they end; one more is made if it is as small."""
 CONJUGATE = 16
 """Most steps of conjugate gradients in each of them."""
 CLOSE = 1e-3
@@ -117,7 +117,8 @@ def profile(
 
     The iterations carry no tangents; one step after them does, which makes the derivative by `model` that of
     the implicit function, to the accuracy of Gauss-Newton. The gradient of the profiled sum of squares is
-    exact even so, because the course minimises it.
+    exact even so where the course is settled, because it minimises it; not where a limit of the state is a
+    corner that the course ends at.
 
     Args:
         outputs: the law, row by row.
@@ -129,22 +130,55 @@ def profile(
     """
     frozen, told = jax.lax.stop_gradient(model), jnp.any(weight > 0.0, axis=0)
 
-    def round_(carry: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
-        state, _, count = carry
-        moved = jnp.clip(step(frozen, state), -LONGEST, LONGEST)
-        return state + moved, jnp.max(jnp.abs(moved), where=told, initial=0.0), count + 1
-
-    def unfinished(carry: tuple[Array, Array, Array]) -> Array:
-        return (carry[1] > SETTLED) & (carry[2] < ROUNDS)
-
-    def step(model: PyTree, state: Array) -> Array:
+    def step(model: PyTree, state: Array) -> tuple[Array, Array]:
+        """The Gauss-Newton step from a state, and the sum of squares there."""
         local = outputs(model, state)
-        pull = local.back(weight**2 * (local.predicted - measured)) + walk.gradient(state)
-        return -solve(jax.lax.stop_gradient(local), weight, walk, state, pull)
+        left = local.predicted - measured
+        pull = local.back(weight**2 * left) + walk.gradient(state)
+        square = jnp.sum((weight * left) ** 2) + jnp.sum(walk.residual(state) ** 2)
+        return -solve(jax.lax.stop_gradient(local), weight, walk, state, pull), square
 
-    first = (jax.lax.stop_gradient(start), jnp.asarray(jnp.inf), jnp.asarray(0))
-    settled = jax.lax.while_loop(unfinished, round_, first)[0]
-    return settled + step(model, settled)
+    def round_(search: _Search) -> _Search:
+        move, square = step(frozen, search.trial)
+        better = square < search.least
+        best = jnp.where(better, search.trial, search.best)
+        move = jnp.where(better, jnp.clip(move, -LONGEST, LONGEST), search.move)
+        share = jnp.where(better, jnp.minimum(2.0 * search.share, 1.0), 0.5 * search.share)
+        least = jnp.where(better, square, search.least)
+        return _Search(best, least, best + share * move, move, share, search.count + 1)
+
+    def unfinished(search: _Search) -> Array:
+        moved = jnp.max(jnp.abs(search.trial - search.best), where=told, initial=0.0)
+        return (search.count == 0) | (moved > SETTLED) & (search.count < ROUNDS)
+
+    begun = _Search.at(jax.lax.stop_gradient(start))
+    settled = jax.lax.while_loop(unfinished, round_, begun).best
+    last = step(model, settled)[0]
+    small = jnp.max(jnp.abs(last), where=told, initial=0.0) <= SETTLED
+    return settled + last - jax.lax.stop_gradient(jnp.where(small, 0.0, last))
+
+
+class _Search(eqx.Module):
+    """Where a search for the best course stands.
+
+    Attributes:
+        best: state of the least sum of squares so far, `least`.
+        trial: state to try next: `best` and a `share` of its step `move`, halved where that made it worse.
+        count: trials made.
+    """
+
+    best: Array
+    least: Array
+    trial: Array
+    move: Array
+    share: Array
+    count: Array
+
+    @classmethod
+    def at(cls, start: Array) -> "_Search":
+        """The beginning."""
+        still, half = jnp.zeros_like(start), jnp.asarray(0.5)
+        return cls(start, jnp.asarray(jnp.inf), start, still, half, jnp.asarray(0))
 
 
 def solve(local: Local, weight: Array, walk: Walk, state: Array, right: Array) -> Array:

@@ -35,6 +35,8 @@ SPREAD = 0.5
 """1-sigma of the martensite fraction at the start, around one half, where nobody says more."""
 MARGINS = (0.0, *(sign * size for size in (7e-4, 2e-3, 5e-3, 0.012, 0.03) for sign in (-1.0, 1.0)))
 """Parts of the residual strain by which a turning point may be off the rule; the first is the rule."""
+LEVELS = (0.2, 0.5)
+"""Constant courses that a search begins with, too."""
 ALIKE = 2.0
 """Standard deviations of the martensite fraction within which two rows are equally hot."""
 WANDER = 1e-6
@@ -202,7 +204,16 @@ def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
 
         least = jnp.argmin(jax.lax.map(misfit, every))
         best = jax.tree.map(lambda x: x[least], every)
-        return eqx.tree_at(lambda d: d.course, best, trajectory(values, told(best)).xi0)
+
+        def begun(course: Array) -> tuple[Array, Array]:
+            """Where a search that begins with a course ends, and the misfit there."""
+            decisions = eqx.tree_at(lambda d: d.course, best, course)
+            return trajectory(values, told(decisions)).xi0, misfit(decisions)
+
+        # a hot wire's course may be caught between limits: what a level leads to is often better
+        trials = jnp.stack([best.course, *(jnp.full_like(found.xi0, level) for level in LEVELS)])
+        courses, misfits = jax.lax.map(begun, trials)
+        return eqx.tree_at(lambda d: d.course, best, courses[jnp.argmin(misfits)])
 
     before = stacked.extra.get("decisions")
     first = jax.vmap(lambda rows: decide(rows, None))

@@ -60,11 +60,12 @@ def problem_for(campaign: Campaign, model: str | None, law: str | None, seed: in
     if kind == "elastomer":
         table, options = _law_and_table(model, law)
         return pipeline_of(campaign)(campaign, seed=seed, **options).sampling_problem(table)
-    if model is None and kind in PIPELINES:
-        fit = pipeline_of(campaign)(campaign, seed=seed)
+    options = {} if model is None else {"base": model}
+    if kind in PIPELINES:  # its noise, and whatever a fit decides about the recordings
+        fit = pipeline_of(campaign)(campaign, seed=seed, **options)
         if type(fit).sampling_problem is not Characterisation.sampling_problem:
             return fit.sampling_problem()
-    return campaign_problem(campaign, **({} if model is None else {"base": model}))
+    return campaign_problem(campaign, **options)
 
 
 def _law_and_table(model: str | None, law: str | None) -> tuple[Calibration | None, dict[str, Any]]:

@@ -108,8 +108,8 @@ def split_r_hat(chains: Sequence[Float[np.ndarray, "steps walkers n"]]) -> Float
     if half < 2:
         return np.full(chains[0].shape[2], np.inf)
     parts = [part for chain in chains for part in (chain[:half], chain[len(chain) - half :])]
-    stride = max(half * chains[0].shape[1] // MOST_PER_HALF, 1)
-    pooled = np.stack([part.reshape(-1, part.shape[2])[::stride] for part in parts])  # (halves, m, n)
+    stride = max(half * chains[0].shape[1] // MOST_PER_HALF, 1)  # of steps: every walker counts
+    pooled = np.stack([part[::stride].reshape(-1, part.shape[2]) for part in parts])  # (halves, m, n)
     folded = np.abs(pooled - np.median(pooled, axis=(0, 1)))
     return np.maximum(_rank_r_hat(pooled), _rank_r_hat(folded))
 

@@ -130,7 +130,10 @@ class SpringCharacterisation(Characterisation):
         return sheet(self).documents()
 
     def sampling_problem(self, model: Calibration | None = None) -> "SamplingProblem":
-        """The joint posterior, the martensite fractions integrated out, from the fit's own values."""
+        """The joint posterior from the fit's own values, the martensite fractions profiled out.
+
+        What the rule of the residual strain decided at the fit is taken as known.
+        """
         from fitting.posterior.models import model_problem
 
         if model is not None:
