@@ -41,8 +41,8 @@ def _misfit(scale, problem, start):
 def test_the_course_does_not_depend_on_where_its_search_began(problem, start):
     least, course = _misfit(jnp.asarray(2.0), problem, jnp.full(ROWS, start))
     again, settled = _misfit(jnp.asarray(2.0), problem, course)
-    np.testing.assert_allclose(course, settled, atol=1e-5)
-    assert least == pytest.approx(float(again), abs=1e-6)
+    np.testing.assert_allclose(course, settled, atol=0.1 * latent.SETTLED)
+    assert least == pytest.approx(float(again), abs=1e-3)
 
 
 def test_the_profile_has_the_same_slope_forwards_backwards_and_by_differences(problem):
@@ -52,3 +52,20 @@ def test_the_profile_has_the_same_slope_forwards_backwards_and_by_differences(pr
     forward = jax.jvp(cost, (at,), (jnp.ones(()),))[1]
     assert float(jax.grad(cost)(at)) == pytest.approx(float(forward), rel=1e-9)
     assert float((cost(at + step) - cost(at - step)) / (2 * step)) == pytest.approx(float(forward), rel=1e-4)
+
+
+def _steep(middle, xi0):
+    """One output that turns within a few hundredths of the fraction."""
+    u = 40.0 * (xi0 - middle)
+    slope = (40.0 / (1.0 + u**2))[None]
+    return latent.Local(jnp.arctan(u)[None], slope, jnp.zeros_like(slope), jnp.zeros(ROWS, int))
+
+
+def test_a_search_whose_steps_would_go_round_in_circles_comes_down():
+    """Full Gauss-Newton steps go from 0.588 to 0.288 and back for ever; halved ones arrive."""
+    walk = latent.Walk.over(
+        jnp.arange(float(ROWS)), jnp.ones(ROWS, bool), jnp.asarray(1.0), jnp.asarray(0.5), jnp.asarray(10.0)
+    )
+    seen, weight = jnp.zeros((1, ROWS)), jnp.full((1, ROWS), 50.0)
+    course = latent.profile(_steep, jnp.asarray(0.5), seen, weight, walk, jnp.full(ROWS, 0.75))
+    np.testing.assert_allclose(course, 0.5, atol=1e-3)
