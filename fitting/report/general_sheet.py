@@ -3,6 +3,7 @@
 from typing import Any
 
 from fitting.augmented.files import render_model
+from fitting.characterise.assumed import assumed
 from fitting.characterise.general.pipeline import GeneralCharacterisation
 from fitting.characterise.general.scores import Score, overall
 from fitting.characterise.general.tables import geometry_toml
@@ -30,7 +31,8 @@ def sheet(result: GeneralCharacterisation) -> Sheet:
     subtitle = f"{words.WHAT[result.kind].capitalize()}, {count} recordings fitted"
     subtitle += f", {len(kept)} held out ({', '.join(kept)})" if kept else ""
     loose = tuple(e["text"] for e in result.identifiability)
-    notices = [f"{r.name}: {notice}" for r in result.fit.recordings for notice in r.notices]
+    recordings = result.fit.recordings
+    notices = [*assumed(recordings), *(f"{r.name}: {notice}" for r in recordings for notice in r.notices)]
     geometry = geometry_toml(result) if len(result.campaign.specimens()) == 1 else ""
     return Sheet(
         title=result.title,

@@ -165,6 +165,7 @@ def test_provenance_stops_at_the_root_of_a_project(put):
     path = put("project/data/a.csv", GOOD)
     put("project/pyproject.toml", "")
     put("LICENSE", "MIT License")
+    put("project/LICENSE", "MIT License")  # of the program, not of the data in its folders
     assert "licence" not in import_file(path).source
 
 
