@@ -20,7 +20,7 @@ loose as this it only bridges rows in which the resistance says nothing."""
 ALIKE = 2.0
 """Log-evidence within which a slower walk does as well as the best."""
 DECISIVE = 3.0
-"""Log-evidence against the slowest walk below which a test does not say that it wanders."""
+"""Difference of log-evidence below which a test says nothing about its wander."""
 
 
 @jax.jit
@@ -33,30 +33,36 @@ def with_wander(
     stacked: Rows,
     loose: float = LOOSE,
     candidates: tuple[float, ...] = CANDIDATES,
+    pooled: bool = False,
 ) -> Rows:
     """A stack whose walks are as fast as their resistances say at these parameters: `pace`, and `wander`,
     which a fit takes.
 
-    A test in which resistance says nothing (hot, or too short) is given the median of the others, as far as
-    its resistance allows that; one whose phase is held stays held.
+    A test in which resistance says nothing at all (too short) is given the median of the others, and one
+    whose phase is held stays held.
 
     Args:
         values: free parameters by name, SI.
         stacked: recordings of kind spring.
         loose: factor on the variance that resistance shows.
         candidates: variances per second to choose from.
+        pooled: whether a test whose resistance is blind, so that it only forbids fast walks, walks as the
+            others do as far as it allows. Else it hardly walks: right for a wire that is as hot as it gets,
+            whose fraction ends at a limit that noise would only cross one way.
     """
     values = {name: jnp.asarray(value, float) for name, value in values.items()}
     table = np.array([np.asarray(_evidence(values, stacked, jnp.asarray(w))) for w in candidates])
     held = np.asarray(stacked.extra["level_sd"]) == 0.0
-    told = (table.max(axis=0) - table[0] > DECISIVE) & ~held
+    told = (np.ptp(table, axis=0) > DECISIVE) & ~held
+    blind = told & (table.max(axis=0) - table[0] <= DECISIVE) & pooled
     tried, alike = np.asarray(candidates), table > table.max(axis=0) - ALIKE
     best, slowest = tried[np.argmax(table, axis=0)], tried[np.argmax(alike, axis=0)]
     fastest = tried[len(tried) - 1 - np.argmax(alike[::-1], axis=0)]
-    usual = 10.0 ** np.median(np.log10(best[told])) if told.any() else tried[len(tried) // 2]
-    allowed = np.minimum(usual, fastest)
-    wander = loose * np.where(told, best, allowed)
-    pace = np.where(told, slowest, allowed)
+    seen = told & ~blind
+    usual = 10.0 ** np.median(np.log10(best[seen])) if seen.any() else tried[len(tried) // 2]
+    allowed = np.where(blind, np.minimum(usual, fastest), usual)
+    wander = loose * np.where(seen, best, allowed)
+    pace = np.where(seen, slowest, allowed)
     return eqx.tree_at(
         lambda rows: (rows.extra["wander"], rows.extra["pace"]),
         stacked,

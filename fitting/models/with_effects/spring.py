@@ -42,7 +42,7 @@ def prepared(
 ) -> Rows:
     """Rows whose walks are as fast as their resistances say at these base constants, with the noise of every
     channel as a diagnosis weighs it; as the rows do, if there are no channels."""
-    found = with_wander(values, stacked, LOOSE, WANDERS)
+    found = with_wander(values, stacked, LOOSE, WANDERS, pooled=True)
     if channels is None:
         return found
     extra = dict(found.extra)
