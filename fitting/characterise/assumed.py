@@ -12,6 +12,11 @@ NEW = {
 }
 
 
+def notices_of(recordings: Sequence[Recording]) -> list[str]:
+    """What to read with care: what is assumed, and what reading each recording had to say."""
+    return [*assumed(recordings), *(f"{r.name}: {notice}" for r in recordings for notice in r.notices)]
+
+
 def assumed(recordings: Sequence[Recording]) -> list[str]:
     """A sentence where recordings leave out what their specimens are; nothing where all is stated.
 

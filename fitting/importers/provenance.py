@@ -59,9 +59,10 @@ def find_provenance(
 
 def _search(path: Path) -> dict[str, tuple[str, Path]]:
     found: dict[str, tuple[str, Path]] = {}
-    own = path.resolve().parent
-    for folder in [own, *list(own.parents)[: _LEVELS - 1]]:
-        if folder != own and (folder / "pyproject.toml").exists():
+    folders = list(path.resolve().parents)[:_LEVELS]
+    for folder in folders:
+        program = (folder / "pyproject.toml").exists()
+        if program and folder != folders[0]:
             break  # the licence of a program is not that of the data in its folders
         try:
             files = sorted((p for p in folder.iterdir() if p.is_file()), key=_provenance_first)
@@ -70,7 +71,7 @@ def _search(path: Path) -> dict[str, tuple[str, Path]]:
         for file in files:
             for key, text in _statements(file).items():
                 found.setdefault(key, (text, file))
-        if len(found) == 2 or (folder / ".git").exists():
+        if len(found) == 2 or program or (folder / ".git").exists():
             break
     return found
 

@@ -208,7 +208,8 @@ def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
         def begun(course: Array) -> tuple[Array, Array]:
             """Where a search that begins with a course ends, and the misfit there."""
             decisions = eqx.tree_at(lambda d: d.course, best, course)
-            return trajectory(values, told(decisions)).xi0, misfit(decisions)
+            ended = trajectory(values, told(decisions))
+            return ended.xi0, jnp.sum(_misfit(ended, rows) ** 2)
 
         # a hot wire's course may be caught between limits: what a level leads to is often better
         trials = jnp.stack([best.course, *(jnp.full_like(found.xi0, level) for level in LEVELS)])
@@ -239,7 +240,11 @@ def residual(values: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
     Its sum of squares over the parameters alone is the profile of the joint problem; the rows of the course
     number as many as its unknowns, so that degrees of freedom are those of the measured values.
     """
-    found = trajectory(values, rows)
+    return _misfit(trajectory(values, rows), rows)
+
+
+def _misfit(found: Trajectory, rows: Rows) -> Float[Array, " m"]:
+    """Residual of a trajectory: see `residual`."""
     misfit = [rows.weight[name] * (getattr(found, name) - rows.measured[name]) for name in OUTPUTS]
     return jnp.concatenate([*misfit, _walk(rows).residual(found.xi0)])
 
@@ -252,11 +257,8 @@ def evidence(values: Mapping[str, Array], rows: Rows) -> Float[Array, ""]:
     """
     found = trajectory(values, rows)
     weight = jnp.stack([rows.weight[name] for name in OUTPUTS])
-    walk = _walk(rows)
-    curvature = latent.hessian(found.local, weight, walk, found.xi0)
-    misfit = [rows.weight[name] * (getattr(found, name) - rows.measured[name]) for name in OUTPUTS]
-    square = sum(jnp.sum(r**2) for r in (*misfit, walk.residual(found.xi0)))
-    return -0.5 * (square + latent.log_determinant(*curvature))
+    curvature = latent.hessian(found.local, weight, _walk(rows), found.xi0)
+    return -0.5 * (jnp.sum(_misfit(found, rows) ** 2) + latent.log_determinant(*curvature))
 
 
 def _sd(found: Trajectory, rows: Rows, share: Array | float = 1.0) -> Array:

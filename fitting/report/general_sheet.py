@@ -3,7 +3,7 @@
 from typing import Any
 
 from fitting.augmented.files import render_model
-from fitting.characterise.assumed import assumed
+from fitting.characterise.assumed import notices_of
 from fitting.characterise.general.pipeline import GeneralCharacterisation
 from fitting.characterise.general.scores import Score, overall
 from fitting.characterise.general.tables import geometry_toml
@@ -31,8 +31,6 @@ def sheet(result: GeneralCharacterisation) -> Sheet:
     subtitle = f"{words.WHAT[result.kind].capitalize()}, {count} recordings fitted"
     subtitle += f", {len(kept)} held out ({', '.join(kept)})" if kept else ""
     loose = tuple(e["text"] for e in result.identifiability)
-    recordings = result.fit.recordings
-    notices = [*assumed(recordings), *(f"{r.name}: {notice}" for r in recordings for notice in r.notices)]
     geometry = geometry_toml(result) if len(result.campaign.specimens()) == 1 else ""
     return Sheet(
         title=result.title,
@@ -51,7 +49,7 @@ def sheet(result: GeneralCharacterisation) -> Sheet:
             Section("Which test next", (advice(result.repeats),)),
             Section("What the model leaves", figures=("residuals",)),
             Section("How it was fitted", tuple(words.how_it_was_fitted(result))),
-            Section("Notices", tuple(notices)),
+            Section("Notices", tuple(notices_of(result.fit.recordings))),
         ],
         tables=result.tables(),
         more=_more(result),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from fitting.characterise.assumed import assumed
+from fitting.characterise.assumed import notices_of
 from fitting.characterise.result import Characterisation, Estimate
 from fitting.models import model_of, priors
 from fitting.models.spring import ALLOY
@@ -218,7 +218,7 @@ def characterise_spring(
         scores=tuple(scores(joint.problem, joint.values)),
         next_test=further,
         real=False if False in stated else None if None in stated else True,
-        notices=(*assumed(recordings), *(f"{r.name}: {notice}" for r in recordings for notice in r.notices)),
+        notices=tuple(notices_of(recordings)),
         seed=seed,
     )
 
