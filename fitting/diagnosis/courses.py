@@ -101,6 +101,11 @@ class Course:
         found[each, each + 1] = found[each + 1, each] = -self.precision[1:]
         return found
 
+    def roughness(self, step: np.ndarray | float = 0.0) -> float:
+        """Square of the increments once the course has moved by a step, (rows,)."""
+        moved = self.fraction + step
+        return float(np.sum(self.precision * np.diff(moved, prepend=moved[:1]) ** 2))
+
     def pull(self) -> np.ndarray:
         """Derivative of half the increments' square, (rows,)."""
         rise = self.precision * np.diff(self.fraction, prepend=self.fraction[:1])
@@ -148,6 +153,11 @@ class Hidden:
     def fraction(self) -> np.ndarray:
         """All courses, one after the other."""
         return np.concatenate([course.fraction for course in self.courses])
+
+    def roughness(self, steps: np.ndarray | None = None) -> float:
+        """Square of all increments once the courses have moved by steps, (courses, rows)."""
+        moves = np.zeros(len(self.courses)) if steps is None else steps
+        return sum(course.roughness(step) for course, step in zip(self.courses, moves, strict=True))
 
     def projected(self, jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Directions of the misfit, (columns, values), less what the courses explain of them, and how the

@@ -74,6 +74,28 @@ class Raw:
         ]
         return courses.Hidden.of(free, channels) if free else None
 
+    def taking(self, other: "Raw", chosen: np.ndarray) -> "Raw":
+        """The run with chosen recordings as another saw them.
+
+        Args:
+            other: of the same program and columns.
+            chosen: mask, (recordings of the stack,).
+        """
+        if not chosen.any():
+            return self
+        if chosen.all():
+            return other
+        row, course = chosen[:, None], chosen[:, None, None]
+        pick = lambda mine, theirs: {n: np.where(row, theirs[n], x) for n, x in mine.items()}  # noqa: E731
+        moved = np.where(course, courses_of(other.stacked), courses_of(self.stacked))
+        return Raw(
+            with_courses(self.stacked, moved),
+            pick(self.found, other.found),
+            pick(self.slopes, other.slopes),
+            pick(self.along, other.along),
+            pick(self.drivers, other.drivers),
+        )
+
     def good(self, k: int, channel: Channel) -> np.ndarray:
         """Rows of recording k for which the model has an answer with derivatives, (rows,)."""
         slope = self.slopes[channel.quantity][:, k]

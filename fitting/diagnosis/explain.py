@@ -7,9 +7,11 @@ validation do not, all are fitted, and every score is of recordings left out in 
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
+from .abreast import abreast
 from .folds import gain, left_out
 from .program import Program
 from .refit import Fit, Refitter
@@ -193,8 +195,9 @@ def _search(
         if best is None:
             break
         stage.chosen = best.slug
-        current = _polished(program, best.fit)
+        current = best.fit
         if len(current.slugs) > 1:
+            current = _polished(program, current)
             progress("trying rivals of what was found before")
             current, fits = _exchanged(program, current, first.stages)
             first.tries += fits
@@ -255,7 +258,7 @@ def _polished(program: Program, fit: Fit) -> Fit:
     """A chosen model fitted once more: from nominal base constants, too, in case the others held it back."""
     home = fit.u.copy()
     home[program.unknowns.base] = 0.0
-    options = [Refitter(program).fit(fit.slugs, u, POLISHING) for u in (fit.u, home)]
+    options = abreast(lambda start: Refitter(program).fit(fit.slugs, start, POLISHING), (fit, home))
     return min([fit, *options], key=lambda f: f.objective)
 
 
@@ -272,14 +275,9 @@ def _exchanged(program: Program, fit: Fit, stages: list[Stage]) -> tuple[Fit, in
     for slug in fit.slugs[:-1]:
         stage = next(s for s in stages if s.chosen == slug)
         rivals = [t for t in stage.trials if t.slug not in fit.slugs and t.bayes > CERTAIN][:RIVALS]
-        own = program.unknowns.of([slug])
-        found = {slug: fit}
-        for rival in rivals:
-            start, new = fit.u.copy(), program.unknowns.of([rival.slug])
-            start[own], start[new] = program.unknowns.neutral[own], rival.fit.u[new]
-            slugs = tuple(rival.slug if s == slug else s for s in fit.slugs)
-            found[rival.slug] = Refitter(program).fit(slugs, start, POLISHING)
-            fits += 1
+        exchanged = abreast(partial(_instead, program, fit, slug), rivals)
+        found = {slug: fit} | {rival.slug: other for rival, other in zip(rivals, exchanged, strict=True)}
+        fits += len(rivals)
         best = min(found, key=lambda name: found[name].objective)
         inflation = inflation_of(program, found[best])
         if (fit.objective - found[best].objective) / inflation > CERTAIN:
@@ -297,6 +295,14 @@ def _exchanged(program: Program, fit: Fit, stages: list[Stage]) -> tuple[Fit, in
             stage.trials.sort(key=lambda trial: -trial.bayes)
             stage.chosen, fit = best, found[best]
     return fit, fits
+
+
+def _instead(program: Program, fit: Fit, slug: str, rival: Trial) -> Fit:
+    """A model with a rival in the place of one of its effects."""
+    start, old, new = fit.u.copy(), program.unknowns.of([slug]), program.unknowns.of([rival.slug])
+    start[old], start[new] = program.unknowns.neutral[old], rival.fit.u[new]
+    slugs = tuple(rival.slug if s == slug else s for s in fit.slugs)
+    return Refitter(program).fit(slugs, start, POLISHING)
 
 
 def _pruned(program: Program, fit: Fit) -> Fit:

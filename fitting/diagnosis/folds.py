@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from .abreast import abreast
 from .program import Program
 from .refit import Fit, Refitter
 
@@ -12,7 +13,7 @@ BLOCKS = 4
 """Parts of a single recording that are left out in turn."""
 DECIDING = 3
 """Groups of recordings that are left out in turn to decide about an effect."""
-ROUNDS = 15
+ROUNDS = 10
 """Most trial steps of a model that is fitted without some recordings."""
 FEW = 8
 """Recordings of one specimen up to which parts of all are left out at once: each usually stands for
@@ -74,11 +75,12 @@ def left_out(program: Program, fit: Fit) -> np.ndarray:
         program: of the campaign.
         fit: model of all of them, from which every fold starts.
     """
-    found = []
-    for out in deciding(program, [len(m) for m in fit.evaluation.misfit]):
+
+    def without(out: Masks) -> float:
         weight = [f * (1.0 - w) for f, w in zip(program.fitted, out, strict=True)]
-        again = Refitter(program, weight).fit(fit.slugs, fit.u, ROUNDS)
-        found.append(again.evaluation.chi2(out))
+        return Refitter(program, weight).fit(fit.slugs, fit, ROUNDS).evaluation.chi2(out)
+
+    found = abreast(without, deciding(program, [len(m) for m in fit.evaluation.misfit]))
     return np.array(found) / max(program.observations(program.fitted), 1)
 
 

@@ -28,6 +28,7 @@ from . import courses
 from .evaluation import COURSE, Evaluation, Raw, courses_of, with_courses
 from .inputs import input_noise, shifted, with_input_noise
 from .noise import channels_of
+from .search import ROUNDS, Search
 from .unknowns import Unknowns
 
 MOST_ROWS = 1024
@@ -36,10 +37,8 @@ FAILED = 30.0
 """Standard deviations that a row counts for at least in which the model has no answer."""
 WIDTH = 16
 """Directions of one evaluation, those of hidden courses included."""
-ROUNDS = 5
-"""Most evaluations in which hidden courses are found."""
-CLOSE, TOO_FAR = 0.005, 0.02
-"""Change of a fraction up to which its first-order answer is enough; and beyond which it is not believed."""
+TOO_FAR = 0.02
+"""Change of a fraction beyond which its first-order answer is not believed."""
 SETTLING, SEARCHING = 3, 8
 """Most rounds of courses and of how fast they walk, and as many where they were never looked for."""
 SETTLED = 1e-3
@@ -267,21 +266,20 @@ class Program:
         width = WIDTH - 2 * self.pace.shape[1]
         chunks = [columns[first : first + width] for first in range(0, max(len(columns), 1), width)]
         start = with_courses(stacked, near.courses_at(u)) if moving and near is not None else stacked
+        search = Search(self.channels, self.pace, self.failed) if moving else None
         first = self._run(u, chunks[0], start)
-        hidden = self._explained(first) if moving else [None] * len(self.channels)
-        for _ in range(ROUNDS - 1 if moving else 0):
-            moved = self._moved(first, hidden)
-            if np.max(np.abs(moved - courses_of(first.stacked)), initial=0.0) < CLOSE:
-                break
-            first = self._run(u, chunks[0], with_courses(stacked, moved))
-            hidden = self._explained(first)
+        if search:
+            search.saw(first)
+            for _ in range(ROUNDS - 1):
+                if search.settled:
+                    break
+                search.saw(self._run(u, chunks[0], with_courses(stacked, search.trial)))
+            first = search.best
         rest = [self._run(u, chunk, first.stacked) for chunk in chunks[1:]]
         names = first.slopes
         slopes = {n: np.concatenate([part.slopes[n] for part in (first, *rest)]) for n in names}
         whole = replace(first, slopes=slopes)
-        if moving and rest:  # a row may lack a derivative by one of the further unknowns
-            hidden = self._explained(whole)
-        return self._evaluated(u, columns, whole, hidden, moving)
+        return self._evaluated(u, columns, whole, search, again=bool(rest))
 
     def _run(self, u: np.ndarray, columns: np.ndarray, stacked: Rows) -> Raw:
         """One run of the compiled program, along a few of the unknowns and every hidden course."""
@@ -316,40 +314,30 @@ class Program:
         """Free courses of every recording, and what they explain; None where there are none."""
         return [here.hidden(k, *parts) for k, parts in self._hiding()]
 
-    def _moved(self, here: Raw, hidden: list[courses.Hidden | None]) -> np.ndarray:
-        """Hidden courses after one round, (recordings of the stack, courses, rows)."""
-        found = courses_of(here.stacked)
-        for k, (channels, one) in enumerate(zip(self.channels, hidden, strict=True)):
-            if one is not None:
-                misfit, _, _ = here.whitened(k, channels, self.failed)
-                told = one.answer(misfit, np.zeros((0, len(misfit))))
-                for course, step in zip(one.courses, told.steps, strict=True):
-                    found[k, course.number] += step
-        return found
-
     def _evaluated(
-        self,
-        u: np.ndarray,
-        columns: np.ndarray,
-        here: Raw,
-        hidden: list[courses.Hidden | None],
-        moving: bool,
+        self, u: np.ndarray, columns: np.ndarray, here: Raw, search: Search | None, again: bool
     ) -> Evaluation:
+        """What a run says, less what hidden courses explain: told anew where a row may lack a derivative by
+        further unknowns."""
         found, moved, drivers = [], courses_of(here.stacked), dict(here.drivers)
         slopes = np.zeros((len(columns), *moved.shape))
+        hidden = search.hidden if search else [None] * len(self.channels)
+        hidden = self._explained(here) if search and again else hidden
         for k, (channels, one) in enumerate(zip(self.channels, hidden, strict=True)):
             misfit, jacobian, raw = here.whitened(k, channels, self.failed)
             if one is not None:
                 told = one.answer(misfit, jacobian)
                 jacobian, believed = told.jacobian, np.max(np.abs(told.steps)) < TOO_FAR
+                believed &= not search.tripped[k]
                 misfit = told.misfit if believed else misfit
                 for j, course in enumerate(one.courses):
-                    moved[k, course.number] += told.steps[j]
                     slopes[:, k, course.number] = told.slopes[:, j]
+                    if not search.tripped[k]:
+                        moved[k, course.number] += told.steps[j]
                     if believed:
                         raw = [x + dx for x, dx in zip(raw, course.change(told.steps[j]), strict=True)]
             found.append((misfit, jacobian, raw))
-        for j, number in enumerate(self.stacked.extra["layout"].spring_numbers if moving else ()):
+        for j, number in enumerate(self.stacked.extra["layout"].spring_numbers if search else ()):
             drivers[f"{COURSE}_{number}"] = moved[:, j]
         parts = (list(x) for x in zip(*found, strict=True))
         return Evaluation(*parts, drivers, u, columns, moved, slopes, hidden)

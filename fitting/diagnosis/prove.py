@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .abreast import abreast
 from .evaluation import Evaluation
 from .explain import Explanation
 from .folds import ROUNDS, Masks, folds
@@ -60,7 +61,7 @@ def averaged(models: Sequence[Model]) -> HeldOut:
         outs = folds(sizes, np.arange(len(sizes)), MOST_FOLDS)
 
         def predicted(p: Program, fit: Fit, out: Masks) -> Evaluation:
-            return Refitter(p, [1.0 - w for w in out]).fit(fit.slugs, fit.u, ROUNDS).evaluation
+            return Refitter(p, [1.0 - w for w in out]).fit(fit.slugs, fit, ROUNDS).evaluation
     else:
         how = "validation"
         names = [r.name for r, f in zip(program.recordings, program.fitted, strict=True) if not f]
@@ -73,7 +74,10 @@ def averaged(models: Sequence[Model]) -> HeldOut:
         found = predicted(p, fit, out)
         return found if more is None else more(found, [1.0 - w for w in out])
 
-    parts = [(_mean([(modelled(p, fit, more, out), w) for p, fit, w, more in models]), out) for out in outs]
+    def averaged_over(out: Masks) -> tuple[Evaluation, Masks]:
+        return _mean([(modelled(p, fit, more, out), w) for p, fit, w, more in models]), out
+
+    parts = abreast(averaged_over, outs)
     return _score(program, parts, names, how)
 
 

@@ -11,10 +11,12 @@ from .evaluation import Evaluation
 from .program import Program
 
 MOST_ROUNDS = 30
-ENOUGH = 0.02
-"""Decrease of the objective at which a fit ends."""
-ENOUGH_SHARE = 1e-3
+ENOUGH = 0.1
+"""Decrease of the objective at which a fit ends that promises no more."""
+ENOUGH_SHARE = 2e-3
 """The same as a share of the objective."""
+FAILURES = 3
+"""Trial steps in a row that may make a fit worse; more end it."""
 SHAPE_SD = 1.5
 """Standard deviation of a shape parameter's prior about its typical value, in units of that value's
 departure."""
@@ -65,38 +67,42 @@ class Refitter:
         self.unknowns = program.unknowns
         self.weight = program.fitted.astype(float) if weight is None else weight
 
-    def fit(self, slugs: tuple[str, ...], start: np.ndarray | None = None, rounds: int = MOST_ROUNDS) -> Fit:
+    def fit(
+        self, slugs: tuple[str, ...], start: "np.ndarray | Fit | None" = None, rounds: int = MOST_ROUNDS
+    ) -> Fit:
         """Refit base constants and effects.
 
         Args:
             slugs: effects that may be present.
-            start: scaled numbers to start from; nominal, effects at typical values, if None.
+            start: scaled numbers to start from, or a fit, whose hidden courses are begun with, too; nominal
+                numbers if None.
             rounds: most trial steps.
         """
         unknowns, base = self.unknowns, self.unknowns.base
         extra = unknowns.of(slugs)
         free = np.concatenate([base, extra]).astype(int)
+        near = start.evaluation if isinstance(start, Fit) else None
+        start = start.u if isinstance(start, Fit) else start
         u = unknowns.neutral.copy() if start is None else np.array(start, float)
         others = np.setdiff1d(np.arange(len(unknowns)), free)
         u[others] = unknowns.neutral[others]
         u = np.clip(u, unknowns.low, unknowns.high)
-        now = self._at(u, free)
+        now = self._at(u, free, near)
         damping, failures = 1e-3, 0
         for _ in range(rounds):
-            step = self._step(u, now, free, damping)
-            trial = np.clip(u + step, unknowns.low, unknowns.high)
-            if np.max(np.abs(trial - u), initial=0.0) < 1e-6:
+            little = max(ENOUGH, ENOUGH_SHARE * now[0])
+            step, promised = self._step(u, now, free, damping)
+            if promised < little:
                 break
+            trial = np.clip(u + step, unknowns.low, unknowns.high)
             then = self._at(trial, free, now[3])
             gain = now[0] - then[0]
             if gain > 0.0:
                 u, now, failures = trial, then, 0
                 damping = max(damping * 0.2, 1e-6)
-                if gain < max(ENOUGH, ENOUGH_SHARE * now[0]):
-                    break
             else:
                 damping, failures = max(damping, 1e-3) * 8.0, failures + 1
-                if failures > 5:
+                if failures > FAILURES or -gain < little:
                     break
         return self._finished(u, free, slugs, now)
 
@@ -114,7 +120,10 @@ class Refitter:
         sd = np.array([1.0 if not i.effect else SHAPE_SD if i.shape else np.inf for i in items])
         return u[free] - mean, sd
 
-    def _step(self, u: np.ndarray, now: tuple, free: np.ndarray, damping: float) -> np.ndarray:
+    def _step(
+        self, u: np.ndarray, now: tuple, free: np.ndarray, damping: float
+    ) -> tuple[np.ndarray, float]:
+        """A step, (unknowns,), and the decrease of the objective that it promises, to second order."""
         _, r, J, _ = now
         departure, sd = self._prior(u, free)
         H = J.T @ J + np.diag(sd**-2)
@@ -135,9 +144,9 @@ class Refitter:
             active &= ~beyond
             if not active.any():
                 break
-        full = np.zeros(len(u))
-        full[free] = np.clip(step, -3.0, 3.0)
-        return full
+        full, step = np.zeros(len(u)), np.clip(step, -3.0, 3.0)
+        full[free] = step
+        return full, float(-g @ step - 0.5 * step @ H @ step)
 
     def _finished(self, u: np.ndarray, free: np.ndarray, slugs: tuple[str, ...], now: tuple) -> Fit:
         objective, _, J, evaluation = now

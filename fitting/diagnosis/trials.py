@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .abreast import abreast
 from .campaign_noise import with_noise_of
 from .noise import lasting
 from .program import Program
@@ -84,7 +85,7 @@ def settled_fit(program: Program, start: np.ndarray | None = None) -> tuple[Prog
         program = with_noise_of(program, fit.evaluation).prepared(fit.u)
         if program.pace.shape[1]:
             program.count_input_noise(fit.u)
-        fit = Refitter(program).fit((), fit.u)
+        fit = Refitter(program).fit((), fit)
     return program, fit
 
 
@@ -108,7 +109,7 @@ def trials_of(
     best: dict[str, Fit] = {}
     kept, fits = [score.slug for score in likely], 0
 
-    def fitted(job: tuple[str, np.ndarray, int]) -> tuple[str, Fit]:
+    def fitted(job: tuple[str, np.ndarray | Fit, int]) -> tuple[str, Fit]:
         slug, start, rounds = job
         return slug, Refitter(program).fit((*current.slugs, slug), start, rounds)
 
@@ -119,13 +120,13 @@ def trials_of(
     for count, rounds in HALVING:
         kept = ahead(count) if best else kept
         progress(f"fitting {len(kept)} candidates")
-        jobs = [(slug, best[slug].u if slug in best else starts[slug][0], rounds) for slug in kept]
-        best |= dict(map(fitted, jobs))
+        jobs = [(slug, best[slug] if slug in best else starts[slug][0], rounds) for slug in kept]
+        best |= dict(abreast(fitted, jobs))
         fits += len(jobs)
     kept = ahead(PURSUED)
     progress(f"fitting {', '.join(kept)} to the end")
-    jobs = [(slug, start, TO_THE_END) for slug in kept for start in (best[slug].u, starts[slug][1])]
-    for slug, fit in map(fitted, jobs):
+    jobs = [(slug, start, TO_THE_END) for slug in kept for start in (best[slug], starts[slug][1])]
+    for slug, fit in abreast(fitted, jobs):
         if fit.objective < best[slug].objective:
             best[slug] = fit
     trials = [Trial(slug, fit, 0.0, np.nan) for slug, fit in best.items()]
