@@ -7,11 +7,9 @@ validation do not, all are fitted, and every score is of recordings left out in 
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
-from .abreast import abreast
 from .folds import gain, left_out
 from .program import Program
 from .refit import Fit, Refitter
@@ -258,7 +256,7 @@ def _polished(program: Program, fit: Fit) -> Fit:
     """A chosen model fitted once more: from nominal base constants, too, in case the others held it back."""
     home = fit.u.copy()
     home[program.unknowns.base] = 0.0
-    options = abreast(lambda start: Refitter(program).fit(fit.slugs, start, POLISHING), (fit, home))
+    options = [Refitter(program).fit(fit.slugs, start, POLISHING) for start in (fit, home)]
     return min([fit, *options], key=lambda f: f.objective)
 
 
@@ -275,8 +273,7 @@ def _exchanged(program: Program, fit: Fit, stages: list[Stage]) -> tuple[Fit, in
     for slug in fit.slugs[:-1]:
         stage = next(s for s in stages if s.chosen == slug)
         rivals = [t for t in stage.trials if t.slug not in fit.slugs and t.bayes > CERTAIN][:RIVALS]
-        exchanged = abreast(partial(_instead, program, fit, slug), rivals)
-        found = {slug: fit} | {rival.slug: other for rival, other in zip(rivals, exchanged, strict=True)}
+        found = {slug: fit} | {rival.slug: _instead(program, fit, slug, rival) for rival in rivals}
         fits += len(rivals)
         best = min(found, key=lambda name: found[name].objective)
         inflation = inflation_of(program, found[best])

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .abreast import abreast
 from .program import Program
 from .refit import Fit, Refitter
 
@@ -80,7 +79,7 @@ def left_out(program: Program, fit: Fit) -> np.ndarray:
         weight = [f * (1.0 - w) for f, w in zip(program.fitted, out, strict=True)]
         return Refitter(program, weight).fit(fit.slugs, fit, ROUNDS).evaluation.chi2(out)
 
-    found = abreast(without, deciding(program, [len(m) for m in fit.evaluation.misfit]))
+    found = [without(out) for out in deciding(program, [len(m) for m in fit.evaluation.misfit])]
     return np.array(found) / max(program.observations(program.fitted), 1)
 
 

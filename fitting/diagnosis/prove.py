@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .abreast import abreast
 from .evaluation import Evaluation
 from .explain import Explanation
 from .folds import ROUNDS, Masks, folds
@@ -77,7 +76,7 @@ def averaged(models: Sequence[Model]) -> HeldOut:
     def averaged_over(out: Masks) -> tuple[Evaluation, Masks]:
         return _mean([(modelled(p, fit, more, out), w) for p, fit, w, more in models]), out
 
-    parts = abreast(averaged_over, outs)
+    parts = [averaged_over(out) for out in outs]
     return _score(program, parts, names, how)
 
 

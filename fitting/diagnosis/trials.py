@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .abreast import abreast
 from .campaign_noise import with_noise_of
 from .noise import lasting
 from .program import Program
@@ -121,12 +120,12 @@ def trials_of(
         kept = ahead(count) if best else kept
         progress(f"fitting {len(kept)} candidates")
         jobs = [(slug, best[slug] if slug in best else starts[slug][0], rounds) for slug in kept]
-        best |= dict(abreast(fitted, jobs))
+        best |= dict(map(fitted, jobs))
         fits += len(jobs)
     kept = ahead(PURSUED)
     progress(f"fitting {', '.join(kept)} to the end")
     jobs = [(slug, start, TO_THE_END) for slug in kept for start in (best[slug], starts[slug][1])]
-    for slug, fit in abreast(fitted, jobs):
+    for slug, fit in map(fitted, jobs):
         if fit.objective < best[slug].objective:
             best[slug] = fit
     trials = [Trial(slug, fit, 0.0, np.nan) for slug, fit in best.items()]
