@@ -18,6 +18,9 @@ FEW = 8
 """Recordings of one specimen up to which parts of all are left out at once: each usually stands for
 conditions that no other has, and predicting a whole one would be extrapolation."""
 
+LITTLE = 1e-3
+"""Misfit, as a reduced chi-square over 1, below which no share of it is told."""
+
 Masks = list[np.ndarray]
 """A mask of the values of every recording."""
 
@@ -88,13 +91,18 @@ def gain(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
 
     The fold that fares worst is left out where it loses: without the rows in which an effect acts, a fit may
     end at another value of it that nothing contradicts. Neither is its misfit counted then: where a model
-    goes astray without some rows it may be larger than all the rest.
+    goes astray without some rows it may be larger than all the rest. For the same reason the share is that
+    without the fold of largest misfit, where every other fold gains and it is larger.
 
     Args:
         before, after: of both models, by fold, as `left_out` gives them.
     """
-    gains = before - after
+    gains, misfit = before - after, before - 1.0 / len(before)
     kept = np.arange(len(gains)) != (np.argmin(gains) if gains.min() < 0.0 else -1)
-    misfit = float(before[kept].sum()) - np.count_nonzero(kept) / len(kept)
     gained = float(gains[kept].sum())
-    return gained, gained / max(misfit, 1e-3)
+    most = np.argmax(np.where(kept, misfit, -np.inf))
+    others = kept & (np.arange(len(gains)) != most)
+    shares = [gained / max(float(misfit[kept].sum()), LITTLE)]
+    if np.count_nonzero(others) > 1 and np.all(gains[others] > 0.0):
+        shares.append(float(gains[others].sum()) / max(float(misfit[others].sum()), LITTLE))
+    return gained, max(shares)

@@ -8,7 +8,7 @@ from .explain import Explanation
 from .program import Program
 from .refit import Fit
 
-INTERNAL = ("gamma_", "ohms_", "taken", "slope_")
+INTERNAL = ("gamma_", "ohms_", "taken", "slope_", "memory_")
 """Beginnings of the names of drivers that reports do not use."""
 BINS = 10
 DRIVERS = 3

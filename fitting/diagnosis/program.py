@@ -182,9 +182,12 @@ class Program:
             return here.hidden
         found, pace = [], np.asarray(self.stacked.extra["wander"])
         for k, channels in enumerate(self.channels):
-            moved = np.stack([np.nan_to_num(here.drivers[f"slope_{c.quantity}"][k]) for c in channels])
+            own, memory = (
+                np.stack([np.nan_to_num(here.drivers[f"{name}_{c.quantity}"][k]) for c in channels])
+                for name in ("slope", "memory")
+            )
             fraction, time = here.drivers[COURSE][k], np.asarray(self.stacked.time)[k]
-            own = courses.Course.of(0, fraction, moved, np.zeros_like(moved), float(pace[k]), time)
+            own = courses.Course.of(0, fraction, own + memory, memory, float(pace[k]), time)
             found.append(courses.Hidden.of([own], channels))
         return found
 
