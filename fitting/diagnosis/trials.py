@@ -24,6 +24,8 @@ PURSUED = 3
 """Candidates that are fitted to the end, from two starts each."""
 TO_THE_END = 40
 """Most trial steps of such a fit."""
+FAINTER = 0.1
+"""Part of an effect with which a fit begins again that ended worse than the model without it."""
 SETTLING = 2
 """Rounds in which noise is told from what a base model leaves, and the base model fitted with it."""
 AT_BOUND = 8.0
@@ -110,7 +112,12 @@ def trials_of(
 
     def fitted(job: tuple[str, np.ndarray | Fit, int]) -> tuple[str, Fit]:
         slug, start, rounds = job
-        return slug, Refitter(program).fit((*current.slugs, slug), start, rounds)
+        fit = Refitter(program).fit((*current.slugs, slug), start, rounds)
+        if fit.objective < current.objective:
+            return slug, fit
+        faint = _fainter(program.unknowns, slug, current.u, fit.u if isinstance(start, Fit) else start)
+        again = Refitter(program).fit(fit.slugs, faint, rounds)
+        return slug, min(fit, again, key=lambda f: f.objective)
 
     def ahead(count: int) -> list[str]:
         first = sorted(best, key=lambda slug: best[slug].objective)[: effort * count]
@@ -154,6 +161,14 @@ def _starts(unknowns: Unknowns, score: Score) -> list[np.ndarray]:
     idle = (first[own] == 0.0) & (typical != 0.0)  # an amplitude at zero never tells its shapes
     first[own[idle]] = 0.02 * typical[idle]
     return [first, nominal]
+
+
+def _fainter(unknowns: Unknowns, slug: str, current: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """A start from which an effect cannot have led astray: the model so far, with a little of the effect."""
+    found, own = start.copy(), unknowns.amplitudes(slug)
+    found[unknowns.base], absent = current[unknowns.base], unknowns.neutral[own]
+    found[own] = absent + FAINTER * (start[own] - absent)
+    return found
 
 
 def inflation_of(program: Program, fit: Fit) -> float:
