@@ -12,7 +12,7 @@ from fitting.diagnosis.folds import gain
 from fitting.diagnosis.inputs import input_noise
 from fitting.diagnosis.trials import floor
 from fitting.models.channels import Channel
-from fitting.models.with_effects.spring import HELD, _course
+from fitting.models.with_effects.spring_course import HELD, best_course
 
 COUNT = 12
 
@@ -26,6 +26,10 @@ def _rows(rng, wander=1e-3, correlation=(0.6, 0.0)):
     measured = {name: jnp.asarray(0.5 + 0.1 * rng.standard_normal(COUNT)) for name in sigma}
     time = jnp.cumsum(jnp.full(COUNT, 0.5))
     return SimpleNamespace(time=time, extra=extra, measured=measured, weight=dict.fromkeys(sigma)), sigma
+
+
+def _course(outputs, read, rows, frozen=None):
+    return best_course(outputs, frozen or outputs, read, ("force", "resistance"), rows)
 
 
 def _dense(rows, sigma, slopes, correlation):
@@ -52,9 +56,10 @@ def test_the_course_is_that_of_generalised_least_squares():
     rng = np.random.default_rng(2)
     rows, sigma = _rows(rng)
     slopes = rng.uniform(0.8, 1.2, (2, COUNT))
-    course, taken, slope = _course(lambda x: jnp.asarray(slopes) * x, jnp.full(COUNT, 0.5), rows)
+    course, taken, local = _course(lambda x: jnp.asarray(slopes) * x, jnp.full(COUNT, 0.5), rows)
     assert course == pytest.approx(_dense(rows, sigma, slopes, (0.6, 0.0)), abs=1e-5)
-    assert slope == pytest.approx(np.asarray(slopes), rel=1e-9)
+    assert local.slope == pytest.approx(np.asarray(slopes), rel=1e-9)
+    assert not np.any(local.remembered)
     assert np.all((np.asarray(taken) > 0.0) & (np.asarray(taken) <= 1.0))
 
 
@@ -65,7 +70,8 @@ def test_the_course_follows_a_constant_of_the_law_as_the_implicit_function_does(
     rows.measured = {"force": true, "resistance": 0.9 * true}  # Gauss-Newton leaves out what misfit adds
 
     def course(gain):
-        return _course(lambda x: jnp.stack([gain * x, 0.9 * x]), jnp.full(COUNT, 0.5), rows)[0]
+        laws = [lambda x, gain=g: jnp.stack([gain * x, 0.9 * x]) for g in (gain, jax.lax.stop_gradient(gain))]
+        return _course(laws[0], jnp.full(COUNT, 0.5), rows, laws[1])[0]
 
     slope = np.asarray(jax.jvp(course, (1.0,), (1.0,))[1])
     apart = np.asarray((course(1.0 + 1e-4) - course(1.0 - 1e-4)) / 2e-4)
@@ -80,6 +86,26 @@ def test_a_resistance_beyond_the_law_is_left_over_where_force_knows_the_phase():
     assert course == pytest.approx(np.full(COUNT, 0.35), abs=0.02)
 
 
+def test_noise_in_the_hottest_row_does_not_bend_all_that_remember_it():
+    """What made a null campaign look like a mismatch: every row after the hottest remembers its fraction."""
+    rng = np.random.default_rng(6)
+    rows, sigma = _rows(rng, wander=1e-2, correlation=(0.0, 0.0))
+    true = jnp.asarray(np.r_[0.6, 0.5, 0.4, 0.3, np.full(COUNT - 4, 0.5)])
+    law = lambda x: jnp.stack([x + jax.lax.cummin(x), x])  # noqa: E731
+    rows.measured = dict(zip(sigma, law(true), strict=True))
+    rows.measured["resistance"] = rows.measured["resistance"].at[3].add(-0.1)  # the hottest row, read too hot
+
+    def square(x):
+        missing = {n: (y - rows.measured[n]) / sigma[n] for n, y in zip(sigma, law(x), strict=True)}
+        return sum(jnp.sum(m**2) for m in missing.values()) + jnp.sum(jnp.diff(x) ** 2) / (1e-2 * 0.5)
+
+    course, _, local = _course(law, jnp.asarray(rows.measured["resistance"]), rows)
+    assert local.source[-1] == 3 and np.all(np.asarray(local.remembered[0, 4:]) == 1.0)
+    assert course[3] == pytest.approx(0.3, abs=0.03)
+    nudged = [square(course.at[3].add(d)) for d in (-0.01, 0.01)]
+    assert square(course) < min(nudged)
+
+
 def test_the_fold_that_fares_worst_is_forgiven_but_no_other():
     before = np.array([1.0, 1.0, 1.0])
     assert gain(before, np.array([0.5, 9.0, 0.5]))[0] == pytest.approx(1.0)
@@ -90,7 +116,13 @@ def test_the_fold_that_fares_worst_is_forgiven_but_no_other():
 def test_a_fold_that_is_forgiven_is_no_misfit_that_an_effect_must_take_away():
     before = np.array([20.0, 2.0, 2.0])
     assert gain(before, np.array([30.0, 1.0, 1.0]))[1] == pytest.approx(2.0 / (4.0 - 2.0 / 3.0))
-    assert gain(before, np.array([19.0, 1.0, 1.0]))[1] == pytest.approx(3.0 / 23.0)
+    assert gain(before, np.array([19.0, 1.0, 2.5]))[1] == pytest.approx(2.0 / (22.0 - 2.0 / 3.0))
+
+
+def test_a_fold_in_which_every_model_goes_astray_does_not_decide_the_share_that_an_effect_takes_away():
+    before = np.array([20.0, 2.0, 2.0])
+    assert gain(before, np.array([19.0, 1.0, 1.0])) == (3.0, pytest.approx(2.0 / (4.0 - 2.0 / 3.0)))
+    assert gain(before, np.array([1.0, 1.9, 1.9]))[1] == pytest.approx(19.2 / 23.0)
 
 
 @pytest.mark.parametrize(("slow", "least", "most"), [(False, 2.0, 6.0), (True, 1.0, 1.01)])
