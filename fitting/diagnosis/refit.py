@@ -21,7 +21,7 @@ SHAPE_SD = 1.5
 """Standard deviation of a shape parameter's prior about its typical value, in units of that value's
 departure."""
 AT_BOUND = 1e-3
-"""Part of its range from a bound at which a parameter is said to be at it."""
+"""Part of its range from a bound, other than its absence, at which a parameter is said to be at it."""
 
 
 @dataclass(frozen=True)
@@ -158,8 +158,10 @@ class Refitter:
         for k in free:
             item = unknowns.items[k]
             span = item.high - item.low
-            near = min(u[k] - item.low, item.high - u[k]) < AT_BOUND * span
-            if item.effect and near and abs(u[k]) > 1e-9 and not item.shape:
+            # a weak effect is near its absence, which is no bound that it was stopped at
+            bounds = [bound for bound in (item.low, item.high) if bound != unknowns.neutral[k]]
+            near = any(abs(u[k] - bound) < AT_BOUND * span for bound in bounds)
+            if item.effect and near and not item.shape:
                 bound.append(f"{item.effect}.{item.name}")
         covariance = (vectors / values) @ vectors.T
         return Fit(
