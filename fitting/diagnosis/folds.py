@@ -21,6 +21,9 @@ conditions that no other has, and predicting a whole one would be extrapolation.
 LITTLE = 1e-3
 """Misfit, as a reduced chi-square over 1, below which no share of it is told."""
 
+REAL = 0.05
+"""Part of the misfit that the other folds must hold where that with the largest is not counted."""
+
 Masks = list[np.ndarray]
 """A mask of the values of every recording."""
 
@@ -92,7 +95,8 @@ def gain(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
     The fold that fares worst is left out where it loses: without the rows in which an effect acts, a fit may
     end at another value of it that nothing contradicts. Neither is its misfit counted then: where a model
     goes astray without some rows it may be larger than all the rest. For the same reason the share is that
-    without the fold of largest misfit, where every other fold gains and it is larger.
+    without the fold of largest misfit, where both models go astray in it, every other fold gains and holds a
+    real part of the misfit.
 
     Args:
         before, after: of both models, by fold, as `left_out` gives them.
@@ -100,9 +104,10 @@ def gain(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
     gains, misfit = before - after, before - 1.0 / len(before)
     kept = np.arange(len(gains)) != (np.argmin(gains) if gains.min() < 0.0 else -1)
     gained = float(gains[kept].sum())
-    most = np.argmax(np.where(kept, misfit, -np.inf))
-    others = kept & (np.arange(len(gains)) != most)
-    shares = [gained / max(float(misfit[kept].sum()), LITTLE)]
-    if np.count_nonzero(others) > 1 and np.all(gains[others] > 0.0):
-        shares.append(float(gains[others].sum()) / max(float(misfit[others].sum()), LITTLE))
-    return gained, max(shares)
+    share = gained / max(float(misfit[kept].sum()), LITTLE)
+    most = int(np.argmax(misfit))
+    rest = np.delete(gains, most), np.delete(misfit, most)
+    astray = after[most] > 0.5 * before[most] and rest[1].sum() > REAL * misfit.sum()
+    if astray and rest[0].min(initial=np.inf) > 0.0 and len(rest[0]) > 1:
+        share = max(share, float(rest[0].sum() / rest[1].sum()))
+    return gained, share

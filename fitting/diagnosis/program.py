@@ -335,9 +335,8 @@ class Program:
                 misfit = told.misfit if believed else misfit
                 for j, course in enumerate(one.courses):
                     slopes[:, k, course.number] = told.slopes[:, j]
-                    if not search.tripped[k]:
-                        moved[k, course.number] += told.steps[j]
                     if believed:
+                        moved[k, course.number] += told.steps[j]
                         raw = [x + dx for x, dx in zip(raw, course.change(told.steps[j]), strict=True)]
             found.append((misfit, jacobian, raw))
         for j, number in enumerate(self.stacked.extra["layout"].spring_numbers if search else ()):

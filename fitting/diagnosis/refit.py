@@ -12,9 +12,10 @@ from .program import Program
 
 MOST_ROUNDS = 30
 ENOUGH = 0.1
-"""Decrease of the objective at which a fit ends that promises no more."""
-ENOUGH_SHARE = 2e-3
-"""The same as a share of the objective."""
+"""Decrease of the objective at which a fit ends that promises no more; times the reduced chi-square that is
+left, by which evidence is deflated, too."""
+NEARLY = 5.0
+"""Factor on that up to which a step is not tried again smaller that made a fit worse by less."""
 FAILURES = 3
 """Trial steps in a row that may make a fit worse; more end it."""
 SHAPE_SD = 1.5
@@ -88,9 +89,9 @@ class Refitter:
         u[others] = unknowns.neutral[others]
         u = np.clip(u, unknowns.low, unknowns.high)
         now = self._at(u, free, near)
-        damping, failures = 1e-3, 0
+        damping, failures, half = 1e-3, 0, max(0.5 * self._count(), 1.0)
         for _ in range(rounds):
-            little = max(ENOUGH, ENOUGH_SHARE * now[0])
+            little = ENOUGH * max(1.0, now[0] / half)
             step, promised = self._step(u, now, free, damping)
             if promised < little:
                 break
@@ -102,9 +103,14 @@ class Refitter:
                 damping = max(damping * 0.2, 1e-6)
             else:
                 damping, failures = max(damping, 1e-3) * 8.0, failures + 1
-                if failures > FAILURES or -gain < little:
+                if failures > FAILURES or max(-gain, promised / NEARLY) < little:
                     break
         return self._finished(u, free, slugs, now)
+
+    def _count(self) -> float:
+        """Measured values that are fitted."""
+        program = self.program
+        return sum(float(np.mean(w)) * program.count(k) for k, w in enumerate(self.weight))
 
     def _at(self, u: np.ndarray, free: np.ndarray, near: Evaluation | None = None) -> tuple:
         """Objective, misfit, Jacobian over the free unknowns, evaluation; begun near another one."""
@@ -144,7 +150,7 @@ class Refitter:
             active &= ~beyond
             if not active.any():
                 break
-        full, step = np.zeros(len(u)), np.clip(step, -3.0, 3.0)
+        full, step = np.zeros(len(u)), step * min(1.0, 3.0 / max(np.max(np.abs(step), initial=0.0), 1e-9))
         full[free] = step
         return full, float(-g @ step - 0.5 * step @ H @ step)
 

@@ -86,7 +86,7 @@ def settled_fit(program: Program, start: np.ndarray | None = None) -> tuple[Prog
         program = with_noise_of(program, fit.evaluation).prepared(fit.u)
         if program.pace.shape[1]:
             program.count_input_noise(fit.u)
-        fit = Refitter(program).fit((), fit)
+        fit = Refitter(program).fit((), fit.u)
     return program, fit
 
 
@@ -108,15 +108,16 @@ def trials_of(
     likely = [s for s in found.scores if s.p_value < LIKELY][: effort * TRIED]
     starts = {score.slug: _starts(program.unknowns, score) for score in likely}
     best: dict[str, Fit] = {}
-    kept, fits = [score.slug for score in likely], 0
+    kept, fits, retries = [score.slug for score in likely], 0, []
 
     def fitted(job: tuple[str, np.ndarray | Fit, int]) -> tuple[str, Fit]:
         slug, start, rounds = job
         fit = Refitter(program).fit((*current.slugs, slug), start, rounds)
-        if fit.objective < current.objective:
+        if min(fit.objective, best[slug].objective if slug in best else np.inf) < current.objective:
             return slug, fit
         faint = _fainter(program.unknowns, slug, current.u, fit.u if isinstance(start, Fit) else start)
         again = Refitter(program).fit(fit.slugs, faint, rounds)
+        retries.append(slug)
         return slug, min(fit, again, key=lambda f: f.objective)
 
     def ahead(count: int) -> list[str]:
@@ -142,7 +143,7 @@ def trials_of(
         trial.returned = float(np.max(np.abs(trial.fit.u[program.unknowns.base]), initial=0.0))
     _weigh(program, current, trials)
     trials.sort(key=lambda t: -t.bayes)
-    return trials, fits
+    return trials, fits + len(retries)
 
 
 def _starts(unknowns: Unknowns, score: Score) -> list[np.ndarray]:
@@ -165,9 +166,10 @@ def _starts(unknowns: Unknowns, score: Score) -> list[np.ndarray]:
 
 def _fainter(unknowns: Unknowns, slug: str, current: np.ndarray, start: np.ndarray) -> np.ndarray:
     """A start from which an effect cannot have led astray: the model so far, with a little of the effect."""
-    found, own = start.copy(), unknowns.amplitudes(slug)
-    found[unknowns.base], absent = current[unknowns.base], unknowns.neutral[own]
-    found[own] = absent + FAINTER * (start[own] - absent)
+    found, whole, own = current.copy(), unknowns.of([slug]), unknowns.amplitudes(slug)
+    typical = np.array([unknowns.items[k].start for k in own])
+    found[whole] = start[whole]
+    found[own] = FAINTER * np.where(np.abs(start[own]) > FAINTER * np.abs(typical), start[own], typical)
     return found
 
 

@@ -197,12 +197,19 @@ def solve(local: Local, weight: Array, walk: Walk, state: Array, right: Array) -
 
     def iterate(_: object, right: Array) -> Array:
         precondition = lambda vector: solve_tridiagonal(diagonal, upper, vector)  # noqa: E731
-        return _conjugate_gradients(times, right, precondition)
+        return conjugate_gradients(times, right, precondition)
 
     return jax.lax.custom_linear_solve(times, right, iterate, symmetric=True)
 
 
-def _conjugate_gradients(times: Callable, right: Array, precondition: Callable) -> Array:
+def conjugate_gradients(times: Callable, right: Array, precondition: Callable) -> Array:
+    """Solution of a symmetric positive system, to `CLOSE`.
+
+    Args:
+        times: the system times a vector of shape (rows,).
+        right: its right-hand side.
+        precondition: a solution of a system close to it.
+    """
     tiny = jnp.finfo(right.dtype).tiny
 
     def better(carry: tuple) -> tuple:

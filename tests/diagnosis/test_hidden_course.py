@@ -1,5 +1,6 @@
 """The hidden phase of a spring in a diagnosis, and what folds and floors count."""
 
+from functools import partial
 from types import SimpleNamespace
 
 import jax
@@ -32,8 +33,8 @@ def _course(outputs, read, rows, frozen=None):
     return best_course(outputs, frozen or outputs, read, ("force", "resistance"), rows)
 
 
-def _dense(rows, sigma, slopes, correlation):
-    """The same by generalised least squares with full matrices."""
+def _precision(sigma, correlation):
+    """Inverse covariance of both channels' errors, (values, values)."""
     blocks = []
     for name, rho in zip(sigma, correlation, strict=True):
         there = np.isfinite(sigma[name])
@@ -44,12 +45,19 @@ def _dense(rows, sigma, slopes, correlation):
                 covariance = toeplitz(rho ** np.arange(run.size)) * np.outer(sigma[name][run], sigma[name][run])
                 precision[np.ix_(run, run)] = np.linalg.inv(covariance)
         blocks.append(precision)
-    precision = block_diag(*blocks)
-    A = np.concatenate([np.diag(s) for s in slopes])
+    return block_diag(*blocks)
+
+
+def _walk(rows):
     steps = np.diff(np.eye(COUNT), axis=0)
-    walk = steps.T @ steps / (float(rows.extra["wander"]) * 0.5)
+    return steps.T @ steps / (float(rows.extra["wander"]) * 0.5) + HELD * np.eye(COUNT)
+
+
+def _dense(rows, sigma, slopes, correlation):
+    """The same by generalised least squares with full matrices."""
+    precision, A = _precision(sigma, correlation), np.concatenate([np.diag(s) for s in slopes])
     y = np.concatenate([np.asarray(rows.measured[name]) for name in sigma])
-    return np.linalg.solve(A.T @ precision @ A + walk + HELD * np.eye(COUNT), A.T @ precision @ y)
+    return np.linalg.solve(A.T @ precision @ A + _walk(rows), A.T @ precision @ y)
 
 
 def test_the_course_is_that_of_generalised_least_squares():
@@ -76,6 +84,27 @@ def test_the_course_follows_a_constant_of_the_law_as_the_implicit_function_does(
     slope = np.asarray(jax.jvp(course, (1.0,), (1.0,))[1])
     apart = np.asarray((course(1.0 + 1e-4) - course(1.0 - 1e-4)) / 2e-4)
     assert slope == pytest.approx(apart, abs=0.05 * np.max(np.abs(apart)))
+
+
+@pytest.mark.parametrize("memory", [0.5, 2.0])
+def test_the_course_follows_a_constant_through_what_rows_remember_and_noise_that_lasts(memory):
+    rng = np.random.default_rng(7)
+    rows, sigma = _rows(rng, wander=1e-3, correlation=(0.7, 0.3))
+    true = jnp.asarray(np.r_[0.6, 0.5, 0.4, 0.3, 0.4 + 0.01 * np.arange(COUNT - 4)])
+    law = lambda x, theta: jnp.stack([0.5 * x + memory * jax.lax.cummin(x) + theta * rows.time, x])  # noqa: E731
+    rows.measured = dict(zip(sigma, law(true, 0.0), strict=True))
+
+    def solved(theta):
+        return _course(partial(law, theta=theta), true, rows, partial(law, theta=0.0))
+
+    (_, _, local), (slope, *_) = jax.jvp(solved, (0.0,), (1.0,))
+    D = np.concatenate([np.diag(np.asarray(own)) for own in local.slope])
+    for j, remembered in enumerate(np.asarray(local.remembered)):
+        np.add.at(D, (j * COUNT + np.arange(COUNT), np.asarray(local.source)), remembered)
+    precision, moved = _precision(sigma, (0.7, 0.3)), np.r_[np.asarray(rows.time), np.zeros(COUNT)]
+    expected = -np.linalg.solve(D.T @ precision @ D + _walk(rows), D.T @ precision @ moved)
+    assert np.any(local.remembered)
+    assert slope == pytest.approx(expected, abs=5e-3 * np.max(np.abs(expected)))
 
 
 def test_a_resistance_beyond_the_law_is_left_over_where_force_knows_the_phase():
@@ -123,6 +152,10 @@ def test_a_fold_in_which_every_model_goes_astray_does_not_decide_the_share_that_
     before = np.array([20.0, 2.0, 2.0])
     assert gain(before, np.array([19.0, 1.0, 1.0])) == (3.0, pytest.approx(2.0 / (4.0 - 2.0 / 3.0)))
     assert gain(before, np.array([1.0, 1.9, 1.9]))[1] == pytest.approx(19.2 / 23.0)
+    share = gain(np.array([10.0, 1.0, 1.0, 1.0]), np.array([9.9, 6.0, 0.7, 0.7]))[1]  # one other loses
+    assert share == pytest.approx(0.7 / (12.0 - 0.75))
+    quiet = gain(np.array([50.0, 0.34, 0.34]), np.array([49.7, 0.3, 0.3]))[1]  # the others hold hardly any misfit
+    assert quiet == pytest.approx(0.38 / 49.68)
 
 
 @pytest.mark.parametrize(("slow", "least", "most"), [(False, 2.0, 6.0), (True, 1.0, 1.01)])

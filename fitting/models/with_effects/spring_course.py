@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from fitting.models.latent import Local, solve_tridiagonal, variances
+from fitting.models.latent import Local, conjugate_gradients, solve_tridiagonal, variances
 from fitting.models.rows import Rows
 
 HELD = 1e-6
@@ -97,13 +97,24 @@ class _System(eqx.Module):
         return information, diagonal, sum(upper for _, upper in told) - _later(self.coupling)
 
     def step(self, local: Local, course: Array, predicted: Array) -> Array:
-        """A step to a better course, limited and kept from leaving 0 to 1; all pulls count, but of the second
-        derivative only the bands, which takes a few steps more and each a fraction of the time."""
+        """The Gauss-Newton step of a course, limited and kept from leaving 0 to 1."""
         missing = self.measured - predicted
         pull = local.back(self.weighed(missing)) - self.walk(course)
-        _, diagonal, upper = self.bands(local)
-        change = jnp.clip(solve_tridiagonal(diagonal, upper, pull), -LONGEST, LONGEST)
+        change = jnp.clip(self._solved(local, pull), -LONGEST, LONGEST)
         return jnp.clip(course + change, 0.0, 1.0) - course
+
+    def _solved(self, local: Local, right: Array) -> Array:
+        """Solution of the system: its bands by themselves are close to it."""
+        _, diagonal, upper = self.bands(local)
+
+        def times(direction: Array) -> Array:
+            return local.back(self.weighed(local.along(direction))) + self.walk(direction) + HELD * direction
+
+        def iterate(_: object, right: Array) -> Array:
+            precondition = lambda vector: solve_tridiagonal(diagonal, upper, vector)  # noqa: E731
+            return conjugate_gradients(times, right, precondition)
+
+        return jax.lax.custom_linear_solve(times, right, iterate, symmetric=True)
 
 
 def _later(column: Array) -> Array:
