@@ -17,10 +17,8 @@ ROUNDS = 10
 FEW = 8
 """Recordings of one specimen up to which parts of all are left out at once: each usually stands for
 conditions that no other has, and predicting a whole one would be extrapolation."""
-
 LITTLE = 1e-3
 """Misfit, as a reduced chi-square over 1, below which no share of it is told."""
-
 REAL = 0.05
 """Part of the misfit that the other folds must hold where that with the largest is not counted."""
 

@@ -13,17 +13,14 @@ from collections.abc import Callable
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jax.lax.linalg import tridiagonal_solve
 from jaxtyping import Array, Float, Int, PyTree
 
+from fitting.models.settling import ended, settle, solve_coupled
+
 ROUNDS = 20
-"""Most trials of a state; a step that makes it worse is halved."""
+"""Most trials of a state."""
 SETTLED = 2e-3
 """Change of the state, in rows that are measured, at which they end; one more is made if it is as small."""
-CONJUGATE = 16
-"""Most steps of conjugate gradients in each of them."""
-CLOSE = 1e-3
-"""Error of those, relative, at which they stop."""
 LONGEST = 0.3
 """Longest step of the state in one round."""
 OVERSHOOT = 0.01
@@ -136,49 +133,11 @@ def profile(
         left = local.predicted - measured
         pull = local.back(weight**2 * left) + walk.gradient(state)
         square = jnp.sum((weight * left) ** 2) + jnp.sum(walk.residual(state) ** 2)
-        return -solve(jax.lax.stop_gradient(local), weight, walk, state, pull), square
+        move = -solve(jax.lax.stop_gradient(local), weight, walk, state, pull)
+        return jnp.clip(move, -LONGEST, LONGEST), square
 
-    def round_(search: _Search) -> _Search:
-        move, square = step(frozen, search.trial)
-        better = square < search.least
-        best = jnp.where(better, search.trial, search.best)
-        move = jnp.where(better, jnp.clip(move, -LONGEST, LONGEST), search.move)
-        share = jnp.where(better, jnp.minimum(2.0 * search.share, 1.0), 0.5 * search.share)
-        least = jnp.where(better, square, search.least)
-        return _Search(best, least, best + share * move, move, share, search.count + 1)
-
-    def unfinished(search: _Search) -> Array:
-        moved = jnp.max(jnp.abs(search.trial - search.best), where=told, initial=0.0)
-        return (search.count == 0) | (moved > SETTLED) & (search.count < ROUNDS)
-
-    begun = _Search.at(jax.lax.stop_gradient(start))
-    settled = jax.lax.while_loop(unfinished, round_, begun).best
-    last = step(model, settled)[0]
-    small = jnp.max(jnp.abs(last), where=told, initial=0.0) <= SETTLED
-    return settled + last - jax.lax.stop_gradient(jnp.where(small, 0.0, last))
-
-
-class _Search(eqx.Module):
-    """Where a search for the best course stands.
-
-    Attributes:
-        best: state of the least sum of squares so far, `least`.
-        trial: state to try next: `best` and a `share` of its step `move`, halved where that made it worse.
-        count: trials made.
-    """
-
-    best: Array
-    least: Array
-    trial: Array
-    move: Array
-    share: Array
-    count: Array
-
-    @classmethod
-    def at(cls, start: Array) -> "_Search":
-        """The beginning."""
-        still, half = jnp.zeros_like(start), jnp.asarray(0.5)
-        return cls(start, jnp.asarray(jnp.inf), start, still, half, jnp.asarray(0))
+    settled = settle(lambda state: step(frozen, state), start, told, SETTLED, ROUNDS)
+    return ended(settled, step(model, settled)[0], told, SETTLED)
 
 
 def solve(local: Local, weight: Array, walk: Walk, state: Array, right: Array) -> Array:
@@ -195,40 +154,7 @@ def solve(local: Local, weight: Array, walk: Walk, state: Array, right: Array) -
         coupled = walked * direction + upper * jnp.roll(direction, -1) + jnp.roll(upper * direction, 1)
         return coupled + local.back(weight**2 * local.along(direction))
 
-    def iterate(_: object, right: Array) -> Array:
-        precondition = lambda vector: solve_tridiagonal(diagonal, upper, vector)  # noqa: E731
-        return conjugate_gradients(times, right, precondition)
-
-    return jax.lax.custom_linear_solve(times, right, iterate, symmetric=True)
-
-
-def conjugate_gradients(times: Callable, right: Array, precondition: Callable) -> Array:
-    """Solution of a symmetric positive system, to `CLOSE`.
-
-    Args:
-        times: the system times a vector of shape (rows,).
-        right: its right-hand side.
-        precondition: a solution of a system close to it.
-    """
-    tiny = jnp.finfo(right.dtype).tiny
-
-    def better(carry: tuple) -> tuple:
-        found, rest, direction, size, count = carry
-        image = times(direction)
-        along = size / jnp.maximum(jnp.dot(direction, image), tiny)
-        found, rest = found + along * direction, rest - along * image
-        smooth = precondition(rest)
-        after = jnp.dot(rest, smooth)
-        return found, rest, smooth + after / jnp.maximum(size, tiny) * direction, after, count + 1
-
-    first = precondition(right)
-    enough = CLOSE**2 * jnp.dot(right, first)
-
-    def unfinished(carry: tuple) -> Array:
-        return (carry[3] > enough) & (carry[4] < CONJUGATE)
-
-    carry = (jnp.zeros_like(right), right, first, jnp.dot(right, first), jnp.asarray(0))
-    return jax.lax.while_loop(unfinished, better, carry)[0]
+    return solve_coupled(times, right, diagonal, upper)
 
 
 def _remembered(local: Local, weight: Array) -> Array:
@@ -242,12 +168,6 @@ def hessian(local: Local, weight: Array, walk: Walk, state: Array) -> tuple[Arra
     diagonal, upper = walk.curvature(state)
     diagonal = diagonal + jnp.sum((weight * local.slope) ** 2, axis=0) + _remembered(local, weight)
     return jnp.where(diagonal == 0.0, 1.0, diagonal), upper  # padding is coupled to nothing
-
-
-def solve_tridiagonal(diagonal: Array, upper: Array, right: Array) -> Array:
-    """Solution of a symmetric tridiagonal system; `upper` ends with a zero."""
-    lower = jnp.concatenate([jnp.zeros(1), upper[:-1]])
-    return tridiagonal_solve(lower, diagonal, upper, right[:, None])[:, 0]
 
 
 def log_determinant(diagonal: Array, upper: Array) -> Array:

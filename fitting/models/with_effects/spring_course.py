@@ -10,13 +10,14 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from fitting.models.latent import Local, conjugate_gradients, solve_tridiagonal, variances
+from fitting.models.latent import Local, variances
 from fitting.models.rows import Rows
+from fitting.models.settling import ended, settle, solve_coupled
 
 HELD = 1e-6
 """Weight of the course so far in every row, which keeps rows that say nothing where they are."""
 ROUNDS = 6
-"""Most trials of a course; a step that makes it worse is halved."""
+"""Most trials of a course."""
 SETTLED = 3e-3
 """Longest step of a fraction at which they end."""
 LONGEST = 0.3
@@ -110,11 +111,7 @@ class _System(eqx.Module):
         def times(direction: Array) -> Array:
             return local.back(self.weighed(local.along(direction))) + self.walk(direction) + HELD * direction
 
-        def iterate(_: object, right: Array) -> Array:
-            precondition = lambda vector: solve_tridiagonal(diagonal, upper, vector)  # noqa: E731
-            return conjugate_gradients(times, right, precondition)
-
-        return jax.lax.custom_linear_solve(times, right, iterate, symmetric=True)
+        return solve_coupled(times, right, diagonal, upper)
 
 
 def _later(column: Array) -> Array:
@@ -131,8 +128,8 @@ def best_course(
 ) -> tuple[Array, Array, Local]:
     """Martensite fraction that explains all channels best, as a walk, shape (rows,).
 
-    Gauss-Newton from a first trial; a spring remembers its hottest row, so rows are coupled to it. A step
-    that makes the course worse is halved. The rounds carry no tangents, one step after them does.
+    Damped Gauss-Newton from a first trial; a spring remembers its hottest row, so rows are coupled to it. The
+    search carries no tangents, one step after it does.
 
     Args:
         outputs: the channels, shape (channels, rows), at a course.
@@ -150,30 +147,18 @@ def best_course(
     coupling = jnp.where(jnp.arange(interval.size) > 0, 1.0 / (rows.extra["wander"] * interval), 0.0)
     system = _System([Noise.of(rows, name) for name in names], measured, coupling)
 
-    def round_(carry: tuple) -> tuple:
-        best, least, move, share, count = carry
-        trial = best + share * move
-        local = _local(frozen, trial)
-        square = system.square(measured - local.predicted, trial)
-        then = system.step(local, trial, local.predicted)
-        good = square < least
-        share = jnp.where(good, jnp.minimum(2.0 * share, 1.0), 0.5 * share)
-        best, least, move = (jnp.where(good, *x) for x in ((trial, best), (square, least), (then, move)))
-        return best, least, move, share, count + 1
+    def step(course: Array) -> tuple[Array, Array]:
+        local = _local(frozen, course)
+        return system.step(local, course, local.predicted), system.square(measured - local.predicted, course)
 
-    def unfinished(carry: tuple) -> Array:
-        return (jnp.max(jnp.abs(carry[3] * carry[2])) > SETTLED) & (carry[4] < ROUNDS)
-
-    start = jax.lax.stop_gradient(jnp.clip(read, 0.0, 1.0))
-    begun = round_((start, jnp.asarray(jnp.inf), jnp.zeros_like(start), jnp.asarray(0.5), jnp.asarray(0)))
-    settled = jax.lax.while_loop(unfinished, round_, begun)[0]
+    everywhere = jnp.ones(rows.time.shape, bool)
+    settled = settle(step, jnp.clip(read, 0.0, 1.0), everywhere, SETTLED, ROUNDS)
     local = _local(frozen, settled)
     last = system.step(local, settled, outputs(settled))
-    small = jnp.max(jnp.abs(last)) <= SETTLED
     information, diagonal, upper = system.bands(local)
     inside = (settled > 0.0) & (settled < 1.0)
     taken = jnp.where(inside, jnp.clip(information * variances(diagonal, upper), 0.0, 1.0), 0.0)
-    return settled + last - jax.lax.stop_gradient(jnp.where(small, 0.0, last)), taken, local
+    return ended(settled, last, everywhere, SETTLED), taken, local
 
 
 def _local(outputs: Callable[[Array], Array], course: Array) -> Local:
