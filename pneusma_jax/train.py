@@ -7,7 +7,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
-STEPS = 4  # of Newton before the differentiated one; the force is nearly linear over what the train takes
+STEPS = 4  # of Newton, at most, before the differentiated one; the force is nearly linear over that length
+CLOSE = 1e-9  # change of the true length at which they end, relative; the differentiated one squares it
 LEAST_SLOPE = 0.05  # of the recorded over the true length: below, the train snaps and no root is stable
 
 
@@ -26,7 +27,7 @@ def strain_in_train(
 
     Returns:
         The true length [m]. Only the last step is differentiated, which gives the implicit function's
-        derivative; so tangents stay out of the loop.
+        derivative; so tangents stay out of the loop. A rigid train takes no other step.
     """
     train = compliance, stiffening, recorded
     fixed = jax.lax.stop_gradient(train)
@@ -38,5 +39,15 @@ def strain_in_train(
         slope = jnp.maximum(1.0 + soft, LEAST_SLOPE)
         return true - (true + compliance * pull / stiffer - recorded) / slope
 
-    found = jax.lax.fori_loop(0, STEPS, lambda _, x: jax.lax.stop_gradient(improved(x, *fixed)), fixed[2])
+    def again(carry: tuple) -> Array:
+        _, change, count = carry
+        return (change > CLOSE * jnp.abs(fixed[2])) & (count < STEPS)
+
+    def advance(carry: tuple) -> tuple:
+        true, _, count = carry
+        better = jax.lax.stop_gradient(improved(true, *fixed))
+        return better, jnp.abs(better - true), count + 1
+
+    begun = jnp.where(fixed[0] == 0.0, 0.0, jnp.inf)  # a rigid train has the recorded length
+    found, _, _ = jax.lax.while_loop(again, advance, (fixed[2], begun, 0))
     return improved(jax.lax.stop_gradient(found), *train)

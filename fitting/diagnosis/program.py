@@ -165,8 +165,9 @@ class Program:
         elif self.hidden:
             values = self.unknowns.values(u)
             self.stacked = kind_module(self.kind).prepared(values, self.stacked, self.channels)
-            taken = self.evaluate(u, nothing).drivers["taken"]
-            self.taken = np.array([np.sum(taken[k]) for k in range(len(self.channels))])
+            here = self.evaluate(u, nothing)
+            self.stacked = self._begun(self.stacked, here)
+            self.taken = np.array([np.sum(here.drivers["taken"][k]) for k in range(len(self.channels))])
 
     def prepared(self, u: np.ndarray) -> "Program":
         """The program with hidden courses as the model at `u` has them; the original is left alone."""
@@ -268,7 +269,7 @@ class Program:
         stacked = self.stacked if stacked is None else stacked
         width = WIDTH - 2 * self.pace.shape[1]
         chunks = [columns[first : first + width] for first in range(0, max(len(columns), 1), width)]
-        start = with_courses(stacked, near.courses_at(u)) if moving and near is not None else stacked
+        start = self._begun(stacked, near, u) if near is not None else stacked
         search = Search(self.channels, self.pace, self.failed) if moving else None
         first = self._run(u, chunks[0], start)
         if search:
@@ -283,6 +284,13 @@ class Program:
         slopes = {n: np.concatenate([part.slopes[n] for part in (first, *rest)]) for n in names}
         whole = replace(first, slopes=slopes)
         return self._evaluated(u, columns, whole, search, again=bool(rest))
+
+    def _begun(self, stacked: Rows, near: Evaluation, u: np.ndarray | None = None) -> Rows:
+        """Recordings whose searches for hidden courses begin with those of an evaluation, foretold at `u`."""
+        if self.pace.shape[1]:
+            return with_courses(stacked, near.courses_at(near.u if u is None else u))
+        begun = getattr(kind_module(self.kind), "begun", None)
+        return begun(stacked, near.drivers) if begun else stacked
 
     def _run(self, u: np.ndarray, columns: np.ndarray, stacked: Rows) -> Raw:
         """One run of the compiled program, along a few of the unknowns and every hidden course."""

@@ -127,16 +127,16 @@ def profile(
     """
     frozen, told = jax.lax.stop_gradient(model), jnp.any(weight > 0.0, axis=0)
 
-    def step(model: PyTree, state: Array) -> tuple[Array, Array]:
-        """The Gauss-Newton step from a state, and the sum of squares there."""
+    def step(model: PyTree, state: Array) -> tuple[Array, Array, None]:
+        """See `settling.Step`."""
         local = outputs(model, state)
         left = local.predicted - measured
         pull = local.back(weight**2 * left) + walk.gradient(state)
         square = jnp.sum((weight * left) ** 2) + jnp.sum(walk.residual(state) ** 2)
         move = -solve(jax.lax.stop_gradient(local), weight, walk, state, pull)
-        return jnp.clip(move, -LONGEST, LONGEST), square
+        return jnp.clip(move, -LONGEST, LONGEST), square, None
 
-    settled = settle(lambda state: step(frozen, state), start, told, SETTLED, ROUNDS)
+    settled, _ = settle(lambda state: step(frozen, state), start, told, SETTLED, ROUNDS)
     return ended(settled, step(model, settled)[0], told, SETTLED)
 
 

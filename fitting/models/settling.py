@@ -6,50 +6,52 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jax.lax.linalg import tridiagonal_solve
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, PyTree
 
 CONJUGATE = 16
 """Most steps of conjugate gradients in each of the search's."""
 CLOSE = 1e-3
 """Error of those, relative, at which they stop."""
 
-Step = Callable[[Array], tuple[Array, Array]]
-"""The step from a state, limited, and the sum of squares at that state."""
+Step = Callable[[Array], tuple[Array, Array, PyTree]]
+"""The step from a state, limited; the sum of squares at that state; and what else is known there."""
 
 
 class _Search(eqx.Module):
     """Where a search stands.
 
     Attributes:
-        best: state of the least sum of squares so far, `least`.
+        best: state of the least sum of squares so far, `least`; and what else is known there, `known`.
         trial: state to try next: `best` and a `share` of its step `move`.
         count: trials made.
     """
 
     best: Array
     least: Array
+    known: PyTree
     trial: Array
     move: Array
     share: Array
     count: Array
 
     @classmethod
-    def at(cls, start: Array) -> "_Search":
+    def at(cls, start: Array, step: Step) -> "_Search":
         """The beginning."""
         still, half = jnp.zeros_like(start), jnp.asarray(0.5)
-        return cls(start, jnp.asarray(jnp.inf), start, still, half, jnp.asarray(0))
+        blank = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), jax.eval_shape(step, start)[2])
+        return cls(start, jnp.asarray(jnp.inf), blank, start, still, half, jnp.asarray(0))
 
 
 def settle(
     step: Step, start: Float[Array, " rows"], told: Bool[Array, " rows"], close: float, most: int
-) -> Array:
-    """State of the least sum of squares that a search finds, shape (rows,).
+) -> tuple[Array, PyTree]:
+    """State of the least sum of squares that a search finds, shape (rows,), and what else is known there.
 
     A step that makes the state worse is halved; after one that makes it better the next may be twice as long,
     at most whole. Without tangents: end with `ended` for derivatives.
 
     Args:
-        step: the step from a state and the sum of squares there.
+        step: see `Step`.
         start: the state to begin at.
         told: rows by whose change the end is judged.
         close: largest change at which the search ends.
@@ -57,18 +59,20 @@ def settle(
     """
 
     def trial(search: _Search) -> _Search:
-        move, square = step(search.trial)
+        move, square, known = step(search.trial)
         better = square < search.least
-        best, move = jnp.where(better, search.trial, search.best), jnp.where(better, move, search.move)
+        now = search.trial, square, known, move
+        before = search.best, search.least, search.known, search.move
+        best, least, known, move = jax.tree.map(lambda new, old: jnp.where(better, new, old), now, before)
         share = jnp.where(better, jnp.minimum(2.0 * search.share, 1.0), 0.5 * search.share)
-        least = jnp.where(better, square, search.least)
-        return _Search(best, least, best + share * move, move, share, search.count + 1)
+        return _Search(best, least, known, best + share * move, move, share, search.count + 1)
 
     def unfinished(search: _Search) -> Array:
         moved = largest(search.trial - search.best, told)
         return (search.count == 0) | (moved > close) & (search.count < most)
 
-    return jax.lax.while_loop(unfinished, trial, _Search.at(jax.lax.stop_gradient(start))).best
+    found = jax.lax.while_loop(unfinished, trial, _Search.at(jax.lax.stop_gradient(start), step))
+    return found.best, found.known
 
 
 def ended(settled: Array, last: Array, told: Array, close: float) -> Array:

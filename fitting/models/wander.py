@@ -8,6 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from fitting.kept import kept
+
 from .rows import Rows
 from .spring import wander_evidence
 
@@ -24,9 +26,11 @@ DECISIVE = 3.0
 """Difference of log-evidence below which a test says nothing about its wander."""
 
 
-@jax.jit
-def _evidence(values: Mapping[str, Array], stacked: Rows, wander: Array) -> Array:
+def _every(values: Mapping[str, Array], stacked: Rows, wander: Array) -> Array:
     return jax.vmap(lambda rows: wander_evidence(values, rows, wander))(stacked)
+
+
+_evidence = kept(_every, "evidence of a wander")
 
 
 def with_wander(

@@ -30,7 +30,9 @@ def _rows(rng, wander=1e-3, correlation=(0.6, 0.0)):
 
 
 def _course(outputs, read, rows, frozen=None):
-    return best_course(outputs, frozen or outputs, read, ("force", "resistance"), rows)
+    laws = [lambda x, law=law: (law(x), None) for law in (outputs, frozen or outputs)]
+    found = best_course(*laws, read, ("force", "resistance"), rows)
+    return found.course, found.taken, found.local
 
 
 def _precision(sigma, correlation):

@@ -21,6 +21,7 @@ from fitting.models.channels import Channel
 from fitting.models.rows import Rows, numbers
 from fitting.models.wander import with_wander
 from pneusma_jax.chain import Effect
+from pneusma_jax.nitinol import SpringResponse
 
 from .spring_course import best_course
 
@@ -28,8 +29,13 @@ OUTPUTS = ("force", "resistance")
 WANDERS = tuple(10.0**k for k in range(-16, -2))
 """Variances per second of the walk that are tried. The smallest hold a cold wire in one phase, whose limit
 then either binds or does not: noise that crossed it row by row would look like an offset."""
+BEGUN = "course"
+"""Where rows keep the fraction that the search for their hidden course begins with; each resistance by itself
+where they keep none."""
 LOOSE = 10.0
 """Factor on the variance of the walk that a resistance shows."""
+ADDED = ("weight_", "correlation_")
+"""How columns are named that say how a diagnosis weighs a channel."""
 rows_for = spring.rows_for
 parameters_for = spring.parameters_for
 
@@ -38,19 +44,38 @@ def prepared(
     values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]] | None = None
 ) -> Rows:
     """Rows whose walks are as fast as their resistances say at these base constants, with the noise of every
-    channel as a diagnosis weighs it; as the rows do, if there are no channels."""
-    found = with_wander(values, stacked, LOOSE, WANDERS, pooled=True)
+    channel as a diagnosis weighs it, and a course to begin with; as the rows do, if there are no channels."""
+    own = {name: x for name, x in stacked.extra.items() if not name.startswith((*ADDED, BEGUN))}
+    plain = eqx.tree_at(lambda rows: rows.extra, stacked, own)  # so that one program serves both
+    found = with_wander(values, plain, LOOSE, WANDERS, pooled=True)
     if channels is None:
         return found
-    extra = dict(found.extra)
+    extra = {**stacked.extra, **found.extra}
     for name in OUTPUTS:
         weight, correlation = np.zeros(stacked.mask.shape), np.zeros(len(stacked.mask))
         for k, members in enumerate(channels):
             for channel in members:
                 if channel.quantity == name:
                     weight[k], correlation[k] = 1.0 / channel.sigma, channel.correlation
-        extra[f"weight_{name}"], extra[f"correlation_{name}"] = jnp.asarray(weight), jnp.asarray(correlation)
+        names = [f"{what}{name}" for what in ADDED]
+        extra |= zip(names, map(jnp.asarray, (weight, correlation)), strict=True)
+    if BEGUN not in extra:
+        extra[BEGUN] = jax.vmap(partial(_read, values))(stacked)
     return eqx.tree_at(lambda rows: rows.extra, found, extra)
+
+
+def _read(values: Mapping[str, Array], rows: Rows) -> Array:
+    """Fraction that each resistance by itself stands for, without effects, (rows,)."""
+    element = spring.spring_of(numbers(values, rows))
+    gamma = element.shear_strain(rows.inputs["elongation"])
+    rho = rows.inputs["resistance"] / element.geometry.wire_length
+    return element.alloy.martensite_fraction(rho, gamma).xi0
+
+
+def begun(stacked: Rows, drivers: Mapping[str, Array]) -> Rows:
+    """A stack whose searches for hidden courses begin where that of an evaluation ended, by its drivers."""
+    course = jnp.clip(jnp.asarray(drivers["xi0"]), 0.0, 1.0)
+    return eqx.tree_at(lambda rows: rows.extra[BEGUN], stacked, course)
 
 
 def predict(
@@ -61,27 +86,29 @@ def predict(
     stand = spring.spring_of(known), effects, pj.SpringState(known["prestrain"], jnp.ones(()))
     elongation, time = rows.inputs["elongation"], rows.time
 
-    def course(stand: tuple, activation: Any) -> pj.SpringHistory:
+    def follow(stand: tuple, activation: Any) -> tuple[Array, SpringResponse]:
         element, effects, state = stand
-        return pj.simulate_spring(element, elongation, activation, state, time=time, effects=effects)
+        found = pj.simulate_spring(element, elongation, activation, state, time=time, effects=effects)
+        return jnp.stack([found.seen[name] for name in OUTPUTS]), found.rows
 
-    def outputs(stand: tuple, xi0: Array) -> Array:
-        seen = course(stand, pj.MartensiteFraction(xi0)).seen
-        return jnp.stack([seen[name] for name in OUTPUTS])
+    def at(stand: tuple, xi0: Array) -> tuple[Array, SpringResponse]:
+        return follow(stand, pj.MartensiteFraction(xi0))
 
     frozen = jax.tree.map(lambda x: jax.lax.stop_gradient(x) if eqx.is_array(x) else x, stand)
-    single = course(frozen, pj.Resistance(rows.inputs["resistance"])).rows.xi0
-    xi0, told, local = best_course(partial(outputs, stand), partial(outputs, frozen), single, OUTPUTS, rows)
-    found = course(stand, pj.MartensiteFraction(xi0))
-    rate = jnp.gradient(found.rows.gamma) / jnp.maximum(jnp.gradient(time), 1e-9)
+    start = rows.extra.get(BEGUN)
+    if start is None:
+        start = follow(frozen, pj.Resistance(rows.inputs["resistance"]))[1].xi0
+    found = best_course(partial(at, stand), partial(at, frozen), start, OUTPUTS, rows)
+    gamma = found.known.gamma
+    rate = jnp.gradient(gamma) / jnp.maximum(jnp.gradient(time), 1e-9)
     drivers = {
-        "xi0": xi0,
-        "strain": found.rows.gamma,
+        "xi0": found.course,
+        "strain": gamma,
         "strain_rate": rate,
-        "max_strain": jax.lax.cummax(found.rows.gamma),
-        "force": found.rows.force,
-        "taken": told,
-        **{f"slope_{name}": by_own for name, by_own in zip(OUTPUTS, local.slope, strict=True)},
-        **{f"memory_{name}": by_memory for name, by_memory in zip(OUTPUTS, local.remembered, strict=True)},
+        "max_strain": jax.lax.cummax(gamma),
+        "force": found.known.force,
+        "taken": found.taken,
+        **{f"slope_{name}": by_own for name, by_own in zip(OUTPUTS, found.local.slope, strict=True)},
+        **{f"memory_{name}": more for name, more in zip(OUTPUTS, found.local.remembered, strict=True)},
     }
-    return {name: found.seen[name] for name in OUTPUTS}, drivers
+    return dict(zip(OUTPUTS, found.predicted, strict=True)), drivers

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, PyTree
 
 from fitting.models.latent import Local, variances
 from fitting.models.rows import Rows
@@ -16,7 +16,7 @@ from fitting.models.settling import ended, settle, solve_coupled
 
 HELD = 1e-6
 """Weight of the course so far in every row, which keeps rows that say nothing where they are."""
-ROUNDS = 6
+ROUNDS = 8
 """Most trials of a course."""
 SETTLED = 3e-3
 """Longest step of a fraction at which they end."""
@@ -119,54 +119,68 @@ def _later(column: Array) -> Array:
     return jnp.concatenate([column[1:], jnp.zeros(1)])
 
 
-def best_course(
-    outputs: Callable[[Array], Array],
-    frozen: Callable[[Array], Array],
-    read: Array,
-    names: Sequence[str],
-    rows: Rows,
-) -> tuple[Array, Array, Local]:
-    """Martensite fraction that explains all channels best, as a walk, shape (rows,).
+Outputs = Callable[[Array], tuple[Array, PyTree]]
+"""The channels at a course, shape (channels, rows), and what else is known there."""
+
+
+class Found(eqx.Module):
+    """The course that explains all channels best.
+
+    Attributes:
+        course: martensite fraction, shape (rows,).
+        predicted: the channels there, shape (channels, rows).
+        known: what else `Outputs` tells where the search ended.
+        taken: how much of a measured value the course takes up in every row, 0 to 1.
+        local: how the channels depend on the course.
+    """
+
+    course: Float[Array, " rows"]
+    predicted: Float[Array, "channels rows"]
+    known: PyTree
+    taken: Float[Array, " rows"]
+    local: Local
+
+
+def best_course(outputs: Outputs, frozen: Outputs, read: Array, names: Sequence[str], rows: Rows) -> Found:
+    """Martensite fraction that explains all channels best, as a walk.
 
     Damped Gauss-Newton from a first trial; a spring remembers its hottest row, so rows are coupled to it. The
-    search carries no tangents, one step after it does.
+    search carries no tangents; the model is run once more for them, and the last step, which makes them those
+    of the implicit function, is taken along the channels' slopes.
 
     Args:
-        outputs: the channels, shape (channels, rows), at a course.
-        frozen: the same of a model without tangents.
+        outputs: the model.
+        frozen: the same without tangents.
         read: first trial, shape (rows,).
         names: of the channels.
         rows: the recording.
-
-    Returns:
-        The course; how much of a measured value it takes up in every row, 0 to 1; and how the channels depend
-        on it.
     """
     measured = jnp.stack([rows.measured[name] for name in names])
     interval = jnp.maximum(jnp.diff(rows.time, prepend=rows.time[:1]), 1e-6)
     coupling = jnp.where(jnp.arange(interval.size) > 0, 1.0 / (rows.extra["wander"] * interval), 0.0)
     system = _System([Noise.of(rows, name) for name in names], measured, coupling)
 
-    def step(course: Array) -> tuple[Array, Array]:
+    def step(course: Array) -> tuple[Array, Array, Local]:
         local = _local(frozen, course)
-        return system.step(local, course, local.predicted), system.square(measured - local.predicted, course)
+        move = system.step(local, course, local.predicted)
+        return move, system.square(measured - local.predicted, course), local
 
     everywhere = jnp.ones(rows.time.shape, bool)
-    settled = settle(step, jnp.clip(read, 0.0, 1.0), everywhere, SETTLED, ROUNDS)
-    local = _local(frozen, settled)
-    last = system.step(local, settled, outputs(settled))
+    settled, local = settle(step, jnp.clip(read, 0.0, 1.0), everywhere, SETTLED, ROUNDS)
+    there, known = outputs(settled)
+    course = ended(settled, system.step(local, settled, there), everywhere, SETTLED)
     information, diagonal, upper = system.bands(local)
     inside = (settled > 0.0) & (settled < 1.0)
     taken = jnp.where(inside, jnp.clip(information * variances(diagonal, upper), 0.0, 1.0), 0.0)
-    return ended(settled, last, everywhere, SETTLED), taken, local
+    return Found(course, there + local.along(course - settled), known, taken, local)
 
 
-def _local(outputs: Callable[[Array], Array], course: Array) -> Local:
+def _local(outputs: Outputs, course: Array) -> Local:
     """The channels at a course and how they depend on it."""
     lowest = jax.lax.cummin(course)
     hottest = jnp.concatenate([jnp.ones(1, bool), course[1:] < lowest[:-1]])
     source = jax.lax.cummax(jnp.where(hottest, jnp.arange(course.size), 0))
-    along = lambda direction: jax.jvp(outputs, (course,), (direction,))  # noqa: E731
+    along = lambda direction: jax.jvp(lambda x: outputs(x)[0], (course,), (direction,))  # noqa: E731
     both = jnp.stack([jnp.ones_like(course), hottest.astype(course.dtype)])
     predicted, (moved, memory) = jax.vmap(along, out_axes=(None, 0))(both)
     remembered = jnp.where(hottest, 0.0, memory)
