@@ -195,7 +195,7 @@ def _search(
         stage.chosen = best.slug
         current = best.fit
         if len(current.slugs) > 1:
-            current = _polished(program, current)
+            current = _pruned(program, _polished(program, current))
             progress("trying rivals of what was found before")
             current, fits = _exchanged(program, current, first.stages)
             first.tries += fits
@@ -299,7 +299,7 @@ def _instead(program: Program, fit: Fit, slug: str, rival: Trial) -> Fit:
     start, old, new = fit.u.copy(), program.unknowns.of([slug]), program.unknowns.of([rival.slug])
     start[old], start[new] = program.unknowns.neutral[old], rival.fit.u[new]
     slugs = tuple(rival.slug if s == slug else s for s in fit.slugs)
-    return Refitter(program).fit(slugs, start, POLISHING)
+    return Refitter(program).fit(slugs, start, POLISHING, fit.evaluation)
 
 
 def _pruned(program: Program, fit: Fit) -> Fit:
@@ -309,7 +309,7 @@ def _pruned(program: Program, fit: Fit) -> Fit:
         start = fit.u.copy()
         own = program.unknowns.of([slug])
         start[own] = program.unknowns.neutral[own]
-        without = Refitter(program).fit(rest, start)
+        without = Refitter(program).fit(rest, start, near=fit.evaluation)
         if (without.objective - fit.objective) / inflation_of(program, fit) < CERTAIN:
             return without
     return fit

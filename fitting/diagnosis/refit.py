@@ -69,7 +69,11 @@ class Refitter:
         self.weight = program.fitted.astype(float) if weight is None else weight
 
     def fit(
-        self, slugs: tuple[str, ...], start: "np.ndarray | Fit | None" = None, rounds: int = MOST_ROUNDS
+        self,
+        slugs: tuple[str, ...],
+        start: "np.ndarray | Fit | None" = None,
+        rounds: int = MOST_ROUNDS,
+        near: Evaluation | None = None,
     ) -> Fit:
         """Refit base constants and effects.
 
@@ -78,11 +82,12 @@ class Refitter:
             start: scaled numbers to start from, or a fit, whose hidden courses are begun with, too; nominal
                 numbers if None.
             rounds: most trial steps.
+            near: an evaluation whose hidden courses are begun with where `start` is no fit.
         """
         unknowns, base = self.unknowns, self.unknowns.base
         extra = unknowns.of(slugs)
         free = np.concatenate([base, extra]).astype(int)
-        near = start.evaluation if isinstance(start, Fit) else None
+        near = start.evaluation if isinstance(start, Fit) else near
         start = start.u if isinstance(start, Fit) else start
         u = unknowns.neutral.copy() if start is None else np.array(start, float)
         others = np.setdiff1d(np.arange(len(unknowns)), free)

@@ -112,11 +112,11 @@ def trials_of(
 
     def fitted(job: tuple[str, np.ndarray | Fit, int]) -> tuple[str, Fit]:
         slug, start, rounds = job
-        fit = Refitter(program).fit((*current.slugs, slug), start, rounds)
+        fit = Refitter(program).fit((*current.slugs, slug), start, rounds, current.evaluation)
         if min(fit.objective, best[slug].objective if slug in best else np.inf) < current.objective:
             return slug, fit
         faint = _fainter(program.unknowns, slug, current.u, fit.u if isinstance(start, Fit) else start)
-        again = Refitter(program).fit(fit.slugs, faint, rounds)
+        again = Refitter(program).fit(fit.slugs, faint, rounds, current.evaluation)
         retries.append(slug)
         return slug, min(fit, again, key=lambda f: f.objective)
 
