@@ -261,7 +261,7 @@ def _probabilities(
 ) -> tuple[dict[str, tuple[float, float]], float]:
     """Of each candidate as the strongest explanation, with its log Bayes factor; and of nothing."""
     slugs = explanation.program.unknowns.slugs
-    stage = explanation.stages[0] if explanation.stages else None
+    stage = explanation.leading
     trials = {t.slug: t for t in stage.trials} if stage else {}
     bayes = {slug: float(trials[slug].bayes) if slug in trials else -5.0 for slug in slugs}
     if not mismatch:
@@ -374,7 +374,7 @@ def _component(explanation: Explanation, found: list[Found]) -> str:
 
 def _guess(explanation: Explanation) -> str:
     """Component of a misfit that no effect explains: that of the best candidate."""
-    stage = explanation.stages[0] if explanation.stages else None
+    stage = explanation.leading
     if stage and stage.trials:
         component = CATALOGUE[stage.trials[0].slug].component
         if component == "spring" and explanation.program.kind in ("actuator", "wire"):
@@ -385,7 +385,7 @@ def _guess(explanation: Explanation) -> str:
 
 def _next(explanation: Explanation, found: list[Found]) -> dict | None:
     """The experiment that separates the best explanation from its nearest rival."""
-    stage = explanation.stages[0] if explanation.stages else None
+    stage = explanation.leading
     if not stage or not stage.trials or not found:
         return None
     first, *rivals = stage.trials

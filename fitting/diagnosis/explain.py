@@ -1,8 +1,8 @@
 """Which effects explain a campaign: one effect after the other, and what none explains.
 
 Recordings of role `validation` let no effect in: it must help fitted recordings that are left out in turn.
-They keep one out that predicts them worse. Only where the fitted ones agree with the base model and those for
-validation do not, all are fitted, and every score is of recordings left out in turn.
+They keep one out that predicts them worse. Only where the fitted ones name nothing, or something that leaves
+most of the misfit of those for validation, all are fitted, and every score is of recordings left out in turn.
 """
 
 from collections.abc import Callable
@@ -91,8 +91,8 @@ class Explanation:
         stages: of the search.
         p_value, p_is_bound: of the base's misfit by chance.
         tries: fits that were made.
-        together: recordings for validation were fitted, too, because only they contradict the base model, or
-            because they contradict what the others say.
+        together: recordings for validation were fitted, too, because the others name nothing, or something
+            that they contradict.
     """
 
     program: Program
@@ -103,6 +103,11 @@ class Explanation:
     p_is_bound: bool
     tries: int = 0
     together: bool = False
+
+    @property
+    def leading(self) -> Stage | None:
+        """The stage that let the model's first effect in; the first of all where it has none."""
+        return next((s for s in self.stages if s.chosen in self.final.slugs), next(iter(self.stages), None))
 
 
 def explain(
@@ -123,12 +128,14 @@ def explain(
     started, base = settled_fit(program)
     progress(f"screening {len(program.unknowns.slugs)} effects")
     found = screen(Refitter(started), base, program.unknowns.slugs, rng)
-    if not program.fitted.all() and found.p_value > LEVEL:
+    alone = program.fitted.all()  # no recordings for validation
+    if not alone and found.p_value > LEVEL:
         explanation = _together(started, base, SECOND_LOOK, rng, progress, effort)
         if explanation is not None:
             return explanation
+        alone = True
     explanation = _search(started, base, found, rng, progress, effort)
-    if not program.fitted.all() and explanation.final.slugs and _contradicted(explanation):
+    if not alone and _contradicted(explanation):
         again = _together(started, base, LEVEL, rng, progress, effort)
         if again is not None and _score(again, ~program.fitted) < _score(explanation, ~program.fitted):
             return again

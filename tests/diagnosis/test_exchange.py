@@ -1,4 +1,4 @@
-"""An effect that stood for two gives way to the one that fits beside the other."""
+"""Who stays in the model: an effect that stood for two gives way, an idle one goes, and where all are looked for."""
 
 from types import SimpleNamespace
 
@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis import explain
-from fitting.diagnosis.explain import Stage, _exchanged
+from fitting.diagnosis.explain import Explanation, Stage, _exchanged, _pruned
 from fitting.diagnosis.trials import Trial
 
 SLUGS = ("gravity", "thick_wall", "tip_contact", "wrap_friction")
 
 
 def fit(slugs, objective):
-    return SimpleNamespace(slugs=tuple(slugs), objective=objective, u=np.arange(4.0))
+    return SimpleNamespace(slugs=tuple(slugs), objective=objective, u=np.arange(4.0), evaluation="here")
 
 
 @pytest.fixture
@@ -25,7 +25,8 @@ def searched(monkeypatch):
         def __init__(self, program):
             pass
 
-        def fit(self, slugs, start, rounds):
+        def fit(self, slugs, start, rounds=0, near=None):
+            assert near == "here"  # hidden courses begin with those of the model that it came from
             return fit(slugs, objectives[slugs])
 
     monkeypatch.setattr(explain, "Refitter", Refitter)
@@ -55,3 +56,33 @@ def test_one_that_fits_a_little_better_does_not(searched):
     objectives |= {("thick_wall", "wrap_friction"): 190.0, ("tip_contact", "wrap_friction"): 300.0}
     found, _ = _exchanged(program, current, stages)
     assert found is current and stages[0].chosen == "gravity" and len(stages[0].trials) == 4
+
+
+def test_an_effect_that_another_made_idle_is_dropped_and_the_next_one_leads(searched):
+    program, current, stages, objectives = searched
+    objectives |= {("wrap_friction",): 210.0}
+    rest = _pruned(program, current)
+    assert rest.slugs == ("wrap_friction",)
+    assert Explanation(program, None, rest, stages, 0.0, True).leading is stages[1]
+    objectives[("wrap_friction",)] = 300.0
+    assert _pruned(program, current) is current
+    assert Explanation(program, None, current, stages, 0.0, True).leading is stages[0]
+
+
+@pytest.mark.parametrize(("chance", "named", "contradicted", "looks"), [
+    (0.001, False, True, 1),  # the fitted recordings are odd, but name nothing
+    (0.001, True, True, 1),  # what they name is contradicted
+    (0.001, False, False, 0),
+    (0.5, False, True, 1),  # the fitted ones agree: looked at once, whatever it says
+])  # fmt: skip
+def test_all_recordings_are_fitted_where_those_to_fit_name_nothing(monkeypatch, chance, named, contradicted, looks):
+    program = SimpleNamespace(fitted=np.array([True, False]), unknowns=SimpleNamespace(slugs=SLUGS))
+    final, seen = fit(("gravity",) if named else (), 10.0), []
+    monkeypatch.setattr(explain, "settled_fit", lambda program: (program, None))
+    monkeypatch.setattr(explain, "Refitter", lambda program: None)
+    monkeypatch.setattr(explain, "screen", lambda *_: SimpleNamespace(p_value=chance))
+    monkeypatch.setattr(explain, "_search", lambda *_: Explanation(program, None, final, [], chance, True))
+    monkeypatch.setattr(explain, "_contradicted", lambda _: contradicted)
+    monkeypatch.setattr(explain, "_together", lambda *a: seen.append(a))
+    assert explain.explain(program, None).final is final
+    assert len(seen) == looks
