@@ -42,8 +42,8 @@ FAINT = 1.4
 """Reduced chi-square up to which a misfit that no effect explains, and no nameless correction either, is not
 held against the model."""
 SURE = 3.5
-"""Standard deviations of a reduced chi-square over 1 from which the same, where the noise is stated and no
-chance makes a signature as strong."""
+"""Standard deviations of a reduced chi-square over 1 from which the same, where the noise is stated, no
+chance makes a signature as strong and what was not fitted is not predicted as well as noise lets it."""
 NAMELESS = 12.0
 """Log Bayes factor of a nameless correction from which a misfit that no effect explains is one."""
 GROSS = 4.0
@@ -175,7 +175,7 @@ def _misfits(explanation: Explanation, base: list[float], generic: Generic | Non
         return True
     if explanation.p_value > LEVEL:
         return False
-    sure = explanation.p_is_bound and program.noise_stated
+    sure = explanation.p_is_bound and program.noise_stated and base[1] > 1.0
     chance = 1.0 + SURE * _spread(program, program.fitted)
     return min(base) > FAINT or max(base) > GROSS or (sure and base[0] > chance)
 

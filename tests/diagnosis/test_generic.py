@@ -46,10 +46,11 @@ def test_a_chi_square_beyond_chance_contradicts_the_model_only_with_a_signature_
 
     from fitting.diagnosis.conclude import _misfits
 
-    def verdict(bound, stated):
+    def verdict(bound, stated, scored=1.1):
         program = SimpleNamespace(noise_stated=stated, fitted=np.ones(2, bool), observations=lambda chosen: 500)
         explanation = SimpleNamespace(program=program, p_value=0.001, p_is_bound=bound)
-        return _misfits(explanation, [1.3, 1.0], None)
+        return _misfits(explanation, [1.3, scored], None)
 
     assert verdict(True, True)
     assert not verdict(False, True) and not verdict(True, False)
+    assert not verdict(True, True, 0.95)  # recordings for validation see nothing of it
