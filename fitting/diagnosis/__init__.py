@@ -6,12 +6,16 @@
 
 Rooms, in the order in which they are used:
 
-- `kinds/`: how the rows of each kind become outputs, with every effect of the catalogue in one program;
-- `unknowns`, `noise`, `program`: scaled numbers, whitened channels, one compiled program for everything;
+- `unknowns`, `noise`, `inputs`, `instruments`, `campaign_noise`: scaled numbers, whitened channels;
+- `compiled`, `program`, `evaluation`, `courses`, `search`: one compiled function for everything (its laws are
+  in `fitting.models.with_effects`), a campaign, what its runs say once hidden courses are found;
 - `refit`: least squares of base constants and effects within physical bounds;
-- `screen`: score tests of all effects against chance over all of them;
-- `explain`: co-refits, evidence, one effect after the other;
-- `locate`, `prove`, `conclude`: drivers and rows, held-out scores, probabilities;
+- `screen`, `trials`, `folds`, `explain`: scores of all effects against chance, co-refits and their evidence,
+  recordings left out in turn, one effect after the other;
+- `generic`, `remainder`: nameless corrections, to race against and for what is unmodelled;
+- `locate`, `prove`, `probabilities`, `conclude`, `designs`: drivers and rows, held-out scores, the verdict, the
+  next experiment;
+- `check`: what `run` may be given, and what cannot be tested;
 - `words`, `document`, `figures`, `page`: the report.
 """
 

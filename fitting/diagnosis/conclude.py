@@ -9,19 +9,25 @@ from pneusma_jax.effects import CATALOGUE
 
 from .designs import best_design
 from .evaluation import Evaluation
-from .explain import CLOSE, LEVEL, Explanation
+from .explain import LEVEL, Explanation
 from .generic import Generic, race
 from .locate import Place, locate
+from .probabilities import (
+    NOTHING_LEFT,
+    UNMODELLED,
+    Found,
+    effects_found,
+    explanation_set,
+    probabilities,
+    weights_of,
+)
 from .program import Program
 from .prove import Correction, HeldOut, averaged, held_out
 from .refit import Fit
 from .remainder import Remainder, remainder
-from .trials import Trial, floor, reduced
+from .trials import floor, reduced
 from .words import separating
 
-UNMODELLED = "unmodelled"
-SET = 0.95
-"""Probability that an explanation set holds."""
 ASTRAY = 3.5
 """Standard deviations from nominal at which a base constant says that the explanation is wrong in form."""
 DOUBTFUL, REFUTED = 0.2, 0.6
@@ -29,8 +35,6 @@ DOUBTFUL, REFUTED = 0.2, 0.6
 predicted worse than without the effects, or than half as well as by a nameless correction."""
 LEAST_WEIGHT = 0.02
 """Probability from which an explanation takes part in averaged predictions."""
-NOTHING_LEFT = 0.05
-"""Share of the misfit that a right explanation may leave."""
 MUCH_LEFT = 0.5, 0.6
 """Share from which what is left is called something else: of what was fitted, and of what was not."""
 LEFT, SIGNIFICANT = 0.15, 3.0
@@ -49,27 +53,6 @@ NAMELESS = 12.0
 GROSS = 4.0
 """Reduced chi-square from which recordings contradict the model: fitted and left-out ones even where no
 signature of an effect stands out, either where one does."""
-
-
-@dataclass
-class Found:
-    """An effect of the final model.
-
-    Attributes:
-        slug: or `unmodelled`.
-        probability: that it is present.
-        bayes: log Bayes factor over the model without it.
-        parameters: value, sd and unit by name, SI.
-        confusable: slugs that the recordings do not tell it from.
-        text: for a laboratory.
-    """
-
-    slug: str
-    probability: float
-    bayes: float
-    parameters: dict[str, dict]
-    confusable: list[str]
-    text: str
 
 
 @dataclass
@@ -129,9 +112,9 @@ def conclude(explanation: Explanation) -> Conclusion:
     if not mismatch:  # no candidate survived being fitted; what is left is judged as a whole
         explanation.p_value = max(explanation.p_value, _tail(program, base[0]))
         explanation.p_is_bound = False
-    candidates, nothing = _probabilities(explanation, mismatch, unknown)
+    candidates, nothing = probabilities(explanation, mismatch, unknown)
     unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
-    found = _found(explanation, unknown) if named else []
+    found = effects_found(explanation, unknown) if named else []
     place, rest, members = locate(explanation), None, _members(explanation)
     if mismatch and (unknown > 0.5 or not named):
         if generic is not None and generic.bayes > NAMELESS:
@@ -151,7 +134,7 @@ def conclude(explanation: Explanation) -> Conclusion:
         candidates,
         nothing,
         unknown,
-        _set(candidates, unknown) if mismatch else [],
+        explanation_set(candidates, unknown) if mismatch else [],
         before,
         after,
         averaged([member[1:] for member in members]) if len(members) > 1 else after,
@@ -256,71 +239,6 @@ def _unknown(base: list[float], last: list[float], floors: list[float], limits: 
     return float(np.clip(worst, 0.01, 0.97))
 
 
-def _probabilities(
-    explanation: Explanation, mismatch: bool, unknown: float
-) -> tuple[dict[str, tuple[float, float]], float]:
-    """Of each candidate as the strongest explanation, with its log Bayes factor; and of nothing."""
-    slugs = explanation.program.unknowns.slugs
-    stage = explanation.leading
-    trials = {t.slug: t for t in stage.trials} if stage else {}
-    bayes = {slug: float(trials[slug].bayes) if slug in trials else -5.0 for slug in slugs}
-    if not mismatch:
-        nothing = 0.9 + 0.09 * explanation.p_value
-        share = (1.0 - nothing) / (len(slugs) + 1)
-        return {slug: (share, min(bayes[slug], 0.0)) for slug in slugs}, nothing
-    weights = (1.0 - unknown) * weights_of(np.array([bayes[slug] for slug in slugs] + [0.0]))
-    return {slug: (float(w), bayes[slug]) for slug, w in zip(slugs, weights, strict=False)}, float(
-        weights[-1]
-    )
-
-
-def weights_of(logs: np.ndarray) -> np.ndarray:
-    """Probabilities of explanations from their log Bayes factors.
-
-    No form is quite that of nature: what a right one may leave of the misfit is no evidence for another. So
-    differences count in units of that, where it is more than one.
-    """
-    weights = np.exp((logs - np.max(logs)) / _unit(np.max(logs)))
-    return weights / weights.sum()
-
-
-def _unit(best: float) -> float:
-    """Log Bayes factor that the form of the best explanation, which has `best`, may be off by."""
-    return max(1.0, NOTHING_LEFT * float(best))
-
-
-def _found(explanation: Explanation, unknown: float) -> list[Found]:
-    program, fit = explanation.program, explanation.final
-    found = []
-    for slug in fit.slugs:
-        stage = next(stage for stage in explanation.stages if stage.chosen == slug)
-        trial = stage.entered
-        rivals = [t for t in stage.trials if t.slug != slug]
-        weights = weights_of(np.array([trial.bayes, 0.0, *(t.bayes for t in rivals)]))
-        probability = float(weights[0]) * (1.0 - unknown)
-        if fit.at_bound and any(name.startswith(f"{slug}.") for name in fit.at_bound):
-            probability *= 0.7
-        parameters = {}
-        for k in program.unknowns.of([slug]):
-            item = program.unknowns.items[k]
-            sd = item.spread(fit.u[k], fit.sd(k))
-            parameters[item.name] = {"value": float(item.value(fit.u[k])), "sd": float(sd), "unit": item.unit}
-        limit = max(CLOSE, 2.0 * _unit(trial.bayes))
-        close = [t.slug for t in rivals if trial.bayes - t.bayes < limit or _alike(program, t, trial)]
-        found.append(
-            Found(
-                slug, min(probability, 0.999), float(trial.bayes), parameters, close, CATALOGUE[slug].sentence
-            )
-        )
-    return found
-
-
-def _alike(program: Program, rival: Trial, trial: Trial) -> bool:
-    """Whether a rival explains the recordings nearly as well: its misfit is as good as noise, too."""
-    mine, other = (reduced(program, t.fit, program.fitted) for t in (trial, rival))
-    return other < 1.1 * max(mine, 1.0) and trial.bayes - rival.bayes < 10.0
-
-
 def _unmodelled(unknown: float, found: list[Found], explanation: Explanation) -> Found:
     base = reduced(explanation.program, explanation.base, explanation.program.fitted)
     text = (
@@ -337,18 +255,6 @@ def _unmodelled(unknown: float, found: list[Found], explanation: Explanation) ->
         [f.slug for f in found],
         text,
     )
-
-
-def _set(candidates: dict[str, tuple[float, float]], unknown: float) -> list[str]:
-    """The fewest candidates whose probabilities reach `SET`."""
-    pool = {slug: p for slug, (p, _) in candidates.items()} | {UNMODELLED: unknown}
-    chosen, total = [], 0.0
-    for slug in sorted(pool, key=lambda s: -pool[s]):
-        chosen.append(slug)
-        total += pool[slug]
-        if total >= SET:
-            break
-    return chosen
 
 
 def _component(explanation: Explanation, found: list[Found]) -> str:

@@ -9,7 +9,8 @@ from pneusma_jax.calibration_model import Prior, Quantity
 from pneusma_jax.remainder import unit_of
 from pneusma_jax.units import from_si
 
-from .conclude import UNMODELLED, Conclusion
+from .conclude import Conclusion
+from .probabilities import UNMODELLED
 from .prove import HeldOut
 from .words import place_text
 

@@ -1,30 +1,23 @@
-"""A campaign as one compiled program: every base constant and every candidate effect, neutral where it is
-absent.
+"""A campaign that can be evaluated anywhere: every base constant and every candidate effect.
 
-One evaluation gives the outputs of all recordings and their derivatives along a few directions. Everything
-else in a diagnosis is linear algebra on its whitened results.
+One evaluation gives the outputs of all recordings, less what hidden courses explain, and their derivatives
+by a few numbers. Everything else in a diagnosis is linear algebra on its whitened results.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
 
-import equinox as eqx
-import jax
-import jax.numpy as jnp
 import numpy as np
 
 from fitting.augmented import AugmentedModel
-from fitting.kept import kept
 from fitting.models.channels import Channel
 from fitting.models.rows import Rows, stack, with_numbers
 from fitting.models.thin import thinned
-from fitting.models.with_effects import LETTERS, Kind, candidates, kind_module
+from fitting.models.with_effects import LETTERS, candidates, kind_module
 from fitting.recordings import Campaign, Recording
-from pneusma_jax.chain import Effect
 from pneusma_jax.errors import InputError
 
 from . import courses
+from .compiled import Compiled
 from .evaluation import COURSE, Evaluation, Raw, courses_of, with_courses
 from .inputs import input_noise, shifted, with_input_noise
 from .noise import channels_of
@@ -35,8 +28,6 @@ MOST_ROWS = 1024
 """Rows of a recording; longer ones are averaged over blocks."""
 FAILED = 30.0
 """Standard deviations that a row counts for at least in which the model has no answer."""
-WIDTH = 16
-"""Directions of one evaluation, those of hidden courses included."""
 TOO_FAR = 0.02
 """Change of a fraction beyond which its first-order answer is not believed."""
 SETTLING, SEARCHING = 3, 8
@@ -75,8 +66,7 @@ class Program:
     taken: np.ndarray = field(default_factory=lambda: np.zeros(0))
     pace: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     bare: list[list[Channel]] = field(default_factory=list)
-    _evaluate: Callable | None = field(default=None, repr=False)
-    _always: tuple[Effect, ...] = ()
+    _compiled: Compiled | None = field(default=None, repr=False)
 
     @classmethod
     def of(
@@ -125,7 +115,7 @@ class Program:
         program.taken, program.bare = np.zeros(len(channels)), channels
         columns = len(stacked.extra[COURSE]) if hasattr(module, "hidden_rows_for") else 0
         program.pace = np.zeros((len(channels), columns))
-        program._compile(module, model.effects)
+        program._compiled = Compiled(kind, module, unknowns, model.effects, columns)
         program.prepare(unknowns.neutral)
         program.count_input_noise(unknowns.neutral)
         program.prepare(unknowns.neutral)
@@ -166,7 +156,7 @@ class Program:
             values = self.unknowns.values(u)
             self.stacked = kind_module(self.kind).prepared(values, self.stacked, self.channels)
             here = self.evaluate(u, nothing)
-            self.stacked = self._begun(self.stacked, here)
+            self.stacked = self._begun(self.stacked, here, u)
             self.taken = np.array([np.sum(here.drivers["taken"][k]) for k in range(len(self.channels))])
 
     def prepared(self, u: np.ndarray) -> "Program":
@@ -217,38 +207,6 @@ class Program:
         """Every recording's number, with its channels and how fast its hidden courses walk."""
         return [(k, parts) for k, parts in enumerate(zip(self.channels, self.pace, strict=True))]
 
-    def _compile(self, module: Kind, always: tuple[Effect, ...]) -> None:
-        """One program for every campaign of these shapes: what a campaign states are arguments."""
-        unknowns, count = self.unknowns, len(self.unknowns.base)
-
-        def outputs(base: dict, own: jax.Array, shifts: tuple, always: tuple, stacked: Rows) -> tuple:
-            rows = eqx.tree_at(lambda r: r.base, stacked, base)
-            if shifts:
-                moved = tuple(x + s for x, s in zip(rows.extra[COURSE], shifts, strict=True))
-                rows = eqx.tree_at(lambda r: r.extra[COURSE], rows, moved)
-            effects = (*always, *unknowns.effects(jnp.concatenate([jnp.zeros(count), own])))
-            return jax.vmap(lambda row: module.predict({}, effects, row))(rows)
-
-        def evaluate(
-            base: dict,
-            own: jax.Array,
-            along_base: dict,
-            along_own: jax.Array,
-            along_courses: tuple,
-            always: tuple,
-            stacked: Rows,
-        ) -> tuple:
-            still = tuple(0.0 * s[0] for s in along_courses)
-
-            def along(*steps: Any) -> tuple:
-                lead = lambda base, own, shifts: outputs(base, own, shifts, always, stacked)  # noqa: E731
-                return jax.jvp(lead, (base, own, still), steps, has_aux=True)
-
-            return jax.vmap(along, out_axes=(None, 0, None))(along_base, along_own, along_courses)
-
-        self._always = always
-        self._evaluate = kept(evaluate, f"diagnosis of {self.kind}: {' '.join(unknowns.slugs)}")
-
     def evaluate(
         self,
         u: np.ndarray,
@@ -267,7 +225,7 @@ class Program:
         u, columns = np.asarray(u, float), np.asarray(columns, int)
         moving = stacked is None and self.pace.shape[1] > 0
         stacked = self.stacked if stacked is None else stacked
-        width = WIDTH - 2 * self.pace.shape[1]
+        width = self._compiled.width
         chunks = [columns[first : first + width] for first in range(0, max(len(columns), 1), width)]
         start = self._begun(stacked, near, u) if near is not None else stacked
         search = Search(self.channels, self.pace, self.failed) if moving else None
@@ -285,41 +243,17 @@ class Program:
         whole = replace(first, slopes=slopes)
         return self._evaluated(u, columns, whole, search, again=bool(rest))
 
-    def _begun(self, stacked: Rows, near: Evaluation, u: np.ndarray | None = None) -> Rows:
+    def _begun(self, stacked: Rows, near: Evaluation, u: np.ndarray) -> Rows:
         """Recordings whose searches for hidden courses begin with those of an evaluation, foretold at `u`."""
         if self.pace.shape[1]:
-            return with_courses(stacked, near.courses_at(near.u if u is None else u))
+            return with_courses(stacked, near.courses_at(u))
         begun = getattr(kind_module(self.kind), "begun", None)
         return begun(stacked, near.drivers) if begun else stacked
 
     def _run(self, u: np.ndarray, columns: np.ndarray, stacked: Rows) -> Raw:
-        """One run of the compiled program, along a few of the unknowns and every hidden course."""
-        unknowns, count = self.unknowns, self.pace.shape[1]
-        base = unknowns.stated(u, stacked)
-        along_own = np.zeros((WIDTH, len(unknowns) - len(unknowns.base)))
-        along_base = {name: np.zeros((WIDTH, *value.shape)) for name, value in base.items()}
-        for row, k in enumerate(columns):
-            if k < len(unknowns.base):
-                stem, share = unknowns.slope(u, k, stacked)
-                along_base[stem][row] = share
-            else:
-                along_own[row, k - len(unknowns.base)] = 1.0
-        along_courses = tuple(np.zeros((WIDTH, *stacked.mask.shape)) for _ in range(count))
-        for j, direction in enumerate(along_courses):
-            direction[WIDTH - 2 * count + j] = 1.0
-            direction[WIDTH - count + j] = courses.remembered_rows(np.asarray(stacked.extra[COURSE][j]))
-        own = u[len(unknowns.base) :]
-        found, slopes, drivers = jax.device_get(
-            self._evaluate(base, own, along_base, along_own, along_courses, self._always, stacked)
-        )
+        """One run of the compiled program; see `Compiled.run`."""
         self.evaluations += 1
-        return Raw(
-            stacked,
-            found,
-            {name: value[: len(columns)] for name, value in slopes.items()},
-            {name: value[WIDTH - 2 * count :] for name, value in slopes.items()},
-            drivers,
-        )
+        return self._compiled.run(u, columns, stacked)
 
     def _explained(self, here: Raw) -> list[courses.Hidden | None]:
         """Free courses of every recording, and what they explain; None where there are none."""

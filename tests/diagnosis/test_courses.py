@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from fitting.diagnosis.conclude import weights_of
 from fitting.diagnosis.courses import (
     PACES,
     USUAL,
@@ -14,6 +13,7 @@ from fitting.diagnosis.courses import (
     remembered_rows,
     told_paces,
 )
+from fitting.diagnosis.probabilities import weights_of
 from fitting.models.channels import Channel
 
 ROWS = 24

@@ -1,0 +1,116 @@
+"""Probabilities of explanations, from the evidence of their trials."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneusma_jax.effects import CATALOGUE
+
+from .explain import CLOSE, Explanation
+from .program import Program
+from .trials import Trial, reduced
+
+UNMODELLED = "unmodelled"
+SET = 0.95
+"""Probability that an explanation set holds."""
+NOTHING_LEFT = 0.05
+"""Share of the misfit that a right explanation may leave."""
+
+
+@dataclass
+class Found:
+    """An effect of the final model.
+
+    Attributes:
+        slug: or `unmodelled`.
+        probability: that it is present.
+        bayes: log Bayes factor over the model without it.
+        parameters: value, sd and unit by name, SI.
+        confusable: slugs that the recordings do not tell it from.
+        text: for a laboratory.
+    """
+
+    slug: str
+    probability: float
+    bayes: float
+    parameters: dict[str, dict]
+    confusable: list[str]
+    text: str
+
+
+def probabilities(
+    explanation: Explanation, mismatch: bool, unknown: float
+) -> tuple[dict[str, tuple[float, float]], float]:
+    """Of each candidate as the strongest explanation, with its log Bayes factor; and of nothing."""
+    slugs = explanation.program.unknowns.slugs
+    stage = explanation.leading
+    trials = {t.slug: t for t in stage.trials} if stage else {}
+    bayes = {slug: float(trials[slug].bayes) if slug in trials else -5.0 for slug in slugs}
+    if not mismatch:
+        nothing = 0.9 + 0.09 * explanation.p_value
+        share = (1.0 - nothing) / (len(slugs) + 1)
+        return {slug: (share, min(bayes[slug], 0.0)) for slug in slugs}, nothing
+    weights = (1.0 - unknown) * weights_of(np.array([bayes[slug] for slug in slugs] + [0.0]))
+    return {slug: (float(w), bayes[slug]) for slug, w in zip(slugs, weights, strict=False)}, float(
+        weights[-1]
+    )
+
+
+def weights_of(logs: np.ndarray) -> np.ndarray:
+    """Probabilities of explanations from their log Bayes factors.
+
+    No form is quite that of nature: what a right one may leave of the misfit is no evidence for another. So
+    differences count in units of that, where it is more than one.
+    """
+    weights = np.exp((logs - np.max(logs)) / _unit(np.max(logs)))
+    return weights / weights.sum()
+
+
+def _unit(best: float) -> float:
+    """Log Bayes factor that the form of the best explanation, which has `best`, may be off by."""
+    return max(1.0, NOTHING_LEFT * float(best))
+
+
+def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
+    """The effects of the final model; `unknown` is the probability of something else."""
+    program, fit = explanation.program, explanation.final
+    found = []
+    for slug in fit.slugs:
+        stage = next(stage for stage in explanation.stages if stage.chosen == slug)
+        trial = stage.entered
+        rivals = [t for t in stage.trials if t.slug != slug]
+        weights = weights_of(np.array([trial.bayes, 0.0, *(t.bayes for t in rivals)]))
+        probability = float(weights[0]) * (1.0 - unknown)
+        if fit.at_bound and any(name.startswith(f"{slug}.") for name in fit.at_bound):
+            probability *= 0.7
+        parameters = {}
+        for k in program.unknowns.of([slug]):
+            item = program.unknowns.items[k]
+            sd = item.spread(fit.u[k], fit.sd(k))
+            parameters[item.name] = {"value": float(item.value(fit.u[k])), "sd": float(sd), "unit": item.unit}
+        limit = max(CLOSE, 2.0 * _unit(trial.bayes))
+        close = [t.slug for t in rivals if trial.bayes - t.bayes < limit or _alike(program, t, trial)]
+        found.append(
+            Found(
+                slug, min(probability, 0.999), float(trial.bayes), parameters, close, CATALOGUE[slug].sentence
+            )
+        )
+    return found
+
+
+def _alike(program: Program, rival: Trial, trial: Trial) -> bool:
+    """Whether a rival explains the recordings nearly as well: its misfit is as good as noise, too."""
+    mine, other = (reduced(program, t.fit, program.fitted) for t in (trial, rival))
+    return other < 1.1 * max(mine, 1.0) and trial.bayes - rival.bayes < 10.0
+
+
+def explanation_set(candidates: dict[str, tuple[float, float]], unknown: float) -> list[str]:
+    """The fewest candidates whose probabilities reach `SET`."""
+    pool = {slug: p for slug, (p, _) in candidates.items()} | {UNMODELLED: unknown}
+    chosen, total = [], 0.0
+    for slug in sorted(pool, key=lambda s: -pool[s]):
+        chosen.append(slug)
+        total += pool[slug]
+        if total >= SET:
+            break
+    return chosen
