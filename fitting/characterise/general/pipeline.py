@@ -12,7 +12,8 @@ from fitting.characterise.result import Characterisation, Estimate
 from fitting.characterise.spring.alloy_table import KELVIN, estimate
 from fitting.characterise.spring.information import Information, with_errors
 from fitting.models import Model, model_of, priors
-from fitting.models.augmented import Augmented, Held, refitted
+from fitting.models.augmented import Augmented, Held
+from fitting.models.refitted import refitted
 from fitting.parameters import Parameters
 from fitting.recordings import Campaign, Recording
 from pneusma_jax.calibration import Calibration
