@@ -6,6 +6,7 @@ from typing import Any
 from fitting.augmented.files import is_model
 from fitting.characterise.registry import PIPELINES, characterise, pipeline_of
 from fitting.characterise.result import Characterisation
+from fitting.models.augmented import OPTIONS
 from fitting.models.registry import kind_of
 from fitting.recordings import Campaign
 from pneusma_jax.calibration import load_calibration
@@ -60,12 +61,24 @@ def problem_for(campaign: Campaign, model: str | None, law: str | None, seed: in
     if kind == "elastomer":
         table, options = _law_and_table(model, law)
         return pipeline_of(campaign)(campaign, seed=seed, **options).sampling_problem(table)
-    options = {} if model is None else {"base": model}
+    options = {} if model is None else _start_table(model, kind)
     if kind in PIPELINES:  # its noise, and whatever a fit decides about the recordings
         fit = pipeline_of(campaign)(campaign, seed=seed, **options)
         if type(fit).sampling_problem is not Characterisation.sampling_problem:
             return fit.sampling_problem()
     return campaign_problem(campaign, **options)
+
+
+def _start_table(model: str, kind: str) -> dict[str, str]:
+    """The option of the fit by which recordings of a kind start from a table of constants."""
+    table = load_calibration(model)
+    option = "material" if table.kind == "silicone" else "base"
+    if option not in OPTIONS[kind]:
+        raise InputError(
+            f"{table.path or table.name}: kind is {table.kind!r}, but recordings of kind {kind} start from a "
+            f"table of kind {'silicone' if kind == 'tube' else 'alloy'!r}"
+        )
+    return {option: model}
 
 
 def _law_and_table(model: str | None, law: str | None) -> tuple[Calibration | None, dict[str, Any]]:

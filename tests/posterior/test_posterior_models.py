@@ -8,13 +8,16 @@ import numpy as np
 import pytest
 
 from fitting.characterise.registry import PIPELINES
+from fitting.characterise.result import Characterisation
 from fitting.cli import main
 from fitting.models import registry
 from fitting.models.rows import Rows, numbers
 from fitting.parameters import Parameter, Parameters, Prior
+from fitting.posterior import command
 from fitting.posterior.campaign import sample_problem
 from fitting.posterior.models import campaign_problem
 from fitting.recordings import Recording, read_campaign, write_recording
+from pneusma_jax.errors import InputError
 
 SIGMA, COMPLIANCE = 0.1e-3, 0.2e-6  # m, m/Pa
 
@@ -105,3 +108,25 @@ def test_the_command_samples_it_too(campaign, tmp_path, capsys):
     with pytest.raises(SystemExit) as left:
         main(["posterior", str(campaign.path), "--out", str(tmp_path / "no"), "--law", "yeoh"])
     assert left.value.code == 2 and "--law is about elastomers" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("table", "option"), [("dragon_skin_10_fast", "material"), ("krl35", "base")])
+def test_a_table_of_constants_starts_the_fit_by_its_kind(monkeypatch, table, option):
+    given = []
+
+    class Fit:
+        sampling_problem = Characterisation.sampling_problem
+
+        def __init__(self, campaign, **options):
+            given.append(options)
+
+    monkeypatch.setattr(command, "kind_of", lambda campaign: "actuator")
+    monkeypatch.setattr(command, "pipeline_of", lambda campaign: Fit)
+    monkeypatch.setattr(command, "campaign_problem", lambda campaign, **options: options)
+    assert command.problem_for(None, table, None, 3) == {option: table}
+    assert given == [{"seed": 3, option: table}]
+
+
+def test_a_table_of_what_a_tube_does_not_have_is_refused(campaign):
+    with pytest.raises(InputError, match="kind is 'alloy', but recordings of kind tube start from .* 'silicone'"):
+        command.problem_for(campaign, "krl35", None, 0)
