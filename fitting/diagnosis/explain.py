@@ -128,14 +128,14 @@ def explain(
     started, base = settled_fit(program)
     progress(f"screening {len(program.unknowns.slugs)} effects")
     found = screen(Refitter(started), base, program.unknowns.slugs, rng)
-    alone = program.fitted.all()  # no recordings for validation
-    if not alone and found.p_value > LEVEL:
+    untried = not program.fitted.all()  # recordings for validation have not been fitted
+    if untried and found.p_value > LEVEL:
         explanation = _together(started, base, SECOND_LOOK, rng, progress, effort)
         if explanation is not None:
             return explanation
-        alone = True
+        untried = False
     explanation = _search(started, base, found, rng, progress, effort)
-    if not alone and _contradicted(explanation):
+    if untried and _contradicted(explanation):
         again = _together(started, base, LEVEL, rng, progress, effort)
         if again is not None and _score(again, ~program.fitted) < _score(explanation, ~program.fitted):
             return again

@@ -139,10 +139,14 @@ def _first_trial(law: Law, rows: Rows) -> Array:
     or the level where it is held."""
     if law.decisions is not None:
         return law.decisions.course
-    gamma = law.spring.shear_strain(rows.inputs["elongation"])
-    rho = rows.inputs["resistance"] / law.spring.geometry.wire_length
-    read = law.spring.alloy.martensite_fraction(rho, gamma).xi0
-    return jnp.where(rows.extra["level_sd"] > 0.0, read, rows.extra["level"])
+    return jnp.where(rows.extra["level_sd"] > 0.0, fraction_read(law.spring, rows), rows.extra["level"])
+
+
+def fraction_read(spring: Spring, rows: Rows) -> Array:
+    """Fraction that each resistance by itself stands for, (rows,)."""
+    gamma = spring.shear_strain(rows.inputs["elongation"])
+    rho = rows.inputs["resistance"] / spring.geometry.wire_length
+    return spring.alloy.martensite_fraction(rho, gamma).xi0
 
 
 def trajectory(values: Mapping[str, Array], rows: Rows) -> Trajectory:

@@ -18,6 +18,8 @@ from .problem import Problem
 
 CHAIN = "chain.h5"
 """Name of the chains' file in a folder of results."""
+STARTS = {"base": "alloy", "material": "silicone"}
+"""Kind of table that each option of a fit takes."""
 
 
 def chain_file(folder: Path, resume: bool, force: bool) -> Path:
@@ -72,11 +74,12 @@ def problem_for(campaign: Campaign, model: str | None, law: str | None, seed: in
 def _start_table(model: str, kind: str) -> dict[str, str]:
     """The option of the fit by which recordings of a kind start from a table of constants."""
     table = load_calibration(model)
-    option = "material" if table.kind == "silicone" else "base"
+    option = "material" if table.kind == STARTS["material"] else "base"
     if option not in OPTIONS[kind]:
+        wanted = " or ".join(repr(STARTS[o]) for o in OPTIONS[kind])
         raise InputError(
             f"{table.path or table.name}: kind is {table.kind!r}, but recordings of kind {kind} start from a "
-            f"table of kind {'silicone' if kind == 'tube' else 'alloy'!r}"
+            f"table of kind {wanted}"
         )
     return {option: model}
 

@@ -60,16 +60,9 @@ def prepared(
         names = [f"{what}{name}" for what in ADDED]
         extra |= zip(names, map(jnp.asarray, (weight, correlation)), strict=True)
     if BEGUN not in extra:
-        extra[BEGUN] = jax.vmap(partial(_read, values))(stacked)
+        read = lambda rows: spring.fraction_read(spring.spring_of(numbers(values, rows)), rows)  # noqa: E731
+        extra[BEGUN] = jax.vmap(read)(stacked)
     return eqx.tree_at(lambda rows: rows.extra, found, extra)
-
-
-def _read(values: Mapping[str, Array], rows: Rows) -> Array:
-    """Fraction that each resistance by itself stands for, without effects, (rows,)."""
-    element = spring.spring_of(numbers(values, rows))
-    gamma = element.shear_strain(rows.inputs["elongation"])
-    rho = rows.inputs["resistance"] / element.geometry.wire_length
-    return element.alloy.martensite_fraction(rho, gamma).xi0
 
 
 def begun(stacked: Rows, drivers: Mapping[str, Array]) -> Rows:
