@@ -109,15 +109,15 @@ def _effects(conclusion: Conclusion) -> list[str]:
 
 
 def _candidates(conclusion: Conclusion) -> str:
-    x = conclusion.explanation
-    if not x.stages or not x.stages[0].trials:
+    x, stage = conclusion.explanation, conclusion.explanation.leading
+    if stage is None or not stage.trials:
         return html.paragraph("No candidate came near explaining anything.")
     rows = [
         (t.slug.replace("_", " "), f"{conclusion.candidates[t.slug][0]:.3f}", f"{t.bayes:.0f}",
          f"{reduced(x.program, t.fit, x.program.fitted):.3g}",
          "-" if np.isnan(t.left_out) else f"{t.left_out:.3g}", f"{t.returned:.1f}",
          ", ".join(n.partition(".")[2] for n in t.fit.at_bound) or "-")
-        for t in x.stages[0].trials
+        for t in stage.trials
     ]  # fmt: skip
     header = (
         "candidate",
@@ -128,7 +128,7 @@ def _candidates(conclusion: Conclusion) -> str:
         "base (sd)",
         "at a bound",
     )
-    return html.table(header, rows, "Candidates fitted together with the base model, in the first round.", 0)
+    return html.table(header, rows, "Candidates for the first effect, fitted together with the model.", 0)
 
 
 def _scores(conclusion: Conclusion) -> str:
