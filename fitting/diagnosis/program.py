@@ -98,8 +98,9 @@ class Program:
         stacked = stack(rows, coarse=True)
         unknowns = Unknowns(module.parameters_for(campaign), tried, LETTERS[kind], known)
         size = stacked.mask.shape[1]
+        hiding = hasattr(module, "hidden_rows_for") or hasattr(module, "prepared")
         channels = [
-            channels_of(recording, r, (*module.OUTPUTS, *getattr(module, "READINGS", ())), size)
+            channels_of(recording, r, (*module.OUTPUTS, *getattr(module, "READINGS", ())), size, hiding)
             for recording, r in zip(campaign.recordings, rows, strict=True)
         ]
         for recording, found in zip(campaign.recordings, channels, strict=True):

@@ -24,8 +24,12 @@ PURSUED = 3
 """Candidates that are fitted to the end, from two starts each."""
 TO_THE_END = 40
 """Most trial steps of such a fit."""
+CLEARLY = 5.0
+"""Decrease of the objective by which such a fit must be better."""
 FAINTER = 0.1
 """Part of an effect with which a fit begins again that ended worse than the model without it."""
+POOR = 1.2
+"""Reduced chi-square of the base model from which its fit is tried from the other side of nominal, too."""
 SETTLING = 2
 """Rounds in which noise is told from what a base model leaves, and the base model fitted with it."""
 AT_BOUND = 8.0
@@ -80,8 +84,21 @@ def floor(program: Program, fit: Fit, chosen: np.ndarray) -> float:
 
 
 def settled_fit(program: Program, start: np.ndarray | None = None) -> tuple[Program, Fit]:
-    """The base model refitted, and the program with the noise and the hidden courses that it shows."""
-    fit = Refitter(program).fit((), start)
+    """The base model refitted, and the program with the noise and the hidden courses that it shows.
+
+    Where much is left the fit is made again from the other side of nominal: fractions at their limits shut
+    in a false optimum, that would pass for missing physics.
+    """
+    program, fit = _settled(program, Refitter(program).fit((), start))
+    if reduced(program, fit, program.fitted) > POOR:
+        other = Refitter(program).fit((), -fit.u)
+        if other.objective < fit.objective - CLEARLY:
+            program, fit = _settled(program, other)
+    return program, fit
+
+
+def _settled(program: Program, fit: Fit) -> tuple[Program, Fit]:
+    """The program with the noise that a base model shows, and its fit there."""
     for _ in range(SETTLING):
         program = with_noise_of(program, fit.evaluation).prepared(fit.u)
         if program.pace.shape[1]:

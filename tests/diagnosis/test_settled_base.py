@@ -1,0 +1,50 @@
+"""The fit of a base model that a diagnosis begins with: not shut in on one side of nominal."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from fitting.diagnosis import trials
+
+FALSE, TRUE = 1.5, -0.8
+
+
+@pytest.fixture
+def two_optima(monkeypatch):
+    """A search goes down to the optimum on its side of nominal, the false one from nominal itself; how much
+    each leaves is up to a test. Starts that were tried are kept."""
+    left, starts = {FALSE: 900.0, TRUE: 100.0}, []
+
+    class Refitter:
+        def __init__(self, program):
+            pass
+
+        def fit(self, slugs, start, rounds=0, near=None):
+            starts.append(0.0 if start is None else float(start[0]))
+            end = TRUE if starts[-1] < 0.0 else FALSE
+            return SimpleNamespace(u=np.array([end]), objective=left[end])
+
+    monkeypatch.setattr(trials, "Refitter", Refitter)
+    monkeypatch.setattr(trials, "_settled", lambda program, fit: (program, fit))
+    monkeypatch.setattr(trials, "reduced", lambda program, fit, chosen: fit.objective / 100.0)
+    return left, starts
+
+
+def test_a_false_optimum_is_left_from_the_other_side(two_optima):
+    _, fit = trials.settled_fit(SimpleNamespace(fitted=None))
+    assert fit.u[0] == TRUE
+
+
+def test_one_that_does_no_better_is_not_taken(two_optima):
+    left, starts = two_optima
+    left[TRUE] = left[FALSE] - 1.0
+    _, fit = trials.settled_fit(SimpleNamespace(fitted=None))
+    assert fit.u[0] == FALSE and starts == [0.0, -FALSE]
+
+
+def test_a_model_that_leaves_nothing_is_not_fitted_again(two_optima):
+    left, starts = two_optima
+    left[FALSE] = 100.0
+    trials.settled_fit(SimpleNamespace(fitted=None))
+    assert starts == [0.0]
