@@ -11,6 +11,8 @@ from ..loads import STANDARD_GRAVITY, centred_weight
 from ._spec import Spec
 
 UP = (0.0, 1.0)  # the plane of sides 1 and 2
+ELEMENTS = 5
+"""Elastic-slip elements of the friction of the wrapping."""
 
 
 class TipContact(Effect):
@@ -42,17 +44,20 @@ class TipContact(Effect):
 
 
 class WrapFriction(Effect):
-    """Friction of the fibre wrapping, three elastic-slip elements in parallel that share one limit.
+    """Friction of the fibre wrapping, elastic-slip elements in parallel that share one limit.
 
     Limit `constant + per_pressure * P` [N m, N m/Pa] against bending; `slip` [rad] is the bend over which the
-    middle element reverses by half, the others' slips are `exp(spread)` times less and more. A tube without
-    springs or fibre rubs as it lengthens, by `theta = delta / R` and `M = F R`.
+    middle element reverses by half, the others' slips are up to `exp(spread)` times less and more, evenly in
+    their logarithm. A tube without springs or fibre rubs as it lengthens, by `theta = delta / R` and
+    `M = F R`. A recording that begins loaded may begin with friction: `begun` is 1 where the body has come
+    there from its straight rest in one go, and 0 where nothing rubs in the first row.
     """
 
     constant: Array = eqx.field(converter=jnp.asarray, default=0.0)
     per_pressure: Array = eqx.field(converter=jnp.asarray, default=0.0)
     slip: Array = eqx.field(converter=jnp.asarray, default=0.1)
     spread: Array = eqx.field(converter=jnp.asarray, default=0.5)
+    begun: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "wrap_friction"
     component: ClassVar[str] = "friction"
@@ -63,17 +68,19 @@ class WrapFriction(Effect):
         "constant": Spec(0.0, 0.0, 2e-3, 2e-4, "N m", "friction moment without pressure"),
         "per_pressure": Spec(0.0, 0.0, 5e-8, 5e-9, "N m/Pa", "friction moment per pressure"),
         "slip": Spec(0.1, 0.02, 0.8, 0.1, "rad", "bend over which the friction builds up", True),
-        "spread": Spec(0.5, 0.0, 1.2, 0.5, "1", "spread of the elements' slips", True),
+        "spread": Spec(0.5, 0.0, 2.0, 0.5, "1", "spread of the elements' slips", True),
+        "begun": Spec(0.0, 0.0, 1.0, 0.5, "1", "share of the way from rest that has rubbed at first", True),
     }
 
     def begin(self, at: Known) -> tuple[Array, Array, Array]:
         """Whether there was a row, where it slid to, and the elements' states in [-1, 1]."""
-        return jnp.asarray(0.0), jnp.asarray(0.0), jnp.zeros(3)
+        return jnp.asarray(0.0), jnp.asarray(0.0), jnp.zeros(ELEMENTS)
 
     def _states(self, place: Array, memory: tuple[Array, Array, Array]) -> Array:
         started, before, states = memory
-        slips = self.slip * jnp.exp(self.spread * jnp.asarray([-1.0, 0.0, 1.0]))
-        return jnp.clip(states + started * (place - before) / slips, -1.0, 1.0)
+        slips = self.slip * jnp.exp(self.spread * jnp.linspace(-1.0, 1.0, ELEMENTS))
+        way = jnp.where(started > 0.0, place - before, self.begun * place)
+        return jnp.clip(states + way / slips, -1.0, 1.0)
 
     def load(self, value: tuple[Array, Array], at: Known, memory: tuple) -> tuple[Array, Array]:
         """See `Effect.load`."""

@@ -64,6 +64,20 @@ def test_a_tube_rubs_against_its_wrapping_both_ways():
     close(found[falling], without("T", pressure=pressure + resists)["length"][falling], rtol=1e-7)
 
 
+def test_a_recording_that_begins_loaded_begins_with_friction_or_without():
+    """As it says: `begun` is 1 where the tube came there from rest, and its friction is all there."""
+    tube, steady = specimen("T"), np.full(ROWS, 30e3)
+    area, radius = float(tube.section.enclosed_area), float(tube.section.radius)
+    friction = {"wrap_friction.constant": 2e-4, "wrap_friction.slip": 0.01, "wrap_friction.spread": 1.0}
+    lengths = [
+        seen("T", friction | {"wrap_friction.begun": begun}, pressure=steady)["length"][0]
+        for begun in (0.0, 0.003, 1.0)
+    ]
+    close(lengths[0], without("T", pressure=steady)["length"][0])
+    close(lengths[2], without("T", pressure=steady - 2e-4 / radius / area)["length"][0], rtol=1e-7)
+    assert lengths[2] < lengths[1] < lengths[0]
+
+
 def test_an_eccentric_bore_bends_a_tube_either_way_and_lengthens_it_alike():
     one, other = (seen("T", {"wall_eccentricity.shift": shift}) for shift in (1e-4, -1e-4))
     assert np.max(np.abs(one["true_bend"])) > 0.05
