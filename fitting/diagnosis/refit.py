@@ -16,6 +16,8 @@ ENOUGH = 0.1
 left, by which evidence is deflated, too."""
 NEARLY = 5.0
 """Factor on that up to which a step is not tried again smaller that made a fit worse by less."""
+MORE, HARDER = 8.0, 3.0
+"""Factor on the damping when a step makes a fit worse, and on that factor with every one in a row."""
 FAILURES = 3
 """Trial steps in a row that may make a fit worse; more end it."""
 SHAPE_SD = 1.5
@@ -107,7 +109,7 @@ class Refitter:
                 u, now, failures = trial, then, 0
                 damping = max(damping * 0.2, 1e-6)
             else:
-                damping, failures = max(damping, 1e-3) * 8.0, failures + 1
+                damping, failures = max(damping, 1e-3) * MORE * HARDER**failures, failures + 1
                 if failures > FAILURES or max(-gain, promised / NEARLY) < little:
                     break
         return self._finished(u, free, slugs, now)

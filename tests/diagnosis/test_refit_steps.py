@@ -1,0 +1,49 @@
+"""Levenberg's steps of a diagnosis, on a valley that bends: where a full step makes a fit thousands of times worse."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from fitting.diagnosis.refit import Refitter
+
+
+class Unknowns:
+    """Two base constants."""
+
+    base = np.array([0, 1])
+    neutral, low, high = np.zeros(2), np.full(2, -4.0), np.full(2, 4.0)
+    items = tuple(
+        SimpleNamespace(name=name, effect="", start=0.0, shape=False, low=-4.0, high=4.0) for name in "xy"
+    )
+
+    def of(self, slugs):
+        return np.zeros(0, int)
+
+    def __len__(self):
+        return 2
+
+
+class Valley:
+    """Rosenbrock's function, `size` times: a program whose misfit has three values."""
+
+    def __init__(self, size):
+        self.unknowns, self.fitted, self.size, self.evaluations = Unknowns(), np.ones(1), size, 0
+
+    def count(self, k):
+        return 3
+
+    def evaluate(self, u, columns, near=None):
+        self.evaluations += 1
+        x, y = u
+        r = self.size * np.array([10.0 * (y - x**2), 1.0 - x, 0.1 * np.sin(3.0 * x)])
+        J = self.size * np.array([[-20.0 * x, 10.0], [-1.0, 0.0], [0.3 * np.cos(3.0 * x), 0.0]])
+        return SimpleNamespace(joined=lambda weight: (r, J[:, columns]), u=u)
+
+
+@pytest.mark.parametrize("start", [(-1.2, 1.0), (-3.0, -3.5), (3.0, -4.0), (0.0, 0.0)])
+def test_a_fit_goes_on_where_full_steps_fail(start):
+    program = Valley(100.0)
+    fit = Refitter(program).fit((), np.array(start), rounds=60)
+    assert fit.u == pytest.approx([1.0, 1.0], abs=0.05)
+    assert program.evaluations < 60
