@@ -12,7 +12,7 @@ import numpy as np
 
 from .folds import gain, left_out
 from .program import Program
-from .refit import Fit, Refitter
+from .refit import FITS, Fit, Refitter
 from .screen import Screen, screen
 from .trials import Trial, floor, inflation_of, reduced, settled_fit, trials_of
 
@@ -90,7 +90,7 @@ class Explanation:
         final: the model with the effects that were found.
         stages: of the search.
         p_value, p_is_bound: of the base's misfit by chance.
-        tries: fits that were made.
+        tries: models that were fitted to the campaign, those of a first look included.
         together: recordings for validation were fitted, too, because the others name nothing, or something
             that they contradict.
     """
@@ -101,8 +101,12 @@ class Explanation:
     stages: list[Stage]
     p_value: float
     p_is_bound: bool
-    tries: int = 0
     together: bool = False
+
+    @property
+    def tries(self) -> int:
+        """See the class."""
+        return self.program.tally[FITS]
 
     @property
     def leading(self) -> Stage | None:
@@ -184,7 +188,7 @@ def _search(
     effort: int,
 ) -> Explanation:
     """One effect after the other, from a screened base model."""
-    first = Explanation(program, base, base, [], found.p_value, found.p_is_bound, 1)
+    first = Explanation(program, base, base, [], found.p_value, found.p_is_bound)
     current = base
     stage = Stage(base, found, [])
     original = np.nan
@@ -192,8 +196,7 @@ def _search(
         first.stages.append(stage)
         if stage.screen.p_value > LEVEL:
             break
-        stage.trials, fits = trials_of(program, current, stage.screen, progress, effort)
-        first.tries += fits
+        stage.trials = trials_of(program, current, stage.screen, progress, effort)
         progress("predicting recordings left out in turn")
         best = _choice(program, current, stage, original)
         original = stage.left_out if np.isnan(original) else original
@@ -204,9 +207,7 @@ def _search(
         if len(current.slugs) > 1:
             current = _pruned(program, _polished(program, current))
             progress("trying rivals of what was found before")
-            current, fits = _exchanged(program, current, first.stages)
-            first.tries += fits
-            current = _pruned(program, current)
+            current = _pruned(program, _exchanged(program, current, first.stages))
         if len(current.slugs) >= MOST_EFFECTS or not _much_left(program, current, base):
             break
         progress(f"screening {len(program.unknowns.slugs) - len(current.slugs)} effects")
@@ -267,21 +268,16 @@ def _polished(program: Program, fit: Fit) -> Fit:
     return min([fit, *options], key=lambda f: f.objective)
 
 
-def _exchanged(program: Program, fit: Fit, stages: list[Stage]) -> tuple[Fit, int]:
+def _exchanged(program: Program, fit: Fit, stages: list[Stage]) -> Fit:
     """The model with an earlier effect exchanged for a rival that fits clearly better beside the others:
     alone, an effect may have stood for two.
 
     The stage in which the effect was found is told anew: what it and its rivals are worth beside the others.
-
-    Returns:
-        The better model, and how many fits were made.
     """
-    fits = 0
     for slug in fit.slugs[:-1]:
         stage = next(s for s in stages if s.chosen == slug)
         rivals = [t for t in stage.trials if t.slug not in fit.slugs and t.bayes > CERTAIN][:RIVALS]
         found = {slug: fit} | {rival.slug: _instead(program, fit, slug, rival) for rival in rivals}
-        fits += len(rivals)
         best = min(found, key=lambda name: found[name].objective)
         inflation = inflation_of(program, found[best])
         if (fit.objective - found[best].objective) / inflation > CERTAIN:
@@ -298,7 +294,7 @@ def _exchanged(program: Program, fit: Fit, stages: list[Stage]) -> tuple[Fit, in
             ]
             stage.trials.sort(key=lambda trial: -trial.bayes)
             stage.chosen, fit = best, found[best]
-    return fit, fits
+    return fit
 
 
 def _instead(program: Program, fit: Fit, slug: str, rival: Trial) -> Fit:

@@ -4,6 +4,7 @@ One evaluation gives the outputs of all recordings, less what hidden courses exp
 by a few numbers. Everything else in a diagnosis is linear algebra on its whitened results.
 """
 
+from collections import Counter
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -48,6 +49,7 @@ class Program:
         unknowns: numbers that may be free.
         fitted: recordings whose role is `fit`, shape (recordings,).
         evaluations: how often the program ran.
+        tally: how many models were fitted to the campaign, shared by all copies of the program.
         failed: standard deviations that a row without an answer counts for; more than any misfit of the
             nominal base model, so that no fit gains by failing.
         taken: measured values of every recording that hidden courses take up, shape (recordings,).
@@ -62,6 +64,7 @@ class Program:
     unknowns: Unknowns
     fitted: np.ndarray
     evaluations: int = field(default=0)
+    tally: Counter = field(default_factory=Counter)
     failed: float = FAILED
     taken: np.ndarray = field(default_factory=lambda: np.zeros(0))
     pace: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))

@@ -10,6 +10,8 @@ import numpy as np
 from .evaluation import Evaluation
 from .program import Program
 
+FITS = "fits"
+"""Name in a program's tally of the models that were fitted to all that is to be fitted."""
 MOST_ROUNDS = 30
 ENOUGH = 0.1
 """Decrease of the objective at which a fit ends that promises no more; times the reduced chi-square that is
@@ -69,6 +71,7 @@ class Refitter:
         self.program = program
         self.unknowns = program.unknowns
         self.weight = program.fitted.astype(float) if weight is None else weight
+        self._partial = weight is not None
 
     def fit(
         self,
@@ -86,6 +89,8 @@ class Refitter:
             rounds: most trial steps.
             near: an evaluation whose hidden courses are begun with where `start` is no fit.
         """
+        if not self._partial:
+            self.program.tally[FITS] += 1
         unknowns, base = self.unknowns, self.unknowns.base
         extra = unknowns.of(slugs)
         free = np.concatenate([base, extra]).astype(int)

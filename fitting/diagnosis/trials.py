@@ -109,7 +109,7 @@ def _settled(program: Program, fit: Fit) -> tuple[Program, Fit]:
 
 def trials_of(
     program: Program, current: Fit, found: Screen, progress: Callable[[str], None], effort: int
-) -> tuple[list[Trial], int]:
+) -> list[Trial]:
     """The candidates that the screen ranks first, fitted together with everything that is present.
 
     Args:
@@ -120,12 +120,12 @@ def trials_of(
         effort: 1; 2 follows twice as many.
 
     Returns:
-        The trials, strongest evidence first, and how many fits were made.
+        The trials, strongest evidence first.
     """
     likely = [s for s in found.scores if s.p_value < LIKELY][: effort * TRIED]
     starts = {score.slug: _starts(program.unknowns, score) for score in likely}
     best: dict[str, Fit] = {}
-    kept, fits, retries = [score.slug for score in likely], 0, []
+    kept = [score.slug for score in likely]
 
     def fitted(job: tuple[str, np.ndarray | Fit, int]) -> tuple[str, Fit]:
         slug, start, rounds = job
@@ -134,7 +134,6 @@ def trials_of(
             return slug, fit
         faint = _fainter(program.unknowns, slug, current.u, fit.u if isinstance(start, Fit) else start)
         again = Refitter(program).fit(fit.slugs, faint, rounds, current.evaluation)
-        retries.append(slug)
         return slug, min(fit, again, key=lambda f: f.objective)
 
     def ahead(count: int) -> list[str]:
@@ -146,7 +145,6 @@ def trials_of(
         progress(f"fitting {len(kept)} candidates")
         jobs = [(slug, best[slug] if slug in best else starts[slug][0], rounds) for slug in kept]
         best |= dict(map(fitted, jobs))
-        fits += len(jobs)
     kept = ahead(PURSUED)
     progress(f"fitting {', '.join(kept)} to the end")
     jobs = [(slug, start, TO_THE_END) for slug in kept for start in (best[slug], starts[slug][1])]
@@ -155,12 +153,11 @@ def trials_of(
             best[slug] = fit
     trials = [Trial(slug, fit, 0.0, np.nan) for slug, fit in best.items()]
     trials.sort(key=lambda t: t.fit.objective)
-    fits += len(jobs)
     for trial in trials:
         trial.returned = float(np.max(np.abs(trial.fit.u[program.unknowns.base]), initial=0.0))
     _weigh(program, current, trials)
     trials.sort(key=lambda t: -t.bayes)
-    return trials, fits + len(retries)
+    return trials
 
 
 def _starts(unknowns: Unknowns, score: Score) -> list[np.ndarray]:

@@ -1,11 +1,12 @@
 """Levenberg's steps of a diagnosis, on a valley that bends: where a full step makes a fit thousands of times worse."""
 
+from collections import Counter
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from fitting.diagnosis.refit import Refitter
+from fitting.diagnosis.refit import FITS, Refitter
 
 
 class Unknowns:
@@ -29,6 +30,7 @@ class Valley:
 
     def __init__(self, size):
         self.unknowns, self.fitted, self.size, self.evaluations = Unknowns(), np.ones(1), size, 0
+        self.tally = Counter()
 
     def count(self, k):
         return 3
@@ -47,3 +49,10 @@ def test_a_fit_goes_on_where_full_steps_fail(start):
     fit = Refitter(program).fit((), np.array(start), rounds=60)
     assert fit.u == pytest.approx([1.0, 1.0], abs=0.05)
     assert program.evaluations < 60
+    assert program.tally[FITS] == 1
+
+
+def test_what_is_left_out_in_turn_is_no_other_model():
+    program = Valley(1.0)
+    Refitter(program, np.ones(1)).fit(())
+    assert program.tally[FITS] == 0
