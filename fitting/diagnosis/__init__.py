@@ -6,7 +6,7 @@
 
 Rooms, in the order in which they are used:
 
-- `unknowns`, `noise`, `inputs`, `instruments`, `campaign_noise`: scaled numbers, whitened channels;
+- `unknowns`, `noise`, `quiet`, `inputs`, `instruments`, `campaign_noise`: scaled numbers, whitened channels;
 - `compiled`, `program`, `evaluation`, `courses`, `search`: one compiled function for everything (its laws are
   in `fitting.models.with_effects`), a campaign, what its runs say once hidden courses are found;
 - `refit`: least squares of base constants and effects within physical bounds;

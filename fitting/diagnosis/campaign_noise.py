@@ -5,15 +5,14 @@ from dataclasses import replace
 import numpy as np
 
 from .evaluation import Evaluation
-from .instruments import Series, as_quiet, instrument_of, series_of
+from .instruments import Series, instrument_of, series_of
 from .program import Program
 
 
 def with_noise_of(program: Program, here: Evaluation) -> Program:
     """The program with the noise that all recordings of an instrument show once a model is fitted.
 
-    A resistance that hidden courses follow shows no errors: where its noise is not stated, every recording
-    has that of the quietest.
+    A resistance that hidden courses follow shows no errors: what it was told at first stays (`quiet`).
 
     Args:
         program: of the campaign; left alone.
@@ -21,15 +20,12 @@ def with_noise_of(program: Program, here: Evaluation) -> Program:
     """
     bare, size = [list(row) for row in program.bare], program.stacked.mask.shape[1]
     groups: dict[tuple[str, bool], list[tuple[int, int, Series]]] = {}
-    readings: dict[str, list[tuple[int, int]]] = {}
     for k, (recording, hidden) in enumerate(zip(program.recordings, program.followed(here), strict=True)):
         shape = len(program.channels[k]), size
         taken = hidden.taken().reshape(shape) if hidden else np.zeros(shape)
         for j, channel in enumerate(program.channels[k]):
             stated = recording.noise_si(channel.quantity) or None
             if channel.quantity.startswith("resistance") and program.hidden:
-                if stated is None:
-                    readings.setdefault(channel.quantity, []).append((k, j))
                 continue
             block = max(1, round(len(recording) / max(channel.count, 1)))
             one = series_of(channel, bare[k][j], here.predicted[k][j], stated, block)
@@ -39,10 +35,6 @@ def with_noise_of(program: Program, here: Evaluation) -> Program:
         noise = instrument_of([one for _, _, one in members])
         for k, j, one in members if noise else ():
             bare[k][j] = noise.told(bare[k][j], one)
-    for members in readings.values():
-        same = as_quiet([bare[k][j] for k, j in members])
-        for (k, j), channel in zip(members, same, strict=True):
-            bare[k][j] = channel
     copy = replace(program, bare=bare)
     copy.count_input_noise(here.u)
     return copy

@@ -28,8 +28,6 @@ DECISIVE = 4.0
 """Log-likelihood that growth and correlation must each gain to be believed."""
 LEAST_FLOOR, MOST_CORRELATION = 0.04, 0.9
 """Part of the usual 1-sigma that noise without a signal has at least; largest correlation of samples."""
-LUCK = 1.12
-"""What the quietest of a few recordings looks too quiet by."""
 TAKEN = 0.2
 """Share of a value that hidden courses take up, from which what they leave of its error is too smooth."""
 FEWEST = 60
@@ -153,21 +151,6 @@ def instrument_of(series: Sequence[Series]) -> Instrument | None:
     # a stated size is believed: fast physics would pass for noise
     scale, fall, correlation = _chosen(cost, () if stated else (0,))
     return Instrument(unit * float(np.exp(scale)), float(-np.expm1(-2.0 * fall)), level, float(correlation))
-
-
-def as_quiet(channels: Sequence[Channel]) -> list[Channel]:
-    """Channels of one instrument, each told by itself, with the noise of the quietest: the fast changes of
-    what is measured can look like noise, and noise like nothing less."""
-    least = min(channels, key=_size)
-    size = LUCK * _size(least)
-    return [
-        replace(c, sigma=np.where(np.isfinite(c.sigma), size, np.inf), correlation=least.correlation)
-        for c in channels
-    ]
-
-
-def _size(channel: Channel) -> float:
-    return float(np.median(channel.sigma[np.isfinite(channel.sigma)]))
 
 
 def _chosen(cost: Callable[..., float], always: tuple[int, ...]) -> np.ndarray:

@@ -1,8 +1,8 @@
 """What the instruments add to a recording: size and serial correlation of every channel, and how to whiten
 it."""
 
-from collections.abc import Iterable
-from functools import cache
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 
 import numpy as np
 
@@ -13,27 +13,27 @@ from fitting.recordings import Recording
 
 FEW = 40
 """Samples below which serial correlation is not estimated from themselves alone."""
-STRETCH, QUIETER, SIMULATED = 16, 0.3, 200
-"""Fourth differences of a stretch; the quantile of stretches that tells white noise; and the draws that say
-what it is worth."""
 MOST_GUESSED = 0.8
 """Largest correlation that is read off the samples alone: a course with corners looks like more."""
 
 
 def channels_of(
-    recording: Recording, rows: Rows, outputs: tuple[str, ...], size: int, hiding: bool = False
+    recording: Recording,
+    rows: Rows,
+    outputs: tuple[str, ...],
+    size: int,
+    quiet: Mapping[str, float] = MappingProxyType({}),
 ) -> list[Channel]:
     """Measured outputs of a recording, padded to `size` rows.
 
-    Where nobody states the noise it is estimated from high frequencies; that of a resistance behind which
-    a course hides, by itself, since a model that is free to follow it never tells its errors.
+    Where nobody states the noise it is estimated from high frequencies.
 
     Args:
         recording: as it was read.
         rows: the same as arrays.
         outputs: quantities that the model predicts.
         size: rows of the stack.
-        hiding: whether courses hide behind resistances.
+        quiet: 1-sigma of a row of quantities that tell it themselves, SI, see `quiet`.
     """
     found = []
     for quantity in outputs:
@@ -42,21 +42,19 @@ def channels_of(
         values, there = np.asarray(rows.measured[quantity]), np.asarray(rows.weight[quantity]) > 0.0
         if not there.any():
             continue
-        every = recording.si(quantity)
-        raw = every[np.isfinite(every)]
+        raw = recording.si(quantity)
+        raw = raw[np.isfinite(raw)]
         block = max(1, round(len(raw) / max(there.sum(), 1)))
         stated = recording.noise_si(quantity)
         if stated is not None and stated > 0.0:
             correlation, sigma = serial_correlation(raw, stated), stated
-        elif hiding and quantity.startswith("resistance"):
-            quiet = quiet_noise(every) or robust_noise(np.arange(float(len(raw))), raw)
-            sigma, correlation = max(quiet, *_least(raw)), 0.0
+        elif quantity in quiet:
+            sigma, correlation = quiet[quantity], 0.0
         else:
             sigma = robust_noise(np.asarray(rows.time)[there], values[there])
             sigma, correlation = unstated_noise(values[there], sigma)
-            sigma = max(sigma, *_least(values[there]))
-            block = 1
-        if block > 1:
+            sigma = max(sigma, LEAST_NOISE * float(np.ptp(values[there])), 1e-12)
+        if block > 1 and stated:
             sigma, correlation = block_noise(sigma, correlation, block)
         total = np.full(size, np.inf)
         total[: len(there)] = np.where(there, sigma, np.inf)
@@ -75,47 +73,6 @@ def noise_of(recording: Recording, quantity: str) -> float:
     time = recording.si("time") if recording.has("time") else np.arange(float(len(values)))
     there = np.isfinite(values) & np.isfinite(time)
     return robust_noise(time[there], values[there]) if there.sum() > 2 else 0.0
-
-
-def quiet_noise(values: np.ndarray) -> float:
-    """Standard deviation of white noise on a course that is smooth in some of its stretches.
-
-    Fourth differences of neighbouring samples, by stretches: ramps and the ripple of a controller leave
-    little of themselves in them, and a switch of the current nothing in most stretches. What lasts from
-    sample to sample counts as course.
-
-    Args:
-        values: samples in their order, NaN where missing, shape (n,).
-
-    Returns:
-        The standard deviation, from the quieter stretches, as white noise would show it there; 0 with too few
-        samples.
-    """
-    found = _quiet(values)
-    return found / _quiet_unit(len(values)) if found > 0.0 else 0.0
-
-
-def _quiet(values: np.ndarray) -> float:
-    """Root mean square of fourth differences in the quieter stretches; 0 where there are none."""
-    bend = np.diff(values, 4)
-    parts = [bend[first : first + STRETCH] for first in range(0, len(bend), STRETCH)]
-    seen = [part[np.isfinite(part)] for part in parts]
-    square = [np.mean(part**2) for part in seen if part.size >= STRETCH // 2]
-    return float(np.sqrt(np.quantile(square, QUIETER))) if square else 0.0
-
-
-@cache
-def _quiet_unit(count: int) -> float:
-    """What white noise of unit size shows in as many samples, by simulation."""
-    draws = np.random.default_rng(0).standard_normal((SIMULATED, count))
-    return float(np.mean([_quiet(draw) for draw in draws]))
-
-
-def _least(values: np.ndarray) -> tuple[float, float, float]:
-    """Least 1-sigma of samples, by their span and by the steps in which they were rounded."""
-    steps = np.diff(np.unique(values))
-    rounding = float(steps.min()) / np.sqrt(12.0) if steps.size else 0.0
-    return LEAST_NOISE * float(np.ptp(values)), rounding, 1e-12
 
 
 def unstated_noise(values: np.ndarray, white: float) -> tuple[float, float]:

@@ -22,6 +22,7 @@ from .compiled import Compiled
 from .evaluation import COURSE, Evaluation, Raw, courses_of, with_courses
 from .inputs import input_noise, shifted, with_input_noise
 from .noise import channels_of
+from .quiet import quiet_readings
 from .search import ROUNDS, Search
 from .unknowns import Unknowns
 
@@ -102,9 +103,11 @@ class Program:
         unknowns = Unknowns(module.parameters_for(campaign), tried, LETTERS[kind], known)
         size = stacked.mask.shape[1]
         hiding = hasattr(module, "hidden_rows_for") or hasattr(module, "prepared")
+        quiet = quiet_readings(campaign.recordings, rows) if hiding else [{}] * len(rows)
+        outputs = (*module.OUTPUTS, *getattr(module, "READINGS", ()))
         channels = [
-            channels_of(recording, r, (*module.OUTPUTS, *getattr(module, "READINGS", ())), size, hiding)
-            for recording, r in zip(campaign.recordings, rows, strict=True)
+            channels_of(recording, r, outputs, size, told)
+            for recording, r, told in zip(campaign.recordings, rows, quiet, strict=True)
         ]
         for recording, found in zip(campaign.recordings, channels, strict=True):
             if not any(channel.count for channel in found if channel.quantity in module.OUTPUTS):

@@ -24,12 +24,13 @@ PURSUED = 3
 """Candidates that are fitted to the end, from two starts each."""
 TO_THE_END = 40
 """Most trial steps of such a fit."""
-CLEARLY = 5.0
-"""Decrease of the objective by which such a fit must be better."""
 FAINTER = 0.1
 """Part of an effect with which a fit begins again that ended worse than the model without it."""
 POOR = 1.2
 """Reduced chi-square of the base model from which its fit is tried from the other side of nominal, too."""
+MIRRORED, CLEARLY = 2.0, 5.0
+"""Standard deviations from nominal at which that begins at most; and the log-likelihood, deflated as evidence
+is, by which it must be better."""
 SETTLING = 2
 """Rounds in which noise is told from what a base model leaves, and the base model fitted with it."""
 AT_BOUND = 8.0
@@ -91,8 +92,8 @@ def settled_fit(program: Program, start: np.ndarray | None = None) -> tuple[Prog
     """
     program, fit = _settled(program, Refitter(program).fit((), start))
     if reduced(program, fit, program.fitted) > POOR:
-        other = Refitter(program).fit((), -fit.u)
-        if other.objective < fit.objective - CLEARLY:
+        other = Refitter(program).fit((), np.clip(-fit.u, -MIRRORED, MIRRORED))
+        if (fit.objective - other.objective) / inflation_of(program, fit) > CLEARLY:
             program, fit = _settled(program, other)
     return program, fit
 

@@ -11,7 +11,7 @@ from ..loads import STANDARD_GRAVITY, centred_weight
 from ._spec import Spec
 
 UP = (0.0, 1.0)  # the plane of sides 1 and 2
-ELEMENTS = 5
+ELEMENTS = 3
 """Elastic-slip elements of the friction of the wrapping."""
 
 
@@ -50,7 +50,8 @@ class WrapFriction(Effect):
     middle element reverses by half, the others' slips are up to `exp(spread)` times less and more, evenly in
     their logarithm. A tube without springs or fibre rubs as it lengthens, by `theta = delta / R` and
     `M = F R`. A recording that begins loaded may begin with friction: `begun` is 1 where the body has come
-    there from its straight rest in one go, and 0 where nothing rubs in the first row.
+    there from its straight rest in one go, 0 where nothing rubs in the first row, and negative where it has
+    come back from further on.
     """
 
     constant: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -68,8 +69,8 @@ class WrapFriction(Effect):
         "constant": Spec(0.0, 0.0, 2e-3, 2e-4, "N m", "friction moment without pressure"),
         "per_pressure": Spec(0.0, 0.0, 5e-8, 5e-9, "N m/Pa", "friction moment per pressure"),
         "slip": Spec(0.1, 0.02, 0.8, 0.1, "rad", "bend over which the friction builds up", True),
-        "spread": Spec(0.5, 0.0, 2.0, 0.5, "1", "spread of the elements' slips", True),
-        "begun": Spec(0.0, 0.0, 1.0, 0.5, "1", "share of the way from rest that has rubbed at first", True),
+        "spread": Spec(0.5, 0.0, 1.2, 0.5, "1", "spread of the elements' slips", True),
+        "begun": Spec(0.0, -1.0, 1.0, 1.0, "1", "friction in the first row, of that on the way there", True),
     }
 
     def begin(self, at: Known) -> tuple[Array, Array, Array]:
@@ -79,8 +80,8 @@ class WrapFriction(Effect):
     def _states(self, place: Array, memory: tuple[Array, Array, Array]) -> Array:
         started, before, states = memory
         slips = self.slip * jnp.exp(self.spread * jnp.linspace(-1.0, 1.0, ELEMENTS))
-        way = jnp.where(started > 0.0, place - before, self.begun * place)
-        return jnp.clip(states + way / slips, -1.0, 1.0)
+        first = self.begun * jnp.clip(place / slips, -1.0, 1.0)
+        return jnp.where(started > 0.0, jnp.clip(states + (place - before) / slips, -1.0, 1.0), first)
 
     def load(self, value: tuple[Array, Array], at: Known, memory: tuple) -> tuple[Array, Array]:
         """See `Effect.load`."""

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from fitting.diagnosis.instruments import Series, as_quiet, instrument_of
-from fitting.diagnosis.noise import quiet_noise
-from fitting.models.channels import Channel
+from fitting.diagnosis.instruments import Series, instrument_of
 
 TIME = np.arange(150)
 
@@ -78,28 +76,3 @@ def test_means_over_blocks_have_the_noise_of_means(rng):
 
 def test_too_few_rows_tell_nothing():
     assert instrument_of([Series(np.zeros(20), np.ones(20), np.zeros(20), None, 1)]) is None
-
-
-def test_the_quietest_recording_shows_a_reading():
-    loud, quiet = (Channel("resistance_2", np.zeros(9), np.full(9, s), r) for s, r in ((2e-3, 0.8), (4e-4, 0.0)))
-    for channel in as_quiet([loud, quiet]):
-        assert channel.correlation == 0.0
-        assert 4e-4 < channel.sigma[0] < 5e-4
-
-
-@pytest.mark.parametrize("count", [30, 166, 800])
-def test_a_resistance_tells_its_noise_beside_ramps_ripple_and_a_switch(rng, count):
-    """As a controller leaves it: a slow ripple, a heater that is switched off, samples that are missing."""
-    time = np.arange(count)
-    course = 0.01 * np.sin(time / 3.0) + 0.4 / (1.0 + np.exp((time - 0.7 * count) / 2.0))
-    found = []
-    for _ in range(20):
-        values = course + 3e-4 * rng.normal(size=count)
-        values[count // 3] = np.nan
-        found.append(quiet_noise(values))
-    assert np.mean(found) == pytest.approx(3e-4, rel=0.35 if count < 100 else 0.1)
-
-
-def test_white_noise_alone_is_told_without_bias(rng):
-    assert np.mean([quiet_noise(rng.normal(size=60)) for _ in range(200)]) == pytest.approx(1.0, abs=0.05)
-    assert quiet_noise(np.arange(8.0)) == 0.0

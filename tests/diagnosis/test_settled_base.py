@@ -28,6 +28,7 @@ def two_optima(monkeypatch):
     monkeypatch.setattr(trials, "Refitter", Refitter)
     monkeypatch.setattr(trials, "_settled", lambda program, fit: (program, fit))
     monkeypatch.setattr(trials, "reduced", lambda program, fit, chosen: fit.objective / 100.0)
+    monkeypatch.setattr(trials, "inflation_of", lambda program, fit: 2.0)
     return left, starts
 
 
@@ -38,7 +39,7 @@ def test_a_false_optimum_is_left_from_the_other_side(two_optima):
 
 def test_one_that_does_no_better_is_not_taken(two_optima):
     left, starts = two_optima
-    left[TRUE] = left[FALSE] - 1.0
+    left[TRUE] = left[FALSE] - 8.0  # 4 once deflated
     _, fit = trials.settled_fit(SimpleNamespace(fitted=None))
     assert fit.u[0] == FALSE and starts == [0.0, -FALSE]
 
