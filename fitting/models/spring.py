@@ -33,8 +33,10 @@ ALLOY = tuple(field.name for field in dataclasses.fields(Alloy) if field.name !=
 GEOMETRY = ("wire_diameter", "mandrel_diameter", "initial_pitch", "active_coils", "free_length")
 SPREAD = 0.5
 """1-sigma of the martensite fraction at the start, around one half, where nobody says more."""
-MARGINS = (0.0, *(sign * size for size in (7e-4, 2e-3, 5e-3, 0.012, 0.03) for sign in (-1.0, 1.0)))
-"""Parts of the residual strain by which a turning point may be off the rule; the first is the rule."""
+MARGIN = 0.03
+"""Part of the residual strain by which a turning point may be off the rule."""
+HISTORIES = 3
+"""Likeliest decisions of a test that are weighed with the course that each leads to."""
 LEVELS = (0.2, 0.5)
 """Constant courses that a search begins with, too."""
 ALIKE = 2.0
@@ -88,6 +90,7 @@ def rows_of(
             "level": np.asarray(0.5 if held_at is None else held_at),
             "level_sd": np.asarray(SPREAD if held_at is None else 0.0),
             "force_informs": np.asarray(1.0),
+            "margin": np.asarray(MARGIN),
             "loading": _loading(kept["elongation"]),
         },
         specimen=np.asarray(specimen),
@@ -192,22 +195,26 @@ def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
     plain = undecided(stacked)
 
     def decide(rows: Rows, before: Decisions | None) -> Decisions:
-        steady = eqx.tree_at(lambda r: r.extra["wander"], rows, rows.extra["pace"])
-        found, law = trajectory(values, steady), _law(values, rows)
-        slack = ALIKE * _sd(found, steady)
+        law, force, weight = _law(values, rows), rows.measured["force"], rows.weight["force"]
 
-        every = jax.lax.map(lambda m: law.decide(found.xi0, slack, m), jnp.asarray(MARGINS))
-        if before is not None:
-            every = jax.tree.map(lambda old, new: jnp.concatenate([old[None], new]), before, every)
-
-        def told(decisions: Decisions) -> Rows:
+        def told(decisions: Decisions, rows: Rows = rows) -> Rows:
             return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, "decisions": decisions})
 
         def misfit(decisions: Decisions) -> Array:
             return jnp.sum(residual(values, told(decisions)) ** 2)
 
-        least = jnp.argmin(jax.lax.map(misfit, every))
-        best = jax.tree.map(lambda x: x[least], every)
+        def best_of(course: Trajectory, others: list[Decisions]) -> Decisions:
+            slack = ALIKE * _sd(course, steady)
+            found = law.likeliest(course.xi0, slack, rows.extra["margin"], force, weight, HISTORIES)
+            single = [law.decide(course.xi0, slack), *others]
+            every = jax.tree.map(lambda *x: jnp.concatenate([jnp.stack(x[:-1]), x[-1]]), *single, found)
+            least = jnp.argmin(jax.lax.map(misfit, every))
+            return jax.tree.map(lambda x: x[least], every)
+
+        steady = eqx.tree_at(lambda r: r.extra["wander"], rows, rows.extra["pace"])
+        by_rule = best_of(trajectory(values, steady), [] if before is None else [before])
+        # where the rule went wrong the force has bent the course: decided again on that of the decisions
+        best = best_of(trajectory(values, told(by_rule, steady)), [by_rule])
 
         def begun(course: Array) -> tuple[Array, Array]:
             """Where a search that begins with a course ends, and the misfit there."""
@@ -216,7 +223,7 @@ def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
             return ended.xi0, jnp.sum(_misfit(ended, rows) ** 2)
 
         # a hot wire's course may be caught between limits: what a level leads to is often better
-        trials = jnp.stack([best.course, *(jnp.full_like(found.xi0, level) for level in LEVELS)])
+        trials = jnp.stack([best.course, *(jnp.full_like(best.course, level) for level in LEVELS)])
         courses, misfits = jax.lax.map(begun, trials)
         return eqx.tree_at(lambda d: d.course, best, courses[jnp.argmin(misfits)])
 
