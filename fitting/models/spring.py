@@ -35,8 +35,10 @@ SPREAD = 0.5
 """1-sigma of the martensite fraction at the start, around one half, where nobody says more."""
 MARGIN = 0.03
 """Part of the residual strain by which a turning point may be off the rule."""
-HISTORIES = 3
-"""Likeliest decisions of a test that are weighed with the course that each leads to."""
+MARGINS = (0.0, *(sign * size for size in (7e-4, 2e-3, 5e-3, 0.012, MARGIN) for sign in (-1.0, 1.0)))
+"""Such parts that all turning points of a test share; the first is the rule."""
+HISTORIES = 4
+"""Likeliest histories of a test, each turning point decided by itself, that are weighed beside those."""
 LEVELS = (0.2, 0.5)
 """Constant courses that a search begins with, too."""
 ALIKE = 2.0
@@ -186,7 +188,8 @@ def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
 
     Whether a wire at a turning point still loads, and renews its memory, is as often decided by noise, with a
     jump of all later rows. Of the decisions within a few per cent of the rule's, each test takes those that
-    explain it best.
+    explain it best: with one margin for all its turning points, or each of them decided by the force that
+    follows, as good constants are needed for the first and a good course for the second.
 
     Args:
         values: free parameters by name, SI.
@@ -195,26 +198,22 @@ def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
     plain = undecided(stacked)
 
     def decide(rows: Rows, before: Decisions | None) -> Decisions:
-        law, force, weight = _law(values, rows), rows.measured["force"], rows.weight["force"]
+        steady = eqx.tree_at(lambda r: r.extra["wander"], rows, rows.extra["pace"])
+        found, law = trajectory(values, steady), _law(values, rows)
+        slack, force, weight = ALIKE * _sd(found, steady), rows.measured["force"], rows.weight["force"]
+        shared = jax.lax.map(lambda m: law.decide(found.xi0, slack, m), jnp.asarray(MARGINS))
+        several = law.likeliest(found.xi0, slack, rows.extra["margin"], force, weight, HISTORIES)
+        known = [] if before is None else [jax.tree.map(lambda x: x[None], before)]
+        every = jax.tree.map(lambda *x: jnp.concatenate(x), *known, shared, several)
 
-        def told(decisions: Decisions, rows: Rows = rows) -> Rows:
+        def told(decisions: Decisions) -> Rows:
             return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, "decisions": decisions})
 
         def misfit(decisions: Decisions) -> Array:
             return jnp.sum(residual(values, told(decisions)) ** 2)
 
-        def best_of(course: Trajectory, others: list[Decisions]) -> Decisions:
-            slack = ALIKE * _sd(course, steady)
-            found = law.likeliest(course.xi0, slack, rows.extra["margin"], force, weight, HISTORIES)
-            single = [law.decide(course.xi0, slack), *others]
-            every = jax.tree.map(lambda *x: jnp.concatenate([jnp.stack(x[:-1]), x[-1]]), *single, found)
-            least = jnp.argmin(jax.lax.map(misfit, every))
-            return jax.tree.map(lambda x: x[least], every)
-
-        steady = eqx.tree_at(lambda r: r.extra["wander"], rows, rows.extra["pace"])
-        by_rule = best_of(trajectory(values, steady), [] if before is None else [before])
-        # where the rule went wrong the force has bent the course: decided again on that of the decisions
-        best = best_of(trajectory(values, told(by_rule, steady)), [by_rule])
+        least = jnp.argmin(jax.lax.map(misfit, every))
+        best = jax.tree.map(lambda x: x[least], every)
 
         def begun(course: Array) -> tuple[Array, Array]:
             """Where a search that begins with a course ends, and the misfit there."""
