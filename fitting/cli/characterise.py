@@ -61,25 +61,19 @@ def characterise_command(
     augmented.toml holds them. Writes alloy.toml or material.toml, report.json,
     report.html, parameters.csv and figures.
     """
-    from tqdm import tqdm
-
     from fitting.augmented import load_model
     from fitting.characterise.registry import characterise, pipeline_of
     from fitting.cli._common import done, notice, prepare, table_argument
     from fitting.recordings import read_campaign
     from fitting.report.publish import check_free
+    from fitting.told import Steps
 
     recordings = read_campaign(campaign)
     pipeline_of(recordings)
     loaded = load_model(model) if model else None
     check_free(out, force)
     prepare()
-    with tqdm(desc="fitting", unit=" steps", leave=False, disable=None) as bar:
-
-        def progress(label: str) -> None:
-            bar.set_postfix_str(label)
-            bar.update()
-
+    with Steps("fitting") as progress:
         result = characterise(
             recordings,
             law=law,

@@ -25,20 +25,28 @@ def characterise_batch_command(campaigns, out, seed, force) -> None:
     from fitting.characterise.batch import Member, characterise_batch
     from fitting.cli._common import done, notice, prepare
     from fitting.report.publish import check_free
+    from fitting.told import PlainLines
 
     check_free(out, force)
     prepare()
     files: list[Path] = []
+    lines = PlainLines("characterising")
+    ended: list[str] = []
     with tqdm(total=len(campaigns), desc="campaigns", leave=False, disable=None) as bar:
+
+        def progress(label: str) -> None:
+            bar.set_postfix_str(label)
+            lines.say(f"{len(ended)} of {len(campaigns)} campaigns done; {label}")
 
         def finished(member: Member) -> None:
             bar.update()
+            ended.append(member.name)
             if member.result is None:
                 notice(f"{member.name}: {member.problem}")
             else:
                 files.extend(member.result.save(out / member.name, force))
 
-        batch = characterise_batch(campaigns, finished, bar.set_postfix_str, seed=seed)
+        batch = characterise_batch(campaigns, finished, progress, seed=seed)
     files += batch.save(out, force=True)
     click.echo(batch.report())
     click.echo()

@@ -37,6 +37,7 @@ def diagnose_command(
     from fitting.cli._common import done, notice, prepare
     from fitting.recordings import read_campaign
     from fitting.report.publish import check_free, publish
+    from fitting.told import Steps
 
     recordings = read_campaign(campaign)
     check_free(out, force)
@@ -54,7 +55,7 @@ def diagnose_command(
     words += [word for slug in asked for word in ("--effect", slug)]
     command = shlex.join(words)
     start = load_model(model) if model else None
-    with _progress() as told:
+    with Steps("diagnosing", plain=True) as told:
         conclusion = diagnose(recordings, seed, told, start, thorough, asked)
     figures = {"recordings": recordings_figure(conclusion), "probabilities": probability_figure(conclusion)}
     report = json.dumps(report_of(conclusion), indent=1)
@@ -78,16 +79,3 @@ def diagnose_command(
         click.echo(one["text"])
     click.echo()
     done(files)
-
-
-class _progress:
-    """A line on a terminal that says what is being done, with the time; nothing elsewhere."""
-
-    def __enter__(self):
-        from tqdm import tqdm
-
-        self.bar = tqdm(total=None, bar_format="{elapsed}  {desc}", leave=False, disable=None)
-        return lambda text: (self.bar.set_description_str(text), self.bar.refresh())
-
-    def __exit__(self, *_: object) -> None:
-        self.bar.close()

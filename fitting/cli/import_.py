@@ -28,7 +28,7 @@ import click
     "dimensions",
     multiple=True,
     metavar="NAME=SIZE",
-    help="Size of the specimen, e.g. gauge_length_mm=50 or area_mm2=0.2.",
+    help="Size of the specimen, e.g. gauge_length_mm=50, or wire_diameter_mm=0.25 of a spring.",
 )
 @click.option(
     "--circuit",

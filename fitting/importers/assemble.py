@@ -10,7 +10,7 @@ from ..recordings.table import refuse
 from .channels import Channel, canonical, with_options
 from .derive import derive
 from .grid import Grid
-from .options import Options
+from .options import GEOMETRY, Options
 from .provenance import Provenance, find_provenance
 from .raw import RawFile
 
@@ -75,16 +75,17 @@ def assemble(
     for key, option in (("citation", "--citation"), ("licence", "--licence")):
         if not getattr(provenance, key):
             notices.append(f"no {key} was found; state it with {option}")
-    geometry = dict(facts.geometry)
+    stated = {key: size for key, size in options.dimensions.items() if key in GEOMETRY}
+    geometry = {**facts.geometry, **stated}
     fitted = {"elastomer": "material", "wire": "alloy"}.get(kind)
     if fitted and fitted not in geometry:
         geometry[fitted] = "fit"
         notices.append(
             f'{fitted} = "fit": its law is to be identified; name a known one in the sidecar instead'
         )
-    elif kind in ("spring", "actuator"):
+    elif kind in ("spring", "actuator") and not stated:
         notices.append(
-            "the sidecar has no [geometry]: state the specimen's there, or the source's is assumed"
+            "the sidecar has no [geometry]: state the specimen's with --dimension, or the source's is assumed"
         )
     recording = Recording(
         name=slug(raw.path.stem),

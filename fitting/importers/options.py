@@ -20,6 +20,8 @@ QUANTITIES = tuple(
 )
 # Sizes of a specimen that turn machine readings into strain and stress.
 DIMENSIONS = ("gauge_length_mm", "area_mm2", "diameter_mm", "width_mm", "thickness_mm", "span_mm", "depth_mm")
+# Dimensions of a spring, a tube or an actuator, which go into the sidecar as they are.
+GEOMETRY = tuple(schema.GEOMETRY_NUMBERS)
 # The circuit that raw voltages were measured with (Eq. 2.50): adjustment voltage and set resistor of the
 # current regulator, gain and offset voltage of an amplifier.
 CIRCUIT = ("adjust_V", "set_ohm", "gain", "offset_V")
@@ -35,7 +37,7 @@ class Options:
         columns: quantity -> column of the raw file, by its heading or its number from 1.
         units: quantity -> unit that the raw column is in.
         scales: quantity -> factor on the raw numbers (-1 turns a sign).
-        dimensions: size of the specimen by name (`DIMENSIONS`), in the unit of its name.
+        dimensions: size of the specimen by name (`DIMENSIONS`, `GEOMETRY`), in the unit of its name.
         circuit: that turns raw voltages into resistance, by name (`CIRCUIT`).
         interval_s: seconds between samples, for files without a clock.
         licence, citation, specimen, role: go into the sidecar.
@@ -84,7 +86,7 @@ def make_options(
         raise InputError(f"--interval {interval_s:g}: seconds between samples must be more than 0")
     sizes = {
         name: _number("--dimension", name, text)
-        for name, text in _pairs("--dimension", dimensions, DIMENSIONS)
+        for name, text in _pairs("--dimension", dimensions, (*DIMENSIONS, *GEOMETRY))
     }
     for name, size in sizes.items():
         if size <= 0.0:

@@ -33,8 +33,12 @@ ALLOY = tuple(field.name for field in dataclasses.fields(Alloy) if field.name !=
 GEOMETRY = ("wire_diameter", "mandrel_diameter", "initial_pitch", "active_coils", "free_length")
 SPREAD = 0.5
 """1-sigma of the martensite fraction at the start, around one half, where nobody says more."""
-MARGINS = (0.0, *(sign * size for size in (7e-4, 2e-3, 5e-3, 0.012, 0.03) for sign in (-1.0, 1.0)))
-"""Parts of the residual strain by which a turning point may be off the rule; the first is the rule."""
+MARGIN = 0.03
+"""Part of the residual strain by which a turning point may be off the rule."""
+MARGINS = (0.0, *(sign * size for size in (7e-4, 2e-3, 5e-3, 0.012, MARGIN) for sign in (-1.0, 1.0)))
+"""Such parts that all turning points of a test share; the first is the rule."""
+HISTORIES = 4
+"""Likeliest histories of a test, each turning point decided by itself, that are weighed beside those."""
 LEVELS = (0.2, 0.5)
 """Constant courses that a search begins with, too."""
 ALIKE = 2.0
@@ -88,6 +92,7 @@ def rows_of(
             "level": np.asarray(0.5 if held_at is None else held_at),
             "level_sd": np.asarray(SPREAD if held_at is None else 0.0),
             "force_informs": np.asarray(1.0),
+            "margin": np.asarray(MARGIN),
             "loading": _loading(kept["elongation"]),
         },
         specimen=np.asarray(specimen),
@@ -183,7 +188,8 @@ def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
 
     Whether a wire at a turning point still loads, and renews its memory, is as often decided by noise, with a
     jump of all later rows. Of the decisions within a few per cent of the rule's, each test takes those that
-    explain it best.
+    explain it best: with one margin for all its turning points, or each of them decided by the force that
+    follows, as good constants are needed for the first and a good course for the second.
 
     Args:
         values: free parameters by name, SI.
@@ -194,11 +200,11 @@ def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
     def decide(rows: Rows, before: Decisions | None) -> Decisions:
         steady = eqx.tree_at(lambda r: r.extra["wander"], rows, rows.extra["pace"])
         found, law = trajectory(values, steady), _law(values, rows)
-        slack = ALIKE * _sd(found, steady)
-
-        every = jax.lax.map(lambda m: law.decide(found.xi0, slack, m), jnp.asarray(MARGINS))
-        if before is not None:
-            every = jax.tree.map(lambda old, new: jnp.concatenate([old[None], new]), before, every)
+        slack, force, weight = ALIKE * _sd(found, steady), rows.measured["force"], rows.weight["force"]
+        shared = jax.lax.map(lambda m: law.decide(found.xi0, slack, m), jnp.asarray(MARGINS))
+        several = law.likeliest(found.xi0, slack, rows.extra["margin"], force, weight, HISTORIES)
+        known = [] if before is None else [jax.tree.map(lambda x: x[None], before)]
+        every = jax.tree.map(lambda *x: jnp.concatenate(x), *known, shared, several)
 
         def told(decisions: Decisions) -> Rows:
             return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, "decisions": decisions})
@@ -216,7 +222,7 @@ def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
             return ended.xi0, jnp.sum(_misfit(ended, rows) ** 2)
 
         # a hot wire's course may be caught between limits: what a level leads to is often better
-        trials = jnp.stack([best.course, *(jnp.full_like(found.xi0, level) for level in LEVELS)])
+        trials = jnp.stack([best.course, *(jnp.full_like(best.course, level) for level in LEVELS)])
         courses, misfits = jax.lax.map(begun, trials)
         return eqx.tree_at(lambda d: d.course, best, courses[jnp.argmin(misfits)])
 

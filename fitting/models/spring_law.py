@@ -10,7 +10,7 @@ from pneusma_jax.nitinol import Spring, SpringState
 from pneusma_jax.nitinol.residual_strain import residual_strain
 from pneusma_jax.nitinol.stress import on_detwinning_branch
 
-from . import latent
+from . import latent, turning_points
 
 
 class Trajectory(eqx.Module):
@@ -138,8 +138,43 @@ class Law(eqx.Module):
                 hot, and feels its own heat.
             margin: see `by_rule`.
         """
-        alloy, gamma = self.spring.alloy, self.spring.shear_strain(self.elongation)
+        gamma = self.spring.shear_strain(self.elongation)
         states, (origin, hottest) = self.by_rule(gamma, xi0, slack, margin)
+        return self._decisions(gamma, xi0, slack, states, origin, hottest)
+
+    def likeliest(
+        self, xi0: Array, slack: Array, margin: Array, force: Array, weight: Array, count: int
+    ) -> Decisions:
+        """What the rule and the measured force decide together, the best first: shape (count, rows) each.
+
+        Args:
+            xi0: the course, shape (rows,).
+            slack: see `decide`.
+            margin: part of the residual strain by which each turning point may be off the rule.
+            force: measured [N]; weight: one over its 1-sigma, zero where it was not measured.
+            count: decisions to return.
+        """
+        gamma, area = self.spring.shear_strain(self.elongation), self.spring.geometry.force(jnp.ones(()))
+        found = turning_points.likeliest(
+            self.spring.alloy, self.prestrain, gamma, xi0, slack, margin, force / area, weight * area, count
+        )
+
+        def one(known: turning_points.Memories) -> Decisions:
+            states = SpringState(known.prestrain, known.xi_min)
+            return self._decisions(gamma, xi0, slack, states, known.origin, known.hottest)
+
+        return jax.vmap(one)(found)
+
+    def _decisions(
+        self,
+        gamma: Array,
+        xi0: Array,
+        slack: Array | float,
+        states: SpringState,
+        origin: Array,
+        hottest: Array,
+    ) -> Decisions:
+        alloy = self.spring.alloy
         gamma_R = alloy.residual_strain(states, xi0)
         loading = on_detwinning_branch(alloy.modulus(xi0), alloy.detwinning_stress(gamma, xi0), gamma_R)
         return Decisions(origin, hottest, xi0 < states.xi_min + slack, loading, xi0)

@@ -113,7 +113,7 @@ def sample_problem(
         problem: the question, with the values to start from.
         file: HDF5 file for the chains, so that a run can be resumed; None keeps them in memory.
         resume: continue the chains in `file`.
-        progress: show a bar; None shows it at a terminal only.
+        progress: show a bar; None shows it at a terminal, and plain lines now and then elsewhere.
         **settings: `walkers`, `ensembles`, `max_steps`, `seed`, `chunk`; see `Settings`.
 
     Raises:

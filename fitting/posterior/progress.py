@@ -1,9 +1,11 @@
-"""What a person sees while chains grow: steps, effective samples, time left; only at a terminal."""
+"""What a person sees while chains grow: steps, effective samples, time left."""
 
 import time
 from types import TracebackType
 
 from tqdm import tqdm
+
+from fitting.told import PlainLines, duration
 
 from .convergence import BURN_LENGTHS, LENGTHS, Convergence
 
@@ -12,14 +14,16 @@ class SamplingBar:
     """A progress bar over steps whose end moves with what is known of the autocorrelation time.
 
     Args:
-        shown: True or False, or None to show it at a terminal only.
+        shown: True or False, or None to show it at a terminal, and plain lines now and then elsewhere.
         budget: steps at most.
         done: steps that were there already.
     """
 
     def __init__(self, shown: bool | None, budget: int, done: int = 0):
         self._budget, self._first, self._began = budget, done, time.monotonic()
+        self._judged = ""
         disable = None if shown is None else not shown
+        self._lines = PlainLines("sampling", None if shown is None else False)
         self._bar = tqdm(
             desc="sampling", unit=" steps", total=budget, initial=done, disable=disable, leave=False,
             bar_format="{desc}: {percentage:3.0f}% |{bar}| {n_fmt}/{total_fmt} steps{postfix}",
@@ -33,12 +37,13 @@ class SamplingBar:
 
     def moved(self, steps: int) -> None:
         """All ensembles have made this many steps."""
+        self._lines.say(f"{steps} steps of at most {self._budget}{self._judged}")
         self._bar.total = max(self._bar.total, steps)
         self._bar.update(steps - self._bar.n)
 
     def judged(self, state: Convergence) -> None:
         """Show effective samples and when the chains should be long enough."""
-        if self._bar.disable:
+        if self._bar.disable and not self._lines.shown:
             return
         expected = self._budget
         if state.lengths > 0.0:
@@ -46,13 +51,9 @@ class SamplingBar:
         self._bar.total = max(expected, state.steps)
         pace = (time.monotonic() - self._began) / max(state.steps - self._first, 1)
         left = pace * max(expected - state.steps, 0)
-        self._bar.set_postfix_str(
+        told = (
             f"{state.effective.min():.0f} effective samples, {state.lengths:.0f} of {LENGTHS:.0f} "
-            f"autocorrelation times, R-hat {state.r_hat.max():.3f}, about {_duration(left)} left"
+            f"autocorrelation times, R-hat {state.r_hat.max():.3f}, about {duration(left)} left"
         )
-
-
-def _duration(seconds: float) -> str:
-    if seconds < 90.0:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
+        self._judged = f"; when last judged: {told}"
+        self._bar.set_postfix_str(told)

@@ -45,7 +45,7 @@ def sample(
         file: HDF5 file for the chains, replaced after every chunk; None keeps them in memory.
         resume: continue the chains in `file`. With the same seed the result is the one of an uninterrupted
             run.
-        progress: show a bar; None shows it at a terminal only.
+        progress: show a bar; None shows it at a terminal, and plain lines now and then elsewhere.
 
     Returns:
         The posterior; look at its `converged`.

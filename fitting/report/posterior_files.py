@@ -86,7 +86,7 @@ def entry(result: CampaignPosterior, name: str) -> dict[str, Any]:
         "laplace_sd": float(problem.shown(name, posterior.laplace.sd[name], spread=True)),
         "mean_shift_in_laplace_sd": disagreement.shift,
         "sd_over_laplace_sd": disagreement.ratio,
-        "laplace_misleads": disagreement.notable,
+        "laplace_misleads": disagreement.notable if result.converged else None,
         "prior_mean": None if prior is None else float(problem.shown(name, prior.mean)),
         "prior_sd": None if prior is None else float(problem.shown(name, prior.sd, spread=True)),
     }

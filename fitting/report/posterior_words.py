@@ -11,11 +11,16 @@ HEADER = (
 )  # fmt: skip
 DISAGREEMENT_HEADER = ("parameter", "mean - fit [sd]", "sd / Laplace sd", "skewness", "verdict")
 
+NOT_JUDGED = "not judged (not converged)"
+
 
 def verdict(result: CampaignPosterior) -> list[str]:
     """Whether the chains may be believed, then where the fit's error bars may not."""
     sentences = list(result.posterior.verdict)
     if not result.converged:
+        sentences.append(
+            "Whether the fit's standard errors (Laplace) hold is not judged: the draws are too few."
+        )
         return sentences
     found = [(name, d) for name, d in result.posterior.disagreements.items() if d.notable]
     if not found:
@@ -47,11 +52,12 @@ def parameter_rows(result: CampaignPosterior) -> list[list[str]]:
 
 
 def disagreement_rows(result: CampaignPosterior) -> list[list[str]]:
-    """Cells below `DISAGREEMENT_HEADER`."""
+    """Cells below `DISAGREEMENT_HEADER`; no verdict on chains that have not converged."""
+    judged = result.converged
     return [
         [
             name, _number(d.shift, "+.2f"), _number(d.ratio, ".2f"), _number(d.skewness, "+.2f"),
-            "; ".join(d.reasons) or "agrees",
+            ("; ".join(d.reasons) or "agrees") if judged else NOT_JUDGED,
         ]
         for name, d in result.posterior.disagreements.items()
     ]  # fmt: skip

@@ -84,3 +84,15 @@ def test_formats_are_listed_and_usage_is_checked(put, tmp_path):
     assert run().exit_code == 2 and "name one or more files" in run().output
     assert run(put("a.csv", GOOD)).exit_code == 2
     assert "did you mean 'spring'" in refused(put("a.csv", GOOD), "--preview", "--kind", "sprin")
+
+
+def test_dimensions_of_a_spring_go_into_the_sidecar(put, tmp_path):
+    raw = "Time (s),Elongation (mm),Force (N),Resistance (ohm)\n" + "".join(f"{k},{k},{0.1 * k},3\n" for k in range(5))
+    given = ("--dimension", "wire_diameter_mm=0.3", "--dimension", "active_coils=40", "--kind", "spring")
+    result = run(put("pull.csv", raw), "--out", tmp_path / "out", "--licence", "ours", *given)
+    assert result.exit_code == 0, result.output
+    recording = read_recording(tmp_path / "out" / "pull.csv")
+    assert recording.geometry == {"wire_diameter_mm": 0.3, "active_coils": 40.0}
+    assert "no [geometry]" not in result.output
+    message = refused(put("pull.csv", raw), "--preview", "--kind", "spring", "--dimension", "wire_diametr_mm=0.3")
+    assert "wire_diameter_mm" in message

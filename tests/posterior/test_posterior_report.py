@@ -10,6 +10,7 @@ import pytest
 from fitting.characterise import characterise
 from fitting.characterise.elastomer.material import material
 from fitting.cli import main
+from fitting.report import posterior_words as words
 from fitting.report.posterior_netcdf import prior_draws
 from pneusma_jax.calibration import write_calibration
 from pneusma_jax.errors import InputError
@@ -167,3 +168,12 @@ def test_what_cannot_be_sampled_says_so(fit):
         InputError, match="there is no setting 'walker' of a posterior, did you mean 'walkers'"
     ):
         fit.posterior(walker=3)
+
+
+def test_chains_that_have_not_converged_judge_no_error_bar(fit):
+    short = fit.posterior(seed=1, progress=False, max_steps=60)
+    assert not short.converged
+    assert "is not judged" in " ".join(short.verdict) and "agrees" not in " ".join(short.verdict)
+    entries = json.loads(short.documents()["report.json"])["parameters"]
+    assert {entry["laplace_misleads"] for entry in entries.values()} == {None}
+    assert {row[-1] for row in words.disagreement_rows(short)} == {"not judged (not converged)"}

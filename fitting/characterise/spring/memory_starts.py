@@ -17,7 +17,7 @@ from fitting.models import residual_of
 from fitting.models.spring import decided, undecided
 
 from .problem import Problem, values_of
-from .stages import COLD, HOT, UNLOADING
+from .stages import COLD, UNLOADING
 
 TRIALS = 64
 KEPT = 2
@@ -25,7 +25,7 @@ KEPT = 2
 APART = 0.5
 """Distance between two of them, in prior 1-sigmas."""
 HEATED = "gR_decay"
-"""The constant that only tests between cold and hot show."""
+"""The constant that cold tests know nothing of."""
 DECAYS = 16
 
 
@@ -42,8 +42,8 @@ def memory_starts(
 ) -> dict[str, dict[str, float]]:
     """Further starts by name: the best constants of the residual strain among draws from their priors.
 
-    Some are drawn for all tests; one is found by cold and hot tests, whose memory is simple, and then by the
-    tests between for how it heals.
+    Some are drawn for all tests. Others are what cold tests alone say, fitted from several trials: their
+    phase is known, so that nothing else bends the constants. How the memory heals is then read off all tests.
 
     Args:
         problem: what is fitted.
@@ -56,38 +56,54 @@ def memory_starts(
     if not names:
         return {}
     points = _draws(problem, names, seed)
-    kept = _best(problem, values, names, points, problem.fitted, KEPT)
-    progress("trials of the residual strain")
-    starts = {f"trial {k} of the residual strain": start for k, start in enumerate(kept, 1)}
-    ends = [k for k in problem.fitted if problem.tests[k].phase != "intermediate"]
-    cold = [k for k in ends if problem.tests[k].phase == "cold" and problem.tests[k].unloads]
-    if cold and len(ends) < len(problem.fitted):
-        starts["cold and hot tests alone"] = _from_the_ends(problem, values, names, points, cold, ends)
-        progress("cold and hot tests alone")
+    starts = trials_at(problem, values, seed, progress)
+    cold = [k for k in problem.fitted if problem.tests[k].phase == "cold" and problem.tests[k].unloads]
+    if cold and len(cold) < len(problem.fitted):
+        for k, trial in enumerate(_best(problem, values, names, points, cold, KEPT), 1):
+            starts[f"cold tests alone, trial {k}"] = _from_cold(problem, {**values, **trial}, names, cold)
+        progress("cold tests alone")
     return starts
 
 
-def _from_the_ends(
-    problem: Problem,
-    values: Mapping[str, float],
-    names: Sequence[str],
-    points: np.ndarray,
-    cold: Sequence[int],
-    ends: Sequence[int],
+def trials_at(
+    problem: Problem, values: Mapping[str, float], seed: int, progress: Callable[[str], None] = lambda _: None
+) -> dict[str, dict[str, float]]:
+    """The best constants of the residual strain among draws from their priors, by name; others stay.
+
+    Args:
+        problem: what is fitted.
+        values: of all free parameters.
+        seed: of the draws.
+        progress: called with a word when they are done.
+    """
+    free = problem.parameters.layout().free
+    names = [n for n in UNLOADING if n in free and problem.parameters[n].prior is not None]
+    if not names:
+        return {}
+    kept = _best(problem, values, names, _draws(problem, names, seed), problem.fitted, KEPT)
+    progress("trials of the residual strain")
+    return {f"trial {k} of the residual strain": {**values, **start} for k, start in enumerate(kept, 1)}
+
+
+def _from_cold(
+    problem: Problem, values: Mapping[str, float], names: Sequence[str], cold: Sequence[int]
 ) -> dict[str, float]:
-    """All values, from cold tests, then cold and hot ones, then how the rest says the memory heals."""
-    (first,) = _best(problem, values, names, points, cold, 1)
-    start = problem.at({**values, **first})
-    seen = {*COLD, *HOT, *names} - {HEATED}
-    pins = start.held([n for n in problem.parameters.layout().free if n not in seen])
-    found = start.fit(tests=ends, pins=pins).values
+    """All values: what cold tests say by themselves, and how all tests say that the memory heals.
+
+    A hot test shows the residual strain, too, times what heat leaves of it; fitted together with that
+    constant held at a draw, the others give way to it.
+    """
+    start = problem.at(values)
+    seen = {*COLD, *names} - {HEATED}
+    unseen = [n for n in problem.parameters.layout().free if n not in seen]
+    found = start.fit(tests=cold, pins=start.held(unseen))
     if HEATED not in names:
-        return found
+        return found.values
     entry = problem.parameters[HEATED]
     low, high = max(entry.min, entry.prior.mean - 3 * entry.prior.sd), entry.prior.mean + 3 * entry.prior.sd
     decays = np.linspace(low, min(high, entry.max), DECAYS)[:, None]
-    (last,) = _best(problem, found, [HEATED], decays, problem.fitted, 1)
-    return {**found, **last}
+    (last,) = _best(problem, found.values, [HEATED], decays, problem.fitted, 1)
+    return {**found.values, **last}
 
 
 def _draws(problem: Problem, names: Sequence[str], seed: int) -> np.ndarray:

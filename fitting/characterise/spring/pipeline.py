@@ -23,7 +23,7 @@ from pneusma_jax.units import to_si
 
 from .alloy_table import alloy_table, estimate
 from .information import Information, information, sentences, spread_given_geometry
-from .joint import Joint, fit_jointly, retried, shifted, spanned, try_others
+from .joint import Joint, fit_jointly, loosened, retried, shifted, spanned, try_others
 from .memory_starts import memory_starts
 from .modes import Mode, other_modes
 from .next_test import NextTest, next_test
@@ -191,7 +191,7 @@ def characterise_spring(
     joint = fit_jointly(problem, staged, progress)
     if identify:
         again = memory_starts(joint.problem.inflated(1.0), staged, seed, progress)
-        joint = retried(try_others(joint, again, progress), progress)
+        joint = retried(loosened(try_others(joint, again, progress), progress), progress)
     others = _other_starts(joint, stages, identify, starts - 1, seed)
     joint = try_others(joint, others, progress)
     joint = spanned(joint)

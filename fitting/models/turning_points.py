@@ -1,0 +1,129 @@
+"""Which rows renewed a spring's memory: what the rule of the residual strain allows and the force shows.
+
+Whether a wire at a turning point still loads, and renews its memory, hangs on the last per cent of the
+constants and on noise, while the force of all later rows hangs on it. A test has several such points, each
+with its own error, so they are decided one by one. What a spring remembers after a row is known from the row
+that renewed it last, so the best history of renewals at a given course of the martensite fraction is found by
+dynamic programming over that row (Viterbi's), exactly as far as `WIDTH` histories at a time are enough.
+"""
+
+from collections.abc import Callable
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+from pneusma_jax.nitinol import Alloy, SpringState
+from pneusma_jax.nitinol.residual_strain import hottest, residual_strain
+
+WIDTH = 16
+"""Histories that are followed at a time."""
+TIE = 1e-3
+"""Chi-square of a row that goes against the rule as far as is allowed: of histories that explain as much, the
+rule's is taken."""
+
+
+class Memories(eqx.Module):
+    """What a spring remembers at the beginning of every row, shape (rows,) each, or (histories, rows).
+
+    Attributes:
+        prestrain: shear strain that set the residual strain [1].
+        xi_min: smallest martensite fraction since then [1].
+        origin: row whose strain that is; -1 for none.
+        hottest: row whose fraction that is; -1 for none.
+    """
+
+    prestrain: Float[Array, " rows"]
+    xi_min: Float[Array, " rows"]
+    origin: Int[Array, " rows"]
+    hottest: Int[Array, " rows"]
+
+
+def likeliest(
+    alloy: Alloy,
+    prestrain: Array,
+    gamma: Float[Array, " rows"],
+    xi0: Float[Array, " rows"],
+    slack: Float[Array, " rows"],
+    margin: Float[Array, ""],
+    stress: Float[Array, " rows"],
+    weight: Float[Array, " rows"],
+    count: int,
+) -> Memories:
+    """The histories of renewals that explain the measured stress best, best first.
+
+    Args:
+        alloy: constants.
+        prestrain: of the spring before the test [1].
+        gamma: shear strain [1].
+        xi0: martensite fraction [1].
+        slack: difference of it that nobody can tell [1].
+        margin: part of the residual strain by which a renewal may be off the rule.
+        stress: measured [Pa]; weight: one over its 1-sigma, zero where it was not measured.
+        count: histories to return, at most `WIDTH`; where there are fewer, some are the same.
+    """
+    never = jnp.full(WIDTH, -1)
+    first = Memories(jnp.full(WIDTH, prestrain), jnp.ones(WIDTH), never, never)
+    cost = jnp.full(WIDTH, jnp.inf).at[0].set(0.0)
+
+    def row(carry: tuple[Memories, Array], now: tuple) -> tuple[tuple[Memories, Array], tuple]:
+        return _followed(alloy, margin, *carry, *now)
+
+    rows = (gamma, xi0, jnp.arange(gamma.size), slack, stress, weight)
+    (_, cost), (memories, *choices) = jax.lax.scan(row, (first, cost), rows)
+    best = jnp.argsort(cost)[:count]
+    best = jnp.where(jnp.isfinite(cost[best]), best, best[0])
+    return jax.vmap(lambda slot: _traced(memories, slot, *choices))(best)
+
+
+def _followed(
+    alloy: Alloy,
+    margin: Array,
+    known: Memories,
+    cost: Array,
+    gamma: Array,
+    xi0: Array,
+    number: Array,
+    slack: Array,
+    measured: Array,
+    weight: Array,
+) -> tuple[tuple[Memories, Array], tuple]:
+    """All histories after a row; what they were before it; the slot and parent of a renewal, if any."""
+    state = SpringState(known.prestrain, known.xi_min)
+    heated = hottest(state, xi0)
+    left = alloy.residual_strain(state, xi0)
+    modulus, detwinning = alloy.modulus(xi0), alloy.detwinning_stress(gamma, xi0)
+    cost = cost + (weight * (alloy.shear_stress(gamma, xi0, left) - measured)) ** 2
+    deeper = residual_strain(alloy.residual_strain_limit(gamma), xi0, alloy.gR_decay) > left
+    beyond = (detwinning - modulus * left) / jnp.maximum(modulus * left, 1e-12)  # above zero the rule renews
+    against = TIE * (beyond / jnp.maximum(margin, 1e-12)) ** 2
+    due = deeper & (beyond > 0.0)
+    stays = jnp.where(deeper & (beyond > margin), jnp.inf, cost + jnp.where(due, against, 0.0))
+    renews = jnp.where(deeper & (beyond > -margin), cost + jnp.where(due, 0.0, against), jnp.inf)
+    parent, slot = jnp.argmin(renews), jnp.argmax(stays)
+    renewed = renews[parent] < stays[slot]
+    place = renewed & (jnp.arange(WIDTH) == slot)
+    alike = (heated != known.xi_min) | (xi0 < known.xi_min + slack)
+    after = Memories(
+        jnp.where(place, gamma, known.prestrain),
+        jnp.where(place, xi0, heated),
+        jnp.where(place, number, known.origin),
+        jnp.where(place | alike, number, known.hottest),
+    )
+    return (after, jnp.where(place, renews[parent], stays)), (known, slot, parent, renewed)
+
+
+def _traced(
+    memories: Memories, last: Array, slot: Array, parent: Array, renewed: Bool[Array, " rows"]
+) -> Memories:
+    """The history that ends in a slot, of memories of shape (rows, histories)."""
+
+    def back(at: Array, choice: tuple) -> tuple[Array, Array]:
+        slot, parent, renewed = choice
+        before = jnp.where(renewed & (at == slot), parent, at)
+        return before, before
+
+    slots = jax.lax.scan(back, last, (slot, parent, renewed), reverse=True)[1]
+    take: Callable[[Array], Array] = lambda x: jnp.take_along_axis(x, slots[:, None], axis=1)[:, 0]  # noqa: E731
+    return jax.tree.map(take, memories)

@@ -1,0 +1,71 @@
+"""What a person sees while something takes long: a moving line at a terminal, else plain lines at times."""
+
+import sys
+import time
+from types import TracebackType
+
+EVERY_S = 30.0
+"""Seconds between plain lines: often enough to see that it lives, seldom enough for a log."""
+
+
+class PlainLines:
+    """Plain lines on stderr where it is no terminal, in a log for example.
+
+    Args:
+        subject: what every line begins with.
+        shown: whether to write; None: only where stderr is no terminal.
+        every: seconds between lines.
+    """
+
+    def __init__(self, subject: str, shown: bool | None = None, every: float = EVERY_S):
+        self._subject, self._every = subject, every
+        self.shown = not sys.stderr.isatty() if shown is None else shown
+        self._began = self._last = time.monotonic()
+
+    def say(self, text: str) -> None:
+        """Write a line, unless one was written a short while ago."""
+        now = time.monotonic()
+        if not self.shown or now - self._last < self._every:
+            return
+        self._last = now
+        print(f"{self._subject}, {duration(now - self._began)}: {text}", file=sys.stderr, flush=True)
+
+
+class Steps:
+    """Steps of something whose number is not known: a moving line, or a plain one now and then.
+
+    Call it with a word for each step.
+
+    Args:
+        subject: what is being done.
+        plain: show the time and the word alone, not the count.
+        every: seconds between plain lines.
+    """
+
+    def __init__(self, subject: str, plain: bool = False, every: float = EVERY_S):
+        from tqdm import tqdm
+
+        self._lines, self._count = PlainLines(subject, every=every), 0
+        form = "{elapsed}  {desc}" if plain else None
+        self._bar = tqdm(desc=subject, unit=" steps", bar_format=form, leave=False, disable=None)
+        self._show = self._bar.set_description_str if plain else self._bar.set_postfix_str
+
+    def __enter__(self) -> "Steps":
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self._bar.close()
+
+    def __call__(self, text: str) -> None:
+        """Say what was done last."""
+        self._count += 1
+        self._show(text)
+        self._bar.update()
+        self._lines.say(f"{text} (step {self._count})")
+
+
+def duration(seconds: float) -> str:
+    """`40 s`, `12 min` or `2.5 h`."""
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
