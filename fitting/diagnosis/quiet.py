@@ -23,6 +23,8 @@ ORDER, STRETCH, QUIETER = 4, 16, 0.3
 """Of the differences; how many of them make a stretch; the quantile of stretches that tells the noise."""
 SIMULATED, LONGEST = 50, 2000
 """Draws that say what a quantile is worth, and samples of a recording beyond which it is worth the same."""
+LASTING = 2.0
+"""Times the noise of a mean of independent errors from which what the means show is noise, too."""
 REPEATED = 0.9
 """Share of different values below which the least step between them is that in which they were rounded."""
 
@@ -30,8 +32,8 @@ REPEATED = 0.9
 def quiet_readings(recordings: Sequence[Recording], rows: Sequence[Rows]) -> list[dict[str, float]]:
     """1-sigma of a row of every resistance whose noise nobody states, SI, by recording and quantity.
 
-    Where rows are means over blocks of samples, what the means show counts if it is more: errors that last
-    over a block do not average out.
+    Where rows are means over blocks of samples, what the means show counts if it is much more: errors that
+    last over a block do not average out. A little more is course, which bends faster from row to row.
 
     Args:
         recordings: as they were read.
@@ -54,7 +56,9 @@ def quiet_readings(recordings: Sequence[Recording], rows: Sequence[Rows]) -> lis
             sigma = block_noise(own, 0.0, blocks[k])[0] if blocks[k] > 1 else own
             span = float(np.ptp(raw)) if len(raw) else 0.0
             floor = max(LEAST_NOISE * span, _rounding(raw), 1e-12)
-            found[k][quantity] = max(sigma, means if blocks[k] > 1 else 0.0, floor)
+            if blocks[k] > 1 and means > LASTING * sigma:
+                sigma = means
+            found[k][quantity] = max(sigma, floor)
     return found
 
 
