@@ -2,7 +2,6 @@
 it."""
 
 from collections.abc import Iterable, Mapping
-from types import MappingProxyType
 
 import numpy as np
 
@@ -22,7 +21,7 @@ def channels_of(
     rows: Rows,
     outputs: tuple[str, ...],
     size: int,
-    quiet: Mapping[str, float] = MappingProxyType({}),
+    quiet: Mapping[str, float],
 ) -> list[Channel]:
     """Measured outputs of a recording, padded to `size` rows.
 

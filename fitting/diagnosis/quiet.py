@@ -3,8 +3,8 @@
 A model that is free to follow a resistance never tells its errors. So they are told by the resistance alone:
 by fourth differences of neighbouring samples in the quieter stretches of all recordings together. Ramps and
 slow ripple leave little of themselves there, and a heater that is switched nothing in most stretches.
-What lasts from sample to sample counts as course, and so does ripple of fewer than about ten samples a
-period as noise. Samples that a logger made up between others look too quiet; state the noise then.
+What lasts from sample to sample counts as course; ripple of fewer than about ten samples a period counts as
+noise. Samples that a logger made up between others look too quiet; state the noise then.
 """
 
 from collections.abc import Sequence
@@ -53,7 +53,7 @@ def quiet_readings(recordings: Sequence[Recording], rows: Sequence[Rows]) -> lis
             own = max((robust_noise(np.arange(len(raw)), raw) for raw, _ in pieces.values()), default=0.0)
         means = quiet_noise([mean for k, (_, mean) in pieces.items() if blocks[k] > 1]) or 0.0
         for k, (raw, _) in pieces.items():
-            sigma = block_noise(own, 0.0, blocks[k])[0] if blocks[k] > 1 else own
+            sigma = block_noise(own, 0.0, blocks[k])[0]
             span = float(np.ptp(raw)) if len(raw) else 0.0
             floor = max(LEAST_NOISE * span, _rounding(raw), 1e-12)
             if blocks[k] > 1 and means > LASTING * sigma:

@@ -56,33 +56,15 @@ def memory_starts(
     if not names:
         return {}
     points = _draws(problem, names, seed)
-    starts = trials_at(problem, values, seed, progress)
+    kept = _best(problem, values, names, points, problem.fitted, KEPT)
+    starts = {f"trial {k} of the residual strain": {**values, **start} for k, start in enumerate(kept, 1)}
+    progress("trials of the residual strain")
     cold = [k for k in problem.fitted if problem.tests[k].phase == "cold" and problem.tests[k].unloads]
     if cold and len(cold) < len(problem.fitted):
         for k, trial in enumerate(_best(problem, values, names, points, cold, KEPT), 1):
             starts[f"cold tests alone, trial {k}"] = _from_cold(problem, {**values, **trial}, names, cold)
         progress("cold tests alone")
     return starts
-
-
-def trials_at(
-    problem: Problem, values: Mapping[str, float], seed: int, progress: Callable[[str], None] = lambda _: None
-) -> dict[str, dict[str, float]]:
-    """The best constants of the residual strain among draws from their priors, by name; others stay.
-
-    Args:
-        problem: what is fitted.
-        values: of all free parameters.
-        seed: of the draws.
-        progress: called with a word when they are done.
-    """
-    free = problem.parameters.layout().free
-    names = [n for n in UNLOADING if n in free and problem.parameters[n].prior is not None]
-    if not names:
-        return {}
-    kept = _best(problem, values, names, _draws(problem, names, seed), problem.fitted, KEPT)
-    progress("trials of the residual strain")
-    return {f"trial {k} of the residual strain": {**values, **start} for k, start in enumerate(kept, 1)}
 
 
 def _from_cold(
