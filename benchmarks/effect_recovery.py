@@ -35,8 +35,9 @@ def concealed(program: Program, u: np.ndarray, rng: np.random.Generator) -> Prog
         for channel, value in zip(members, values, strict=True):
             there = np.isfinite(channel.sigma) & np.isfinite(value)
             error = rng.standard_normal(len(value))
+            rho = np.broadcast_to(channel.correlation, error.shape)
             for k in range(1, len(error)):
-                error[k] = channel.correlation * error[k - 1] + np.sqrt(1 - channel.correlation**2) * error[k]
+                error[k] = rho[k] * error[k - 1] + np.sqrt(1 - rho[k] ** 2) * error[k]
             sigma = np.where(there, channel.sigma, np.inf)
             measured = np.where(there, value + np.where(there, sigma, 0.0) * error, 0.0)
             row.append(dataclasses.replace(channel, measured=measured, sigma=sigma))

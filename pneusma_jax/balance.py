@@ -95,7 +95,9 @@ def imbalance(problem: Problem, delta_centre: Array, bend: Array) -> tuple[Array
         force, moment = force + pull, moment + turn
     chain = problem.chain.knowing(actuator=body, delta_centre=delta_centre, bend=bend)
     if chain.acts_at("wall"):
-        more = wall_excess(body, chain, delta_centre, bend)
+        none = jnp.zeros_like(force), jnp.zeros_like(moment)
+        excess = lambda *at: wall_excess(body, chain, *at)  # noqa: E731
+        more = chain.where_acting("wall", excess, lambda *_: none, delta_centre, bend)
         force, moment = force + more[0], moment + more[1]
     return chain.through("load", (force, moment), pressure=problem.pressure)
 

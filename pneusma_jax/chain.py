@@ -13,10 +13,13 @@ and, if it has a history, a memory that is carried from row to row. Effects comp
 are given; a chain without effects is the base model and adds nothing to the compiled program.
 """
 
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 import equinox as eqx
-from jaxtyping import Array
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool
 
 
 class Known(eqx.Module):
@@ -127,6 +130,26 @@ class Effect(eqx.Module):
         return value
 
 
+class Switched(eqx.Module):
+    """An effect of which nothing is computed while it is off, for programs that hold many and need few at a
+    time: the switch is an argument of the compiled program. Off, its derivatives are those of absence, zero.
+
+    Attributes:
+        effect: that acts while on.
+        on: shape ().
+    """
+
+    effect: Effect
+    on: Bool[Array, ""]
+
+    def choosing(self, method: str, value: Any, *more: Any) -> Any:
+        """What the effect's method makes of a value while on; the value while off."""
+        if not _overrides(self, method):
+            return value
+        act = lambda x: getattr(self.effect, method)(x, *more)  # noqa: E731
+        return jax.lax.cond(self.on, act, lambda x: x, jax.tree.map(jnp.asarray, value))
+
+
 class Chain(eqx.Module):
     """Effects bound to their memories and to what is known of the row: what the model's slots call.
 
@@ -136,15 +159,15 @@ class Chain(eqx.Module):
         known: of the row so far.
     """
 
-    effects: tuple[Effect, ...] = ()
+    effects: tuple[Effect | Switched, ...] = ()
     memories: tuple[Any, ...] = ()
     known: Known = eqx.field(default_factory=Known)
 
     @classmethod
-    def begin(cls, effects: tuple[Effect, ...], **known: Any) -> "Chain":
+    def begin(cls, effects: tuple[Effect | Switched, ...], **known: Any) -> "Chain":
         """Effects with their memories at rest."""
         at = Known(known)
-        return cls(tuple(effects), tuple(effect.begin(at) for effect in effects), at)
+        return cls(tuple(effects), tuple(_own(effect).begin(at) for effect in effects), at)
 
     def knowing(self, **more: Any) -> "Chain":
         """The same chain further along the row."""
@@ -153,19 +176,51 @@ class Chain(eqx.Module):
     def through(self, slot: str, value: Any, **more: Any) -> Any:
         """A value after every effect that acts at a slot."""
         at = self.known.also(**more) if self.effects else self.known
-        for effect, memory in zip(self.effects, self.memories, strict=True):
-            value = getattr(effect, slot)(value, at, memory)
-        return value
+        pairs = zip(self.effects, self.memories, strict=True)
+        acting = [(effect, memory) for effect, memory in pairs if _overrides(effect, slot)]
+
+        def all_of_them(value: Any) -> Any:
+            for effect, memory in acting:
+                value = _acting(effect, slot, value, at, memory)
+            return value
+
+        return self.where_acting(slot, all_of_them, lambda x: x, value)
+
+    def where_acting(self, slot: str, act: Callable, idle: Callable, *values: Any) -> Any:
+        """`act(*values)` where any effect at a slot is on, `idle(*values)` where all are off; only the one
+        that is needed is computed."""
+        acting = [effect for effect in self.effects if _overrides(effect, slot)]
+        if not acting:
+            return idle(*values)
+        if not all(isinstance(effect, Switched) for effect in acting):
+            return act(*values)
+        on = jnp.any(jnp.stack([effect.on for effect in acting]))
+        return jax.lax.cond(on, act, idle, *jax.tree.map(jnp.asarray, values))
 
     def acts_at(self, slot: str) -> bool:
         """Whether any effect overrides a slot; decided while tracing."""
-        return any(getattr(type(e), slot) is not getattr(Effect, slot) for e in self.effects)
+        return any(_overrides(effect, slot) for effect in self.effects)
 
     def remembered(self, **more: Any) -> tuple[Any, ...]:
         """Memories after the row."""
         at = self.known.also(**more)
         pairs = zip(self.effects, self.memories, strict=True)
-        return tuple(effect.remember(memory, at) for effect, memory in pairs)
+        return tuple(_acting(effect, "remember", memory, at) for effect, memory in pairs)
+
+
+def _own(effect: Effect | Switched) -> Effect:
+    return effect.effect if isinstance(effect, Switched) else effect
+
+
+def _overrides(effect: Effect | Switched, method: str) -> bool:
+    return getattr(type(_own(effect)), method) is not getattr(Effect, method)
+
+
+def _acting(effect: Effect | Switched, method: str, value: Any, *more: Any) -> Any:
+    """A value after one effect's method."""
+    if isinstance(effect, Switched):
+        return effect.choosing(method, value, *more)
+    return getattr(effect, method)(value, *more)
 
 
 PLAIN = Chain()
@@ -175,9 +230,9 @@ TOLD = "told_"
 """Before the names by which slots hand values of rows to `recorded`; no instrument shows them."""
 
 
-def as_recorded(effects: tuple[Effect, ...], seen: dict[str, Array], time: Array) -> dict[str, Array]:
+def as_recorded(effects: tuple[Effect | Switched, ...], seen: dict[str, Array], time: Array) -> dict[str, Array]:
     """Channels of a whole recording, shape (rows,) each, after every effect on their clocks."""
     told = {name: course for name, course in seen.items() if name.startswith(TOLD)}
     for effect in effects:
-        seen = effect.recorded(seen, time) | told  # which no instrument's clock moves
+        seen = _acting(effect, "recorded", seen, time) | told  # which no instrument's clock moves
     return {name: course for name, course in seen.items() if name not in told}

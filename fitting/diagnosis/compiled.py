@@ -11,7 +11,7 @@ import numpy as np
 from fitting.kept import kept
 from fitting.models.rows import Rows
 from fitting.models.with_effects import Kind
-from pneusma_jax.chain import Effect
+from pneusma_jax.chain import Effect, Switched
 
 from .courses import remembered_rows
 from .evaluation import COURSE, Raw
@@ -36,12 +36,15 @@ class Compiled:
         self._unknowns, self._always, self._courses = unknowns, always, courses
         count = len(unknowns.base)
 
-        def outputs(base: dict, own: jax.Array, shifts: tuple, always: tuple, stacked: Rows) -> tuple:
+        def outputs(
+            base: dict, own: jax.Array, shifts: tuple, on: jax.Array, always: tuple, stacked: Rows
+        ) -> tuple:
             rows = eqx.tree_at(lambda r: r.base, stacked, base)
             if shifts:
                 moved = tuple(x + s for x, s in zip(rows.extra[COURSE], shifts, strict=True))
                 rows = eqx.tree_at(lambda r: r.extra[COURSE], rows, moved)
-            effects = (*always, *unknowns.effects(jnp.concatenate([jnp.zeros(count), own])))
+            tried = unknowns.effects(jnp.concatenate([jnp.zeros(count), own]))
+            effects = (*always, *(Switched(effect, on[k]) for k, effect in enumerate(tried)))
             return jax.vmap(lambda row: module.predict({}, effects, row))(rows)
 
         def evaluate(
@@ -50,13 +53,14 @@ class Compiled:
             along_base: dict,
             along_own: jax.Array,
             along_courses: tuple,
+            on: jax.Array,
             always: tuple,
             stacked: Rows,
         ) -> tuple:
             still = tuple(0.0 * s[0] for s in along_courses)
 
             def along(*steps: Any) -> tuple:
-                lead = lambda base, own, shifts: outputs(base, own, shifts, always, stacked)  # noqa: E731
+                lead = lambda base, own, shifts: outputs(base, own, shifts, on, always, stacked)  # noqa: E731
                 return jax.jvp(lead, (base, own, still), steps, has_aux=True)
 
             return jax.vmap(along, out_axes=(None, 0, None))(along_base, along_own, along_courses)
@@ -90,9 +94,9 @@ class Compiled:
         for j, direction in enumerate(along_courses):
             direction[WIDTH - 2 * count + j] = 1.0
             direction[WIDTH - count + j] = remembered_rows(np.asarray(stacked.extra[COURSE][j]))
-        own = u[len(unknowns.base) :]
+        own, on = u[len(unknowns.base) :], unknowns.present(u, columns)
         found, slopes, drivers = jax.device_get(
-            self._evaluate(base, own, along_base, along_own, along_courses, self._always, stacked)
+            self._evaluate(base, own, along_base, along_own, along_courses, on, self._always, stacked)
         )
         return Raw(
             stacked,

@@ -25,7 +25,7 @@ from .program import Program
 from .prove import Correction, HeldOut, averaged, held_out
 from .refit import Fit
 from .remainder import Remainder, remainder
-from .trials import floor, reduced
+from .trials import floor, foretold, reduced
 from .words import separating
 
 ASTRAY = 3.5
@@ -95,8 +95,8 @@ def conclude(explanation: Explanation) -> Conclusion:
     """Weigh a search."""
     program = explanation.program
     masks = program.fitted, program.unseen
-    base = [reduced(explanation.program, explanation.base, mask) for mask in masks]
-    last = [reduced(program, explanation.final, mask) for mask in masks]
+    base = [foretold(program, explanation.base, mask) for mask in masks]
+    last = [foretold(program, explanation.final, mask) for mask in masks]
     floors = [floor(program, explanation.final, mask) for mask in masks]
     named = bool(explanation.final.slugs)
     if min(base) > GROSS and explanation.p_value > LEVEL:

@@ -259,7 +259,7 @@ def pace_of(
     if there.sum() < 3:
         return np.nan
     slow = np.sqrt((1.0 + reading.correlation) / (1.0 - reading.correlation))
-    told, noise = slope[there], slow * reading.sigma[there]
+    told, noise = slope[there], (slow * reading.sigma)[there]
     seen = told * course[there] - misfit[there]
     steps = intervals(time[there])
     paces = np.asarray(PACES)

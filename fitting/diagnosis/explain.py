@@ -7,13 +7,15 @@ most of the misfit of those for validation, all are fitted, and every score is o
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from .folds import gain, left_out
 from .program import Program
-from .refit import FITS, Fit, Refitter
+from .refit import Fit, Refitter
 from .screen import Screen, screen
+from .side_by_side import FITS, side_by_side
 from .trials import Trial, floor, inflation_of, reduced, settled_fit, trials_of
 
 MOST_EFFECTS = 3
@@ -264,7 +266,8 @@ def _polished(program: Program, fit: Fit) -> Fit:
     """A chosen model fitted once more: from nominal base constants, too, in case the others held it back."""
     home = fit.u.copy()
     home[program.unknowns.base] = 0.0
-    options = [Refitter(program).fit(fit.slugs, start, POLISHING) for start in (fit, home)]
+    again = lambda start: Refitter(program).fit(fit.slugs, start, POLISHING)  # noqa: E731
+    options = side_by_side(again, (fit, home))
     return min([fit, *options], key=lambda f: f.objective)
 
 
@@ -277,7 +280,8 @@ def _exchanged(program: Program, fit: Fit, stages: list[Stage]) -> Fit:
     for slug in fit.slugs[:-1]:
         stage = next(s for s in stages if s.chosen == slug)
         rivals = [t for t in stage.trials if t.slug not in fit.slugs and t.bayes > CERTAIN][:RIVALS]
-        found = {slug: fit} | {rival.slug: _instead(program, fit, slug, rival) for rival in rivals}
+        others = side_by_side(partial(_instead, program, fit, slug), rivals)
+        found = {slug: fit} | {rival.slug: other for rival, other in zip(rivals, others, strict=True)}
         best = min(found, key=lambda name: found[name].objective)
         inflation = inflation_of(program, found[best])
         if (fit.objective - found[best].objective) / inflation > CERTAIN:

@@ -7,6 +7,7 @@ import numpy as np
 
 from .program import Program
 from .refit import Fit, Refitter
+from .side_by_side import side_by_side
 
 BLOCKS = 4
 """Parts of a single recording that are left out in turn."""
@@ -83,7 +84,7 @@ def left_out(program: Program, fit: Fit) -> np.ndarray:
         weight = [f * (1.0 - w) for f, w in zip(program.fitted, out, strict=True)]
         return Refitter(program, weight).fit(fit.slugs, fit, ROUNDS).evaluation.chi2(out)
 
-    found = [without(out) for out in deciding(program, [len(m) for m in fit.evaluation.misfit])]
+    found = side_by_side(without, deciding(program, [len(m) for m in fit.evaluation.misfit]))
     return np.array(found) / max(program.observations(program.fitted), 1)
 
 

@@ -76,7 +76,8 @@ def with_input_noise(
                     more += np.max([np.nan_to_num(change[k][j]) ** 2 for change in signs], axis=0)
             total = np.sqrt(channel.sigma**2 + more)
             there = np.isfinite(total)
-            own = float(np.median(channel.sigma[there] / total[there]) ** 2) if there.any() else 1.0
-            row.append(replace(channel, sigma=total, correlation=channel.correlation * own))
+            own = np.divide(channel.sigma, total, out=np.zeros(len(total)), where=there)
+            shared = own * np.concatenate([own[:1], own[:-1]])  # errors of inputs are new in every row
+            row.append(replace(channel, sigma=total, correlation=channel.correlation * shared))
         found.append(row)
     return found

@@ -4,7 +4,6 @@ One evaluation gives the outputs of all recordings, less what hidden courses exp
 by a few numbers. Everything else in a diagnosis is linear algebra on its whitened results.
 """
 
-from collections import Counter
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -24,6 +23,7 @@ from .inputs import input_noise, shifted, with_input_noise
 from .noise import channels_of
 from .quiet import quiet_readings
 from .search import ROUNDS, Search
+from .side_by_side import RUNS, Tally
 from .unknowns import Unknowns
 
 MOST_ROWS = 1024
@@ -49,8 +49,8 @@ class Program:
         channels: measured outputs by recording.
         unknowns: numbers that may be free.
         fitted: recordings whose role is `fit`, shape (recordings,).
-        evaluations: how often the program ran.
-        tally: how many models were fitted to the campaign, shared by all copies of the program.
+        tally: how many models were fitted to the campaign and how often the compiled program ran, shared by all
+            copies of the program.
         failed: standard deviations that a row without an answer counts for; more than any misfit of the
             nominal base model, so that no fit gains by failing.
         taken: measured values of every recording that hidden courses take up, shape (recordings,).
@@ -64,8 +64,7 @@ class Program:
     channels: list[list[Channel]]
     unknowns: Unknowns
     fitted: np.ndarray
-    evaluations: int = field(default=0)
-    tally: Counter = field(default_factory=Counter)
+    tally: Tally = field(default_factory=Tally)
     failed: float = FAILED
     taken: np.ndarray = field(default_factory=lambda: np.zeros(0))
     pace: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
@@ -259,7 +258,7 @@ class Program:
 
     def _run(self, u: np.ndarray, columns: np.ndarray, stacked: Rows) -> Raw:
         """One run of the compiled program; see `Compiled.run`."""
-        self.evaluations += 1
+        self.tally.count(RUNS)
         return self._compiled.run(u, columns, stacked)
 
     def _explained(self, here: Raw) -> list[courses.Hidden | None]:

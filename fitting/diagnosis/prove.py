@@ -10,6 +10,7 @@ from .explain import Explanation
 from .folds import ROUNDS, Masks, folds
 from .program import Program
 from .refit import Fit, Refitter
+from .side_by_side import side_by_side
 
 Correction = Callable[[Evaluation, Masks], Evaluation]
 """Of a prediction, from what is weighed of its misfit."""
@@ -76,8 +77,7 @@ def averaged(models: Sequence[Model]) -> HeldOut:
     def averaged_over(out: Masks) -> tuple[Evaluation, Masks]:
         return _mean([(modelled(p, fit, more, out), w) for p, fit, w, more in models]), out
 
-    parts = [averaged_over(out) for out in outs]
-    return _score(program, parts, names, how)
+    return _score(program, side_by_side(averaged_over, outs), names, how)
 
 
 def _mean(members: Sequence[tuple[Evaluation, float]]) -> Evaluation:

@@ -6,12 +6,13 @@ Levenberg's method in scaled unknowns; a program's evaluation brings all their d
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.optimize import lsq_linear
 
 from .evaluation import Evaluation
 from .program import Program
+from .side_by_side import FITS
 
-FITS = "fits"
-"""Name in a program's tally of the models that were fitted to all that is to be fitted."""
 MOST_ROUNDS = 30
 ENOUGH = 0.1
 """Decrease of the objective at which a fit ends that promises no more; times the reduced chi-square that is
@@ -22,6 +23,10 @@ MORE, HARDER = 8.0, 3.0
 """Factor on the damping when a step makes a fit worse, and on that factor with every one in a row."""
 FAILURES = 3
 """Trial steps in a row that may make a fit worse; more end it."""
+LONGEST = 3.0
+"""Longest step of a scaled unknown."""
+NARROWEST = 1e-12
+"""By which bounds are set apart that meet at an unknown."""
 SHAPE_SD = 1.5
 """Standard deviation of a shape parameter's prior about its typical value, in units of that value's
 departure."""
@@ -90,7 +95,7 @@ class Refitter:
             near: an evaluation whose hidden courses are begun with where `start` is no fit.
         """
         if not self._partial:
-            self.program.tally[FITS] += 1
+            self.program.tally.count(FITS)
         unknowns, base = self.unknowns, self.unknowns.base
         extra = unknowns.of(slugs)
         free = np.concatenate([base, extra]).astype(int)
@@ -146,23 +151,14 @@ class Refitter:
         departure, sd = self._prior(u, free)
         H = J.T @ J + np.diag(sd**-2)
         g = J.T @ r + departure / sd**2
-        low, high = self.unknowns.low[free], self.unknowns.high[free]
-        at = u[free]
-        active = np.ones(len(free), bool)
-        step = np.zeros(len(free))
-        for _ in range(3):  # bounds that a step would cross hold it there
-            inner = np.ix_(active, active)
-            D = np.diag(np.maximum(np.diag(H[inner]), 1e-8)) * damping
-            rest = H[np.ix_(active, ~active)] @ step[~active]
-            step[active] = -np.linalg.solve(H[inner] + D + 1e-12 * np.eye(active.sum()), g[active] + rest)
-            beyond = active & ((at + step < low) | (at + step > high))
-            if not beyond.any():
-                break
-            step[beyond] = np.clip(at + step, low, high)[beyond] - at[beyond]
-            active &= ~beyond
-            if not active.any():
-                break
-        full, step = np.zeros(len(u)), step * min(1.0, 3.0 / max(np.max(np.abs(step), initial=0.0), 1e-9))
+        damped = H + np.diag(damping * np.maximum(np.diag(H), 1e-8) + 1e-12)
+        low = np.maximum(self.unknowns.low[free] - u[free], -LONGEST)
+        high = np.minimum(self.unknowns.high[free] - u[free], LONGEST)
+        factor = np.linalg.cholesky(damped)
+        pull = solve_triangular(factor, -g, lower=True)
+        step = lsq_linear(factor.T, pull, (low - NARROWEST, high + NARROWEST), method="bvls").x
+        step = np.clip(step, low, high)
+        full = np.zeros(len(u))
         full[free] = step
         return full, float(-g @ step - 0.5 * step @ H @ step)
 

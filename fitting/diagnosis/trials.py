@@ -10,6 +10,7 @@ from .noise import lasting
 from .program import Program
 from .refit import SHAPE_SD, Fit, Refitter
 from .screen import Score, Screen
+from .side_by_side import side_by_side
 from .unknowns import Unknowns
 
 TRIED = 10
@@ -65,6 +66,17 @@ class Trial:
 def reduced(program: Program, fit: Fit, chosen: np.ndarray) -> float:
     """Chi-square per measured value of some recordings, given by a mask."""
     return fit.evaluation.chi2(chosen.astype(float)) / max(program.observations(chosen), 1)
+
+
+def foretold(program: Program, fit: Fit, chosen: np.ndarray) -> float:
+    """`reduced`, less what the fit's own uncertainty leaves open in recordings that it has not seen: their
+    misfit in units of the errors of its predictions, to first order."""
+    if np.any(chosen & program.fitted):
+        return reduced(program, fit, chosen)
+    r, A = fit.evaluation.joined(chosen.astype(float))
+    pull = A.T @ r
+    open_ = pull @ np.linalg.solve(np.linalg.inv(fit.covariance) + A.T @ A, pull)
+    return (float(r @ r) - float(open_)) / max(program.observations(chosen), 1)
 
 
 def floor(program: Program, fit: Fit, chosen: np.ndarray) -> float:
@@ -145,11 +157,11 @@ def trials_of(
         kept = ahead(count) if best else kept
         progress(f"fitting {len(kept)} candidates")
         jobs = [(slug, best[slug] if slug in best else starts[slug][0], rounds) for slug in kept]
-        best |= dict(map(fitted, jobs))
+        best |= dict(side_by_side(fitted, jobs))
     kept = ahead(PURSUED)
     progress(f"fitting {', '.join(kept)} to the end")
     jobs = [(slug, start, TO_THE_END) for slug in kept for start in (best[slug], starts[slug][1])]
-    for slug, fit in map(fitted, jobs):
+    for slug, fit in side_by_side(fitted, jobs):
         if fit.objective < best[slug].objective:
             best[slug] = fit
     trials = [Trial(slug, fit, 0.0, np.nan) for slug, fit in best.items()]

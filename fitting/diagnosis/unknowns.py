@@ -116,6 +116,12 @@ class Unknowns:
         """Indices of an effect's shape parameters."""
         return np.array([k for k in self.of([slug]) if self.items[k].shape], int)
 
+    def present(self, u: np.ndarray, columns: np.ndarray = ()) -> np.ndarray:
+        """Which effects change anything at `u`, or have one of `columns` as a parameter, (slugs,)."""
+        asked = {self.items[k].effect for k in columns}
+        there = [bool(np.any(u[self.amplitudes(slug)] != 0.0)) or slug in asked for slug in self.slugs]
+        return np.array(there, bool)
+
     def values(self, u: np.ndarray) -> dict[str, float]:
         """Base constants in SI by name."""
         return {self.items[k].name: float(self.items[k].value(u[k])) for k in self.base}

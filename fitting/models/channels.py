@@ -24,13 +24,13 @@ class Channel:
         quantity: `curvature`, `force`, ...
         measured: SI, shape (rows,), zero where missing.
         sigma: marginal standard deviation of each sample, infinite where it does not count.
-        correlation: of neighbouring errors.
+        correlation: of every error with the one before, one number or shape (rows,).
     """
 
     quantity: str
     measured: np.ndarray
     sigma: np.ndarray
-    correlation: float
+    correlation: float | np.ndarray
 
     def whitened(self, difference: np.ndarray) -> np.ndarray:
         """Differences of shape (..., rows) as independent errors of unit size; zero where nothing counts.

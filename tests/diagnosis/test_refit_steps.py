@@ -1,12 +1,12 @@
 """Levenberg's steps of a diagnosis, on a valley that bends: where a full step makes a fit thousands of times worse."""
 
-from collections import Counter
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from fitting.diagnosis.refit import FITS, Refitter
+from fitting.diagnosis.refit import Refitter
+from fitting.diagnosis.side_by_side import FITS, Tally
 
 
 class Unknowns:
@@ -30,7 +30,7 @@ class Valley:
 
     def __init__(self, size):
         self.unknowns, self.fitted, self.size, self.evaluations = Unknowns(), np.ones(1), size, 0
-        self.tally = Counter()
+        self.tally = Tally()
 
     def count(self, k):
         return 3

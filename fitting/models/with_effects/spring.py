@@ -52,7 +52,7 @@ def prepared(
         return found
     extra = {**stacked.extra, **found.extra}
     for name in OUTPUTS:
-        weight, correlation = np.zeros(stacked.mask.shape), np.zeros(len(stacked.mask))
+        weight, correlation = np.zeros((2, *stacked.mask.shape))
         for k, members in enumerate(channels):
             for channel in members:
                 if channel.quantity == name:

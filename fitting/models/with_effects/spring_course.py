@@ -47,7 +47,7 @@ class Noise(eqx.Module):
         own = jnp.where(follows, 1.0 / (1.0 - correlation**2), there)
         before = jnp.where(follows, correlation / (1.0 - correlation**2), 0.0)
         shift = lambda column: jnp.concatenate([column[1:], jnp.zeros(1)])  # noqa: E731
-        return cls(weight, own + shift(before) * correlation, -shift(before))
+        return cls(weight, own + shift(before * correlation), -shift(before))
 
     def times(self, error: Array) -> Array:
         """Inverse covariance times errors of shape (rows,)."""

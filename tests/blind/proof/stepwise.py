@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.diagnosis.refit import Refitter
+from fitting.diagnosis.side_by_side import RUNS
 
 MOST_EFFECTS = 3
 TRIED = 5
@@ -31,17 +32,17 @@ def search(program, base):
         program: whose channels hold the errors to be independent.
         base: fit of the base model from which to start.
     """
-    before = program.evaluations
+    before = program.tally[RUNS]
     count = np.log(program.observations(program.fitted))
     refitter = Refitter(program)
     current = refitter.fit((), base.u)
     score, slugs, effects = _deviance(program, current), (), []
-    while len(slugs) < MOST_EFFECTS and program.evaluations - before < MOST_EVALUATIONS:
+    while len(slugs) < MOST_EFFECTS and program.tally[RUNS] - before < MOST_EVALUATIONS:
         trials = {}
         for slug in _ranked(program, current, slugs)[:TRIED]:
             fit = refitter.fit((*slugs, slug), _start(program, current, slug), ROUNDS)
             trials[slug] = _deviance(program, fit) + count * len(program.unknowns.of((*slugs, slug))), fit
-            if program.evaluations - before > MOST_EVALUATIONS:
+            if program.tally[RUNS] - before > MOST_EVALUATIONS:
                 break
         if not trials:
             break
@@ -54,7 +55,7 @@ def search(program, base):
         score, current = trials[best]
         slugs = (*slugs, best)
         effects.append({"name": best, "probability": probability, "confusable_with": []})
-    return Found(slugs, effects, current, program.evaluations - before)
+    return Found(slugs, effects, current, program.tally[RUNS] - before)
 
 
 def _deviance(program, fit):

@@ -1,0 +1,49 @@
+"""What was counted while fits ran side by side, and how they run."""
+
+import os
+from collections import Counter
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from threading import Lock
+from typing import TypeVar
+
+FITS = "fits"
+"""Models that were fitted to all that is to be fitted."""
+RUNS = "runs"
+"""Runs of the compiled program."""
+
+Job, Result = TypeVar("Job"), TypeVar("Result")
+
+
+class Tally:
+    """Counts by name that several threads add to."""
+
+    def __init__(self) -> None:
+        self._counts, self._lock = Counter(), Lock()
+
+    def __getitem__(self, name: str) -> int:
+        """How often a name was counted."""
+        return self._counts[name]
+
+    def count(self, name: str) -> None:
+        """Once more."""
+        with self._lock:
+            self._counts[name] += 1
+
+
+def side_by_side(function: Callable[[Job], Result], jobs: Iterable[Job]) -> list[Result]:
+    """Results of jobs that do not depend on each other, in their order, on all cores that this process has.
+
+    Compiled programs run outside of Python's lock; so threads are enough, and share what was compiled.
+    """
+    jobs = list(jobs)
+    workers = min(_cores(), len(jobs))
+    if workers < 2:
+        return [function(job) for job in jobs]
+    with ThreadPoolExecutor(workers) as pool:
+        return list(pool.map(function, jobs))
+
+
+def _cores() -> int:
+    available = getattr(os, "sched_getaffinity", None)
+    return len(available(0)) if available else os.cpu_count() or 1
