@@ -131,8 +131,9 @@ class Effect(eqx.Module):
 
 
 class Switched(eqx.Module):
-    """An effect of which nothing is computed while it is off, for programs that hold many and need few at a
-    time: the switch is an argument of the compiled program. Off, its derivatives are those of absence, zero.
+    """An effect that may be off, for programs that hold many and need few at a time: what is off is left out
+    at run time, and so is a slot at which all are. The switch is an argument of the compiled program.
+    Off, an effect must be at its neutral value; its derivatives there are zero.
 
     Attributes:
         effect: that acts while on.
@@ -141,13 +142,6 @@ class Switched(eqx.Module):
 
     effect: Effect
     on: Bool[Array, ""]
-
-    def choosing(self, method: str, value: Any, *more: Any) -> Any:
-        """What the effect's method makes of a value while on; the value while off."""
-        if not _overrides(self, method):
-            return value
-        act = lambda x: getattr(self.effect, method)(x, *more)  # noqa: E731
-        return jax.lax.cond(self.on, act, lambda x: x, jax.tree.map(jnp.asarray, value))
 
 
 class Chain(eqx.Module):
@@ -179,6 +173,9 @@ class Chain(eqx.Module):
         pairs = zip(self.effects, self.memories, strict=True)
         acting = [(effect, memory) for effect, memory in pairs if _overrides(effect, slot)]
 
+        if len(acting) == 1:
+            return _acting(acting[0][0], slot, value, at, acting[0][1])
+
         def all_of_them(value: Any) -> Any:
             for effect, memory in acting:
                 value = _acting(effect, slot, value, at, memory)
@@ -189,13 +186,7 @@ class Chain(eqx.Module):
     def where_acting(self, slot: str, act: Callable, idle: Callable, *values: Any) -> Any:
         """`act(*values)` where any effect at a slot is on, `idle(*values)` where all are off; only the one
         that is needed is computed."""
-        acting = [effect for effect in self.effects if _overrides(effect, slot)]
-        if not acting:
-            return idle(*values)
-        if not all(isinstance(effect, Switched) for effect in acting):
-            return act(*values)
-        on = jnp.any(jnp.stack([effect.on for effect in acting]))
-        return jax.lax.cond(on, act, idle, *jax.tree.map(jnp.asarray, values))
+        return _chosen([e for e in self.effects if _overrides(e, slot)], act, idle, *values)
 
     def acts_at(self, slot: str) -> bool:
         """Whether any effect overrides a slot; decided while tracing."""
@@ -216,11 +207,20 @@ def _overrides(effect: Effect | Switched, method: str) -> bool:
     return getattr(type(_own(effect)), method) is not getattr(Effect, method)
 
 
+def _chosen(acting: list[Effect | Switched], act: Callable, idle: Callable, *values: Any) -> Any:
+    """What is made of values where effects act, any of which may be off."""
+    if not acting:
+        return idle(*values)
+    if not all(isinstance(effect, Switched) for effect in acting):
+        return act(*values)
+    on = jnp.any(jnp.stack([effect.on for effect in acting]))
+    return jax.lax.cond(on, act, idle, *jax.tree.map(jnp.asarray, values))
+
+
 def _acting(effect: Effect | Switched, method: str, value: Any, *more: Any) -> Any:
     """A value after one effect's method."""
-    if isinstance(effect, Switched):
-        return effect.choosing(method, value, *more)
-    return getattr(effect, method)(value, *more)
+    act = lambda x: getattr(_own(effect), method)(x, *more)  # noqa: E731
+    return _chosen([effect] if _overrides(effect, method) else [], act, lambda x: x, value)
 
 
 PLAIN = Chain()
@@ -230,7 +230,9 @@ TOLD = "told_"
 """Before the names by which slots hand values of rows to `recorded`; no instrument shows them."""
 
 
-def as_recorded(effects: tuple[Effect | Switched, ...], seen: dict[str, Array], time: Array) -> dict[str, Array]:
+def as_recorded(
+    effects: tuple[Effect | Switched, ...], seen: dict[str, Array], time: Array
+) -> dict[str, Array]:
     """Channels of a whole recording, shape (rows,) each, after every effect on their clocks."""
     told = {name: course for name, course in seen.items() if name.startswith(TOLD)}
     for effect in effects:

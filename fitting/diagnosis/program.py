@@ -49,8 +49,8 @@ class Program:
         channels: measured outputs by recording.
         unknowns: numbers that may be free.
         fitted: recordings whose role is `fit`, shape (recordings,).
-        tally: how many models were fitted to the campaign and how often the compiled program ran, shared by all
-            copies of the program.
+        tally: models that were fitted to the campaign and runs of the compiled program, shared by all copies
+            of this one.
         failed: standard deviations that a row without an answer counts for; more than any misfit of the
             nominal base model, so that no fit gains by failing.
         taken: measured values of every recording that hidden courses take up, shape (recordings,).

@@ -56,3 +56,26 @@ def test_what_is_left_out_in_turn_is_no_other_model():
     program = Valley(1.0)
     Refitter(program, np.ones(1)).fit(())
     assert program.tally[FITS] == 0
+
+
+class Slanted(Valley):
+    """Two numbers of which mainly the sum tells: from where they begin, both would leave their bounds."""
+
+    def evaluate(self, u, columns, near=None):
+        self.evaluations += 1
+        A = np.array([[40.0, 40.4], [1.0, -1.0], [0.2, 0.1]])
+        r = A @ (u - np.array([-8.0, 7.9]))
+        return SimpleNamespace(joined=lambda weight: (r, A[:, columns]), u=u)
+
+
+def test_a_step_to_the_bounds_is_the_best_within_them():
+    program = Slanted(1.0)
+    fit = Refitter(program).fit((), np.array([1.0, 1.0]))
+    grid = np.linspace(-4.0, 4.0, 401)
+    x, y = (column.ravel() for column in np.meshgrid(grid, grid))
+    A, far = np.array([[40.0, 40.4], [1.0, -1.0], [0.2, 0.1]]), np.array([-8.0, 7.9])
+    points = np.stack([x, y])
+    values = 0.5 * np.sum((A @ (points - far[:, None])) ** 2, axis=0) + 0.5 * np.sum(points**2, axis=0)
+    best = points[:, np.argmin(values)]
+    assert fit.u == pytest.approx(best, abs=0.02)
+    assert fit.objective <= values.min() + 0.1

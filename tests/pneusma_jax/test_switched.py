@@ -1,0 +1,52 @@
+"""Effects that may be off: on they act as they would without a switch, off nothing of them is left."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from effect_programs import TIME, UP_AND_DOWN, coupon, specimen, stand
+
+from pneusma_jax.chain import Switched
+from pneusma_jax.effects import CATALOGUE, specs_of
+
+SLUGS = {
+    "E": ("mullins_softening", "viscoelastic_relaxation", "load_train_compliance", "channel_lag"),
+    "S": ("cyclic_shakedown", "coil_contact", "force_calibration", "load_train_compliance"),
+}
+
+
+def typical(kind, slug, size=1.0):
+    """An effect as large as it usually is, times a size."""
+    specs = specs_of(CATALOGUE[slug], kind).items()
+    values = {n: s.typical if s.shape else s.neutral + size * (s.typical - s.neutral) for n, s in specs}
+    return CATALOGUE[slug](**values)
+
+
+def outputs(kind, effects):
+    if kind == "E":
+        return coupon(effects, 0.8 * UP_AND_DOWN, TIME)
+    return stand(effects, 0.03 * UP_AND_DOWN, 0.6 + 0.4 * UP_AND_DOWN, TIME)
+
+
+@pytest.mark.parametrize(("kind", "slug"), [(kind, slug) for kind, slugs in SLUGS.items() for slug in slugs])
+def test_a_switch_leaves_its_effect_or_nothing(kind, slug):
+    specimen(kind)  # made outside of any trace
+    others = [other for other in SLUGS[kind] if other != slug]
+
+    @jax.jit
+    def switched(size, on):
+        effects = [Switched(typical(kind, slug, size), on)]
+        effects += [Switched(typical(kind, other, 0.0), jnp.asarray(False)) for other in others]
+        return outputs(kind, tuple(effects))
+
+    one = jnp.ones(())
+    acting, tangent = jax.jvp(lambda s: switched(s, jnp.asarray(True)), (one,), (one,))
+    plain, expected = jax.jvp(jax.jit(lambda s: outputs(kind, (typical(kind, slug, s),))), (one,), (one,))
+    idle, none = jax.jvp(lambda s: switched(s, jnp.asarray(False)), (one,), (one,))
+    base, shown = outputs(kind, ()), ("force",) if kind == "S" else ("stress", "force")
+    for name in [name for name in shown if name in plain]:
+        np.testing.assert_allclose(acting[name], plain[name], rtol=1e-11, atol=1e-14)
+        np.testing.assert_allclose(tangent[name], expected[name], rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(idle[name], base[name], rtol=1e-11, atol=1e-14)
+        assert not np.any(none[name])
+        assert np.max(np.abs(plain[name] - base[name])) > 1e-4 * np.max(np.abs(base[name]))
