@@ -44,7 +44,7 @@ HELPS = 0.5
 """Share of the misfit of what was left out that a doubtful effect may leave to stay in the model."""
 FAINT = 1.4
 """Reduced chi-square up to which a misfit that no effect explains, and no nameless correction either, is not
-held against the model."""
+held against the model; less what slow drift of the instruments explains."""
 SURE = 3.5
 """Standard deviations of a reduced chi-square over 1 from which the same, where the noise is stated, no
 chance makes a signature as strong and what was not fitted is not predicted as well as noise lets it."""
@@ -110,7 +110,7 @@ def conclude(explanation: Explanation) -> Conclusion:
     if mismatch and not named:
         unknown = max(unknown, 0.9)
     if not mismatch:  # no candidate survived being fitted; what is left is judged as a whole
-        explanation.p_value = max(explanation.p_value, _tail(program, base[0]))
+        explanation.p_value = max(explanation.p_value, _tail(program, _steady(base[0], generic)))
         explanation.p_is_bound = False
     candidates, nothing = probabilities(explanation, mismatch, unknown)
     unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
@@ -160,7 +160,13 @@ def _misfits(explanation: Explanation, base: list[float], generic: Generic | Non
         return False
     sure = explanation.p_is_bound and program.noise_stated and base[1] > 1.0
     chance = 1.0 + SURE * _spread(program, program.fitted)
-    return min(base) > FAINT or max(base) > GROSS or (sure and base[0] > chance)
+    steady = _steady(base[0], generic)
+    return min(steady, base[1]) > FAINT or max(base) > GROSS or (sure and steady > chance)
+
+
+def _steady(left: float, generic: Generic | None) -> float:
+    """What is left of a reduced chi-square less what slow drift of the instruments explains."""
+    return left if generic is None else min(left, generic.adrift)
 
 
 def _tail(program: Program, reduced_chi2: float) -> float:

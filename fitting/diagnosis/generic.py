@@ -46,21 +46,25 @@ class Generic:
         bayes: log Bayes factor over the base model; the number of corrections tried is counted, and it is
             deflated by what they leave, as those of effects are.
         left_out: reduced chi-square of fitted recordings left out in turn.
+        adrift: reduced chi-square that slow drift alone leaves of the fitted ones, of the size that suits best.
     """
 
     quantity: str
     driver: str
     bayes: float
     left_out: float
+    adrift: float
 
 
 @dataclass(frozen=True)
 class _Best:
-    """The correction of largest evidence: name, log Bayes factor, and misfit that it leaves, (values,)."""
+    """The correction of largest evidence: name, log Bayes factor, and misfit that it leaves, (values,); and what
+    drift alone leaves."""
 
     name: tuple[str, str]
     bayes: float
     rest: np.ndarray
+    adrift: np.ndarray
 
 
 def race(program: Program, base: Fit) -> Generic | None:
@@ -88,7 +92,7 @@ def race(program: Program, base: Fit) -> Generic | None:
     rest = best.rest * fitted
     inflation = max(1.0, float(rest @ rest) / count) * lasting(np.split(rest, np.cumsum(sizes)[:-1]))
     bayes = best.bayes / inflation - np.log(len(columns) * len(SMOOTH))
-    return Generic(*best.name, float(bayes), total / count)
+    return Generic(*best.name, float(bayes), total / count, float(best.adrift**2 @ fitted) / count)
 
 
 def _best(
@@ -107,14 +111,15 @@ def _best(
         columns: derivatives by a correction's values at its knots, (values, knots), by output and driver.
         w: 1 where a value counts, 0 elsewhere.
     """
-    highest, found, without = -np.inf, None, -np.inf
+    highest, found, without, adrift = -np.inf, None, -np.inf, nominal
     for size in DRIFTS:
         N = np.concatenate([A, size * drift], axis=1) if size else A
         NW = N.T * w
         G = np.linalg.inv(np.eye(N.shape[1]) + NW @ N)
         told = NW @ nominal
         alone = 0.5 * (told @ G @ told + np.linalg.slogdet(G)[1])
-        without = max(without, alone)
+        if alone > without:
+            without, adrift = alone, nominal - N @ (G @ told)
         for name, B in columns.items():
             BW = B.T * w
             across = BW @ N
@@ -133,7 +138,7 @@ def _best(
     N = np.concatenate(parts, axis=1)
     NW = N.T * w
     x = np.linalg.solve(np.eye(N.shape[1]) + NW @ N, NW @ nominal)
-    return _Best(name, float(highest - without), nominal - N @ x)
+    return _Best(name, float(highest - without), nominal - N @ x, adrift)
 
 
 @cache
