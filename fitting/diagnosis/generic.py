@@ -46,7 +46,7 @@ class Generic:
         bayes: log Bayes factor over the base model; the number of corrections tried is counted, and it is
             deflated by what they leave, as those of effects are.
         left_out: reduced chi-square of fitted recordings left out in turn.
-        adrift: reduced chi-square that slow drift alone leaves of the fitted ones, of the size that suits best.
+        adrift: reduced chi-square of the fitted ones that slow drift alone leaves, of the best size.
     """
 
     quantity: str
@@ -58,8 +58,8 @@ class Generic:
 
 @dataclass(frozen=True)
 class _Best:
-    """The correction of largest evidence: name, log Bayes factor, and misfit that it leaves, (values,); and what
-    drift alone leaves."""
+    """The correction of largest evidence: name, log Bayes factor, and misfit that it leaves, (values,); and
+    what drift alone leaves."""
 
     name: tuple[str, str]
     bayes: float

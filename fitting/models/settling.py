@@ -35,15 +35,19 @@ class _Search(eqx.Module):
     count: Array
 
     @classmethod
-    def at(cls, start: Array, step: Step) -> "_Search":
+    def at(cls, start: Array, blank: PyTree) -> "_Search":
         """The beginning."""
         still, half = jnp.zeros_like(start), jnp.asarray(0.5)
-        blank = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), jax.eval_shape(step, start)[2])
         return cls(start, jnp.asarray(jnp.inf), blank, start, still, half, jnp.asarray(0))
 
 
 def settle(
-    step: Step, start: Float[Array, " rows"], told: Bool[Array, " rows"], close: float, most: int
+    step: Step,
+    start: Float[Array, " rows"],
+    told: Bool[Array, " rows"],
+    close: float,
+    most: int,
+    blank: PyTree = None,
 ) -> tuple[Array, PyTree]:
     """State of the least sum of squares that a search finds, shape (rows,), and what else is known there.
 
@@ -56,6 +60,7 @@ def settle(
         told: rows by whose change the end is judged.
         close: largest change at which the search ends.
         most: trials.
+        blank: anything of the structure and shapes of what else `step` tells.
     """
 
     def trial(search: _Search) -> _Search:
@@ -71,7 +76,7 @@ def settle(
         moved = largest(search.trial - search.best, told)
         return (search.count == 0) | (moved > close) & (search.count < most)
 
-    found = jax.lax.while_loop(unfinished, trial, _Search.at(jax.lax.stop_gradient(start), step))
+    found = jax.lax.while_loop(unfinished, trial, _Search.at(jax.lax.stop_gradient(start), blank))
     return found.best, found.known
 
 

@@ -166,7 +166,9 @@ def best_course(outputs: Outputs, frozen: Outputs, read: Array, names: Sequence[
         return move, system.square(measured - local.predicted, course), local
 
     everywhere = jnp.ones(rows.time.shape, bool)
-    settled, local = settle(step, jnp.clip(read, 0.0, 1.0), everywhere, SETTLED, ROUNDS)
+    nothing = jnp.zeros_like(measured)
+    blank = Local(nothing, nothing, nothing, jnp.zeros(read.shape, int))
+    settled, local = settle(step, jnp.clip(read, 0.0, 1.0), everywhere, SETTLED, ROUNDS, blank)
     there, known = outputs(settled)
     course = ended(settled, system.step(local, settled, there), everywhere, SETTLED)
     information, diagonal, upper = system.bands(local)
