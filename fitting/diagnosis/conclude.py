@@ -10,7 +10,7 @@ from pneusma_jax.effects import CATALOGUE
 from .designs import best_design
 from .evaluation import Evaluation
 from .explain import LEVEL, Explanation
-from .generic import Generic, race
+from .generic import DRIFTS, Generic, race
 from .locate import Place, locate
 from .probabilities import (
     NOTHING_LEFT,
@@ -45,6 +45,8 @@ HELPS = 0.5
 FAINT = 1.4
 """Reduced chi-square up to which a misfit that no effect explains, and no nameless correction either, is not
 held against the model; less what slow drift of the instruments explains."""
+MOST_DRIFT = 2.0 * DRIFTS[-1] ** 2
+"""Part of a reduced chi-square that drift may explain at most."""
 SURE = 3.5
 """Standard deviations of a reduced chi-square over 1 from which the same, where the noise is stated, no
 chance makes a signature as strong and what was not fitted is not predicted as well as noise lets it."""
@@ -95,7 +97,7 @@ def conclude(explanation: Explanation) -> Conclusion:
     """Weigh a search."""
     program = explanation.program
     masks = program.fitted, program.unseen
-    base = [foretold(program, explanation.base, mask) for mask in masks]
+    base, alone = ([f(program, explanation.base, mask) for mask in masks] for f in (foretold, reduced))
     last = [foretold(program, explanation.final, mask) for mask in masks]
     floors = [floor(program, explanation.final, mask) for mask in masks]
     named = bool(explanation.final.slugs)
@@ -104,7 +106,7 @@ def conclude(explanation: Explanation) -> Conclusion:
     generic = race(program, explanation.base)
     mismatch = named or _misfits(explanation, base, generic)
     limits = [1.0 + max(LEFT, SIGNIFICANT * _spread(program, mask)) for mask in masks]
-    unknown = _unknown(base, last, floors, limits) if mismatch else 0.0
+    unknown = _unknown(alone, last, floors, limits) if mismatch else 0.0
     if named:
         unknown = max(unknown, _refuted(explanation, generic))
     if mismatch and not named:
@@ -150,7 +152,7 @@ def _misfits(explanation: Explanation, base: list[float], generic: Generic | Non
 
     Args:
         explanation: of the campaign.
-        base: reduced chi-square of the base model, of what was fitted and of what scores.
+        base: reduced chi-square of the base model, of what was fitted and, as `foretold`, of what scores.
         generic: the best nameless correction.
     """
     program = explanation.program
@@ -165,8 +167,9 @@ def _misfits(explanation: Explanation, base: list[float], generic: Generic | Non
 
 
 def _steady(left: float, generic: Generic | None) -> float:
-    """What is left of a reduced chi-square less what slow drift of the instruments explains."""
-    return left if generic is None else min(left, generic.adrift)
+    """What is left of a reduced chi-square less what slow drift of the instruments explains, of a size that
+    passes for noise."""
+    return left if generic is None else min(left, max(generic.adrift, left - MOST_DRIFT))
 
 
 def _tail(program: Program, reduced_chi2: float) -> float:

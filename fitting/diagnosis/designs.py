@@ -113,4 +113,7 @@ def _reversed(stacked: Rows) -> Rows:
         return jnp.asarray(np.take_along_axis(leaf, back, axis=1))
 
     turned = jax.tree.map(turn, (stacked.inputs, stacked.extra))
+    for name, column in turned[1].items():
+        if name.startswith("correlation_"):  # with the row before, which was the one after
+            turned[1][name] = jnp.roll(column, 1, axis=1)
     return eqx.tree_at(lambda r: (r.inputs, r.extra), stacked, turned)

@@ -3,7 +3,8 @@ the outputs.
 
 The model says by how much: its outputs with an input shifted by its 1-sigma, up and down. Inputs are smoothed
 before they drive a model, which leaves their slow errors as large as those of white noise; so the whole
-variance counts, as if it were new in every row.
+variance counts, as if it were new in every row. Beside an instrument's own wandering errors only neighbouring
+rows are whitened exactly then: what lasts longer stays, and is counted where evidence is deflated.
 """
 
 from collections.abc import Mapping

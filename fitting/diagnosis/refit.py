@@ -154,6 +154,8 @@ class Refitter:
         damped = H + np.diag(damping * np.maximum(np.diag(H), 1e-8) + 1e-12)
         low = np.maximum(self.unknowns.low[free] - u[free], -LONGEST)
         high = np.minimum(self.unknowns.high[free] - u[free], LONGEST)
+        if not (np.all(np.isfinite(damped)) and np.all(np.isfinite(g))):
+            return np.zeros(len(u)), 0.0
         factor = np.linalg.cholesky(damped)
         pull = solve_triangular(factor, -g, lower=True)
         step = lsq_linear(factor.T, pull, (low - NARROWEST, high + NARROWEST), method="bvls").x

@@ -11,6 +11,8 @@ FITS = "fits"
 """Models that were fitted to all that is to be fitted."""
 RUNS = "runs"
 """Runs of the compiled program."""
+THREADS = "PNEUSMA_THREADS"
+"""Environment variable: most fits at a time, for those who run several diagnoses at once."""
 
 Job, Result = TypeVar("Job"), TypeVar("Result")
 
@@ -46,4 +48,5 @@ def side_by_side(function: Callable[[Job], Result], jobs: Iterable[Job]) -> list
 
 def _cores() -> int:
     available = getattr(os, "sched_getaffinity", None)
-    return len(available(0)) if available else os.cpu_count() or 1
+    cores = len(available(0)) if available else os.cpu_count() or 1
+    return min(cores, int(os.environ.get(THREADS, cores)))

@@ -4,11 +4,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import lsq_linear
 
 from .campaign_noise import with_noise_of
 from .noise import lasting
 from .program import Program
-from .refit import SHAPE_SD, Fit, Refitter
+from .refit import NARROWEST, SHAPE_SD, Fit, Refitter
 from .screen import Score, Screen
 from .side_by_side import side_by_side
 from .unknowns import Unknowns
@@ -70,13 +71,16 @@ def reduced(program: Program, fit: Fit, chosen: np.ndarray) -> float:
 
 def foretold(program: Program, fit: Fit, chosen: np.ndarray) -> float:
     """`reduced`, less what the fit's own uncertainty leaves open in recordings that it has not seen: their
-    misfit in units of the errors of its predictions, to first order."""
+    misfit in units of the errors of its predictions, to first order, where no number leaves its bounds."""
     if np.any(chosen & program.fitted):
         return reduced(program, fit, chosen)
     r, A = fit.evaluation.joined(chosen.astype(float))
-    pull = A.T @ r
-    open_ = pull @ np.linalg.solve(np.linalg.inv(fit.covariance) + A.T @ A, pull)
-    return (float(r @ r) - float(open_)) / max(program.observations(chosen), 1)
+    held = np.linalg.cholesky(np.linalg.inv(fit.covariance)).T
+    at, unknowns = fit.u[fit.free], program.unknowns
+    low, high = unknowns.low[fit.free] - at - NARROWEST, unknowns.high[fit.free] - at + NARROWEST
+    both = np.concatenate([A, held]), np.concatenate([-r, np.zeros(len(at))])
+    square = 2.0 * lsq_linear(*both, (low, high), method="bvls").cost
+    return float(square) / max(program.observations(chosen), 1)
 
 
 def floor(program: Program, fit: Fit, chosen: np.ndarray) -> float:

@@ -116,7 +116,7 @@ class Unknowns:
         """Indices of an effect's shape parameters."""
         return np.array([k for k in self.of([slug]) if self.items[k].shape], int)
 
-    def present(self, u: np.ndarray, columns: np.ndarray = ()) -> np.ndarray:
+    def present(self, u: np.ndarray, columns: Iterable[int] = ()) -> np.ndarray:
         """Which effects change anything at `u`, or have one of `columns` as a parameter, (slugs,)."""
         asked = {self.items[k].effect for k in columns}
         there = [bool(np.any(u[self.amplitudes(slug)] != 0.0)) or slug in asked for slug in self.slugs]

@@ -50,3 +50,12 @@ def test_a_switch_leaves_its_effect_or_nothing(kind, slug):
         np.testing.assert_allclose(idle[name], base[name], rtol=1e-11, atol=1e-14)
         assert not np.any(none[name])
         assert np.max(np.abs(plain[name] - base[name])) > 1e-4 * np.max(np.abs(base[name]))
+
+
+def test_what_is_off_leaves_what_always_acts():
+    specimen("E")
+    always = typical("E", "viscoelastic_relaxation")
+    off = Switched(typical("E", "mullins_softening", 0.0), jnp.asarray(False))
+    beside, alone = (outputs("E", effects)["stress"] for effects in ((off, always), (always,)))
+    np.testing.assert_allclose(beside, alone, rtol=1e-12)
+    assert np.max(np.abs(alone - outputs("E", ())["stress"])) > 1e-3 * np.max(alone)

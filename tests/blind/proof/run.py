@@ -2,6 +2,7 @@
 
 import hashlib
 import multiprocessing
+import os
 import shutil
 import time
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
@@ -154,6 +155,7 @@ def _here(task, names, deadline, bar):
 
 def _in_processes(task, names, workers, deadline, bar):
     """Work on names in order; a pool that broke is made again, and what broke it is counted by the worker."""
+    os.environ.setdefault("PNEUSMA_THREADS", "1")  # the processes fill the cores by themselves
     left = list(names)
     context = multiprocessing.get_context("spawn")
     while left and time.monotonic() < deadline:
