@@ -7,6 +7,8 @@ from concurrent.futures import ThreadPoolExecutor
 from threading import Lock
 from typing import TypeVar
 
+from pneusma_jax.errors import InputError
+
 FITS = "fits"
 """Models that were fitted to all that is to be fitted."""
 RUNS = "runs"
@@ -37,6 +39,9 @@ def side_by_side(function: Callable[[Job], Result], jobs: Iterable[Job]) -> list
     """Results of jobs that do not depend on each other, in their order, on all cores that this process has.
 
     Compiled programs run outside of Python's lock; so threads are enough, and share what was compiled.
+
+    Raises:
+        InputError: if the environment says how many and it is no number.
     """
     jobs = list(jobs)
     workers = min(_cores(), len(jobs))
@@ -49,4 +54,7 @@ def side_by_side(function: Callable[[Job], Result], jobs: Iterable[Job]) -> list
 def _cores() -> int:
     available = getattr(os, "sched_getaffinity", None)
     cores = len(available(0)) if available else os.cpu_count() or 1
-    return min(cores, int(os.environ.get(THREADS, cores)))
+    told = os.environ.get(THREADS, str(cores))
+    if not told.isdigit() or int(told) < 1:
+        raise InputError(f"{THREADS} must be a whole number of at least 1, but is {told!r}")
+    return min(cores, int(told))

@@ -25,6 +25,8 @@ def test_whitened_errors_are_white_where_an_input_matters_and_where_not(rho):
     assert np.max(np.abs(neighbours)) < 0.25  # at an edge; elsewhere
     assert abs(np.mean(neighbours)) < 0.05
     assert np.mean(white[:, :40].sum(axis=1) ** 2) == pytest.approx(40.0, rel=0.15)
+    # where the input matters only neighbours are white: what lasts is left, and is counted as it shows
+    assert 40.0 < np.mean(white[:, 40:80].sum(axis=1) ** 2) < 1.7 * 40.0
 
 
 def test_missing_rows_are_still_missing():
