@@ -14,6 +14,7 @@ from scipy.stats import chi2
 
 from .evaluation import Evaluation
 from .refit import Fit, Refitter
+from .unknowns import Unknowns
 
 SHAPES = 5
 """Shapes tried of every effect."""
@@ -23,6 +24,9 @@ SLOW = 6
 """Slow courses over each recording that stand for anything that no effect describes."""
 FAINT = 1e-6
 """Length of a signature below which the recordings do not show the effect."""
+
+AT = 1e-6
+"""How close to a bound a scaled base constant is at it."""
 
 
 @dataclass(frozen=True)
@@ -89,8 +93,9 @@ def screen(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Ge
     slugs = [slug for slug in slugs if slug not in fit.slugs]
     here = program.evaluate(fit.u, fit.free, near=fit.evaluation)
     r, A = here.joined(weight)
-    departure, sd = refitter._prior(fit.u, fit.free)
-    project = _Projector(A, sd**-2.0)
+    _, sd = refitter._prior(fit.u, fit.free)
+    movable = ~np.isin(fit.free, _held(unknowns, fit))
+    project = _Projector(A[:, movable], sd[movable] ** -2.0)
     scale = _fast(here, weight)
     left = project(r[:, None])[:, 0] / scale
     tried: list[tuple[str, np.ndarray, np.ndarray, np.ndarray]] = []  # slug, Q, start u, indices
@@ -119,6 +124,12 @@ def screen(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Ge
     pool.append((None, slow))
     p_value, bound = _chance(pool, left, rng)
     return Screen(scores, p_value, bound, [s for s in slugs if strength[s] < FAINT], scale)
+
+
+def _held(unknowns: Unknowns, fit: Fit) -> np.ndarray:
+    """Indices of base constants that ended at a bound: those absorb no more."""
+    base = unknowns.base
+    return base[(fit.u[base] <= unknowns.low[base] + AT) | (fit.u[base] >= unknowns.high[base] - AT)]
 
 
 def _shapes(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> list[np.ndarray]:

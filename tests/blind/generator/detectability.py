@@ -140,7 +140,9 @@ def verdict(bench, whiten, recorded, noise, true_z, felt, rest, effects=1, start
     """Post-refit log Bayes factor and reduced chi-squares of the refitted base, as a dictionary; `end` starts another,
     `held` says whether what is held out is wanted.
 
-    Where a course is hidden, z ends alike from every start, the cost within some per cent: one start will do.
+    Where a course is hidden, z ends alike from every start, the cost within some per cent, because the metal's memory
+    has kinks: one start will do, and what a refit that stopped at one leaves too much counts no more than what would
+    be left to first order.
     """
     judge = _judge(bench, whiten[0], recorded, noise, true_z, felt, rest=rest)
     if starts is None:
@@ -149,6 +151,8 @@ def verdict(bench, whiten, recorded, noise, true_z, felt, rest, effects=1, start
     end, cost, chi2, *j = min(fits, key=lambda fit: fit[1])
     z = end[0] if bench.hidden else end
     gain = 0.5 * (cost - judge.truth_cost(*j))
+    if bench.hidden:
+        gain = min(gain, float(judge.gains(recorded)[0]))
     beyond = {}
     if held:
         left, least, size = _judge(bench, whiten[1], recorded, noise, true_z, felt, rest=rest).held_out(end)

@@ -11,8 +11,9 @@ from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from . import stand
 
 STEP = 1e-3
-SHIFT = -1e-4
-"""Steps of the difference quotients, in z and in the fractions."""
+SHIFTS = (-1e-4, 3e-3)
+"""Steps of the difference quotients, in z and in the fractions: where one leads nowhere, because the metal's memory has
+a kink there, the next is tried."""
 SHARES = (1.0, 0.4, 0.1, 0.03, 0.01)
 """Shares of a step that are tried; the metal's memory has kinks that a full step jumps over."""
 FLOOR = 1e-2
@@ -108,46 +109,62 @@ class HiddenJudge:
     def _left(self, predicted):
         return self.whiten({c: self.recorded[c] + self.noise[c] - predicted[c] for c in self.bench.scored})
 
-    def linearise(self, z, course, move_z=True):
+    def linearise(self, z, course, move_z=True, shift=SHIFTS[0]):
         """Residual (M,) and its Slopes at z (P,) and a course (K, N), all in one march."""
         size = len(z) if move_z else 0
         points = np.tile(z, (size + 3, 1))
         points[1 : size + 1] += STEP * np.eye(len(z))[:size]
         courses = np.repeat(course[None], size + 3, axis=0)
-        courses[-2:] += SHIFT
+        courses[-2:] += shift
         predicted, source = stand.forward(self.bench, numbers_at(self.bench, points), self.recorded, courses, True)
         values = self._left({c: v[:-2] for c, v in predicted.items() if c in self.bench.scored})
-        own = {c: (predicted[c][-2] - predicted[c][0]) / SHIFT for c in self.bench.scored}
-        kept = {c: (predicted[c][-1] - predicted[c][-2]) / SHIFT for c in self.bench.scored}
+        own = {c: (predicted[c][-2] - predicted[c][0]) / shift for c in self.bench.scored}
+        kept = {c: (predicted[c][-1] - predicted[c][-2]) / shift for c in self.bench.scored}
         return values[0], Slopes(self.whiten, (values[1:] - values[0]).T / STEP, own, kept, source)
 
-    def _trial(self, z, course, dz, moved):
-        """The best share of a step: its cost, z and course; the cost is infinite where none has an equilibrium."""
+    def _trial(self, z, course, dz, moved, at):
+        """The best share of a step: its cost, z and course; the cost is infinite where none has an equilibrium.
+
+        Every recording takes the share of its fractions' step, up to that of dz, that does best for it.
+        """
+        best = np.inf, z, course
         for shares in (SHARES[:3], SHARES[3:]):
-            points = np.clip(z + np.outer(shares, dz), -4.0, 4.0)
-            courses = np.clip(course + np.multiply.outer(shares, moved), 0.0, 1.0)
+            pairs = [(whole, part) for whole in shares for part in (*shares, 0.0) if part <= whole]
+            points = np.clip(z + np.outer([whole for whole, _ in pairs], dz), -4.0, 4.0)
+            courses = np.clip(course + np.multiply.outer([part for _, part in pairs], moved), 0.0, 1.0)
             try:
                 predicted, _ = stand.forward(self.bench, numbers_at(self.bench, points), self.recorded, courses)
             except ArithmeticError:  # too far off
                 continue
-            costs = np.sum(self._left(predicted) ** 2, axis=1) + np.sum(points**2, axis=1)
-            best = np.nanargmin(np.nan_to_num(costs, nan=np.inf))
-            return costs[best], points[best], courses[best]
-        return np.inf, z, course
+            left = np.nan_to_num(self._left(predicted) ** 2, nan=np.inf)
+            own = {k: np.sum(left[:, places], axis=1) for k, places in at.items()}
+            for share in shares:
+                tried = [n for n, (whole, _) in enumerate(pairs) if whole == share]
+                taken = {k: tried[np.argmin(costs[tried])] for k, costs in own.items()}
+                point, joined = points[tried[0]], course.copy()
+                for k, n in taken.items():
+                    joined[k] = courses[n, k]
+                cost = point @ point + sum(own[k][n] for k, n in taken.items())
+                best = min(best, (cost, point, joined), key=lambda found: found[0])
+            if np.isfinite(best[0]):
+                break
+        return best
 
-    def refit(self, start, move_z=True, rounds=8, enough=0.3):
+    def refit(self, start, move_z=True, rounds=12, enough=0.3):
         """Gauss-Newton from a start, z or (z, course): end, its cost (chi-square plus prior), chi-square."""
         z, course = start if isinstance(start, tuple) else (start, self.rest.end[1])
-        z, cost = np.array(z, float), np.inf
+        z, cost, idle, side = np.array(z, float), np.inf, 0, 0
         for _ in range(rounds):
-            r, slopes = self.linearise(z, course, move_z)
+            r, slopes = self.linearise(z, course, move_z, SHIFTS[side])
             cost = min(cost, r @ r + z @ z)
-            new, *there = self._trial(z, course, *slopes.step(r, z, course, move_z)[:2])
-            if not new < cost:
+            new, *there = self._trial(z, course, *slopes.step(r, z, course, move_z)[:2], slopes.at)
+            gained = cost - new
+            if gained > 0.0:
+                cost, (z, course) = new, there
+            idle = 0 if gained > enough else idle + 1
+            if idle == len(SHIFTS):
                 break
-            gained, cost, (z, course) = cost - new, new, there
-            if gained < enough:
-                break
+            side = (side + (gained <= enough)) % len(SHIFTS)
         return (z, course), cost, cost - z @ z
 
     def truth_cost(self):
@@ -186,7 +203,7 @@ class Rest:
 
     def __init__(self, bench, whiten, clean, noise, true_z, felt):
         fitted, held = (HiddenJudge(bench, w, {c: v[None] for c, v in clean.items()}, noise, true_z, felt) for w in whiten)
-        end, self.cost, _ = fitted.refit((true_z, fitted.true_course), rounds=14, enough=0.05)
+        end, self.cost, _ = fitted.refit((true_z, fitted.true_course), rounds=20, enough=0.05)
         last, _, self.held = held.refit(end, move_z=False)
         chosen = np.isin(np.arange(len(last[1])), whiten[1].chosen)
         self.end = end[0], np.where(chosen[:, None], last[1], end[1])
