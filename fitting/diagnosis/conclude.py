@@ -35,8 +35,9 @@ DOUBTFUL, REFUTED = 0.2, 0.6
 predicted worse than without the effects, or than half as well as by a nameless correction."""
 LEAST_WEIGHT = 0.02
 """Probability from which an explanation takes part in averaged predictions."""
-MUCH_LEFT = 0.5, 0.6
-"""Share from which what is left is called something else: of what was fitted, and of what was not."""
+MUCH_LEFT = 0.33
+"""Share of a misfit that no right explanation leaves, of what was fitted or of what was not: right ones, in
+another form than nature's, left up to 0.16 of it, names that stood for something else mostly 0.2 and more."""
 LEFT, SIGNIFICANT = 0.15, 3.0
 """Excess of a reduced chi-square over 1 that counts as left over: this much, and as many of its standard
 deviations."""
@@ -241,10 +242,10 @@ def _refuted(explanation: Explanation, generic: Generic | None) -> float:
 def _unknown(base: list[float], last: list[float], floors: list[float], limits: list[float]) -> float:
     """Probability that what is left is none of the candidates, from how much is left over noise."""
     worst = 0.0
-    for before, after, noise, limit, much in zip(base, last, floors, limits, MUCH_LEFT, strict=True):
+    for before, after, noise, limit in zip(base, last, floors, limits, strict=True):
         if after > limit and before > noise:
             share = (after - noise) / max(before - noise, 1e-6)
-            worst = max(worst, (share - NOTHING_LEFT) / (much - NOTHING_LEFT))
+            worst = max(worst, (share - NOTHING_LEFT) / (MUCH_LEFT - NOTHING_LEFT))
     return float(np.clip(worst, 0.01, 0.97))
 
 

@@ -16,7 +16,7 @@ from .program import Program
 from .refit import Fit, Refitter
 from .screen import Screen, screen
 from .side_by_side import FITS, side_by_side
-from .trials import Trial, floor, inflation_of, reduced, settled_fit, trials_of
+from .trials import Trial, fair, floor, inflation_of, reduced, settled_fit, trials_of
 
 MOST_EFFECTS = 3
 POLISHING = 40
@@ -199,6 +199,9 @@ def _search(
         if stage.screen.p_value > LEVEL:
             break
         stage.trials = trials_of(program, current, stage.screen, progress, effort)
+        current = stage.base = fair(program, current, stage.trials)
+        if not current.slugs:
+            first.base = first.final = current
         progress("predicting recordings left out in turn")
         best = _choice(program, current, stage, original)
         original = stage.left_out if np.isnan(original) else original
