@@ -146,6 +146,14 @@ def test_what_open_constants_absorb_is_not_called_strong():
     assert np.max(np.abs(np.array(costs) - best)) < 8.0, "a refit that starts elsewhere ends elsewhere"
 
 
+@pytest.mark.parametrize("attempt", [0, 1])
+def test_what_a_refit_leaves_at_a_kink_is_not_called_strong(attempt):
+    """A tenth of a percent of lead resistance that open resistivities take up: refits alone said 49 and 120."""
+    specimen = Specimen("spring", ("series_resistance",), 2643462540, attempt=attempt)
+    assert {"rho_mean", "alpha_1"} <= set(specimen.bench.tolerance)
+    assert specimen.judge([0.0005 / specimen.effects[0].ceiling], [specimen.start])["log_bayes"] < 6.0
+
+
 def test_a_masked_case_looks_acceptable_in_what_is_fitted():
     _, _, truth = build("tube", "masked", ("strain_stiffening",), None, 5)
     assert truth["refitted_base"]["fit_chi2"] < 1.3

@@ -5,12 +5,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.diagnosis.conclude import MOST_DRIFT, _steady
+from fitting.diagnosis import trials
+from fitting.diagnosis.conclude import MOST_DRIFT, _steady, _unknown
 from fitting.diagnosis.generic import Generic
+from fitting.diagnosis.screen import _held
 from fitting.diagnosis.side_by_side import THREADS, Tally, side_by_side
 from fitting.diagnosis.trials import foretold, reduced
 from fitting.diagnosis.unknowns import Unknowns
-from fitting.parameters import Parameters
+from fitting.parameters import Parameter, Parameters, Prior
 
 ROWS = 200
 
@@ -79,3 +81,55 @@ def test_an_effect_is_present_where_it_acts_or_is_asked_for():
     assert unknowns.present(u, shapes[:1]).tolist() == [True, False, False]
     u[unknowns.amplitudes("permanent_set")[0]] = 0.1
     assert unknowns.present(u).tolist() == [False, False, True]
+
+
+def fitted(objective, follows):
+    """A fit whose hidden courses follow so many measured values."""
+    return SimpleNamespace(objective=objective, evaluation=follows, slugs=(), u=None, at_bound=())
+
+
+def beside_courses(monkeypatch, again=None):
+    """A campaign of one recording with hidden courses; what a refit near a trial's courses ends at."""
+    monkeypatch.setattr(trials, "inflation_of", lambda program, fit: 1.0)
+    monkeypatch.setattr(trials, "_occam", lambda program, current, trial: 0.0)
+    refitter = SimpleNamespace(fit=lambda slugs, u, near: again)
+    monkeypatch.setattr(trials, "Refitter", lambda program: refitter)
+    followed = lambda follows: [SimpleNamespace(taken=lambda: np.full(100, follows / 100.0))]  # noqa: E731
+    unknowns = SimpleNamespace(slugs=("a",))
+    return SimpleNamespace(followed=followed, fitted=np.array([True]), unknowns=unknowns)
+
+
+def test_what_hidden_courses_follow_more_is_no_evidence(monkeypatch):
+    program = beside_courses(monkeypatch)
+    trial = trials.Trial("a", fitted(80.0, 40.0), 0.0, 0.0)
+    trials.weigh(program, fitted(100.0, 10.0), [trial])
+    assert trial.bayes == pytest.approx(20.0 - 0.5 * 30.0)
+    trials.weigh(program, fitted(100.0, 60.0), [trial])
+    assert trial.bayes == pytest.approx(20.0)
+
+
+def test_no_trial_is_credited_with_a_kink_that_the_model_so_far_was_shut_in_by(monkeypatch):
+    freed = fitted(83.0, 10.0)
+    program = beside_courses(monkeypatch, freed)
+    trial = trials.Trial("a", fitted(80.0, 10.0), 20.0, 0.0)
+    assert trials.fair(program, fitted(100.0, 10.0), [trial]) is freed
+    assert trial.bayes == pytest.approx(3.0)
+    program = beside_courses(monkeypatch, fitted(104.0, 10.0))
+    shut = fitted(100.0, 10.0)
+    assert trials.fair(program, shut, [trial]) is shut
+    assert trial.bayes == pytest.approx(20.0)
+
+
+@pytest.mark.parametrize(("left", "first"), [(1.3, "name"), (2.1, "name"), (3.2, "unmodelled"), (6.0, "unmodelled")])
+def test_a_name_that_leaves_a_fifth_of_a_misfit_gives_way(left, first):
+    unknown = _unknown([9.0, 9.0], [1.0, left], [1.0, 1.0], [1.2, 1.2])
+    assert (unknown > 0.5) == (first == "unmodelled")
+
+
+def test_base_constants_at_a_bound_absorb_nothing():
+    names = "first", "second", "third"
+    base = Parameters(*(Parameter(name, 1.0, prior=Prior(1.0, 0.1, 0.5, 1.25)) for name in names))
+    unknowns = Unknowns(base, ("wrap_friction",), "T")
+    u = unknowns.neutral.copy()
+    u[:3] = unknowns.low[0], 0.7, unknowns.high[2]
+    assert list(_held(unknowns, SimpleNamespace(u=u))) == [0, 2]
