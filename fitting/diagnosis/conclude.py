@@ -35,9 +35,10 @@ DOUBTFUL, REFUTED = 0.2, 0.6
 predicted worse than without the effects, or than half as well as by a nameless correction."""
 LEAST_WEIGHT = 0.02
 """Probability from which an explanation takes part in averaged predictions."""
-MUCH_LEFT = 0.33
-"""Share of a misfit that no right explanation leaves, of what was fitted or of what was not: right ones, in
-another form than nature's, left up to 0.16 of it, names that stood for something else mostly 0.2 and more."""
+MUCH_LEFT = 0.45
+"""Share of a misfit that no right explanation leaves, of what was fitted or of what was not. Right ones, in
+another form than nature's, left up to 0.19 of it and once 0.3; names that stood for something else 0.2 to 0.3
+and more."""
 LEFT, SIGNIFICANT = 0.15, 3.0
 """Excess of a reduced chi-square over 1 that counts as left over: this much, and as many of its standard
 deviations."""

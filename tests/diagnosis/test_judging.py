@@ -121,7 +121,7 @@ def test_no_trial_is_credited_with_a_kink_that_the_model_so_far_was_shut_in_by(m
 
 
 @pytest.mark.parametrize(("left", "first"), [(1.3, "name"), (2.1, "name"), (3.2, "unmodelled"), (6.0, "unmodelled")])
-def test_a_name_that_leaves_a_fifth_of_a_misfit_gives_way(left, first):
+def test_a_name_that_leaves_a_quarter_of_a_misfit_gives_way(left, first):
     unknown = _unknown([9.0, 9.0], [1.0, left], [1.0, 1.0], [1.2, 1.2])
     assert (unknown > 0.5) == (first == "unmodelled")
 

@@ -57,7 +57,7 @@ def detection(curve, false_alarms):
         text = f"false alarms {false_alarms['k']} of {false_alarms['n']}"
         axes.axhline(false_alarms["rate"], color=INK, lw=1.0, ls=":", label=text)
     axes.axvline(30.0, color=INK, lw=0.8, ls="--")
-    axes.annotate("strong", (30.0, 0.1), xytext=(4, 0), textcoords="offset points", color=INK, fontsize=9)
+    axes.annotate("strong", (30.0, 0.02), xytext=(-4, 0), ha="right", textcoords="offset points", color=INK, fontsize=9)
     axes.set(xscale="log", ylim=(-0.03, 1.04), ylabel="share of cases, with 95 % intervals")
     axes.set_xlabel("log Bayes factor that the true form reaches after the base is refitted")
     if curve:
@@ -67,7 +67,7 @@ def detection(curve, false_alarms):
         top.set_xlabel("cases", fontsize=8)
         top.spines["top"].set_visible(False)
         top.tick_params(which="both", length=0)
-    axes.legend(frameon=False, loc="center right", fontsize=9)
+    axes.legend(frameon=False, loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=9)
     return figure
 
 
