@@ -4,6 +4,9 @@ them.
 The signature of an effect is the derivative of the outputs at its absence, freed of what the base constants
 could absorb. Where it depends on a shape (a threshold, a time constant), several shapes are tried; where the
 derivative vanishes, the difference that a typical effect makes stands in for it.
+
+What is left is misfit *and* how far the base constants had to go from nominal: each has a prior, a row like a
+measured one. An effect that brings them home explains as much as one that takes misfit away.
 """
 
 from collections.abc import Sequence
@@ -70,14 +73,24 @@ class Screen:
 
 
 class _Projector:
-    """Frees signatures of what the numbers of a fit could absorb."""
+    """Frees signatures of what the numbers of a fit could absorb, at what that costs by their priors.
 
-    def __init__(self, A: np.ndarray, prior: np.ndarray):
-        self.A = A
-        self.H = np.linalg.inv(A.T @ A + np.diag(prior) + 1e-12 * np.eye(A.shape[1]))
+    Args:
+        A: derivatives of the measured rows by those numbers, (rows, numbers).
+        sd: standard deviations of their priors, infinite where flat.
+    """
 
-    def __call__(self, J: np.ndarray) -> np.ndarray:
-        return J - self.A @ (self.H @ (self.A.T @ J))
+    def __init__(self, A: np.ndarray, sd: np.ndarray):
+        self.A = np.concatenate([A, np.diag(1.0 / sd)])
+        self.H = np.linalg.inv(self.A.T @ self.A + 1e-12 * np.eye(A.shape[1]))
+        self.rows = len(A)
+
+    def __call__(self, J: np.ndarray, priors: np.ndarray | None = None) -> np.ndarray:
+        """Columns (rows, n) continued by rows of the priors (zero if None), (rows + numbers, n), freed."""
+        if priors is None:
+            priors = np.zeros((len(self.A) - self.rows, J.shape[1]))
+        whole = np.concatenate([J, priors])
+        return whole - self.A @ (self.H @ (self.A.T @ whole))
 
 
 def screen(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Generator) -> Screen:
@@ -93,11 +106,11 @@ def screen(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Ge
     slugs = [slug for slug in slugs if slug not in fit.slugs]
     here = program.evaluate(fit.u, fit.free, near=fit.evaluation)
     r, A = here.joined(weight)
-    _, sd = refitter._prior(fit.u, fit.free)
+    departure, sd = refitter._prior(fit.u, fit.free)
     movable = ~np.isin(fit.free, _held(unknowns, fit))
-    project = _Projector(A[:, movable], sd[movable] ** -2.0)
+    project = _Projector(A[:, movable], sd[movable])
     scale = _fast(here, weight)
-    left = project(r[:, None])[:, 0] / scale
+    left = project(r[:, None], (departure / sd)[movable, None])[:, 0] / scale
     tried: list[tuple[str, np.ndarray, np.ndarray, np.ndarray]] = []  # slug, Q, start u, indices
     strength = dict.fromkeys(slugs, 0.0)
     shaped = [slug for slug in slugs if unknowns.shapes(slug).size]
@@ -106,7 +119,7 @@ def screen(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Ge
         if not members:
             break
         columns = np.concatenate([unknowns.amplitudes(slug) for slug in members]).astype(int)
-        _, J = program.evaluate(u, columns, near=here).joined(weight)
+        _, J = program.evaluate(u, columns, near=fit.evaluation).joined(weight)  # courses as of A
         for slug in members:
             own = unknowns.amplitudes(slug)
             tried += _tried(refitter, slug, own, J[:, np.isin(columns, own)], project, u, left, strength)
@@ -114,7 +127,7 @@ def screen(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Ge
         u = fit.u.copy()
         own = unknowns.of([slug])
         u[own] = [unknowns.items[k].start for k in own]
-        change = program.evaluate(u, own[:0], near=here).joined(weight)[0] - r
+        change = program.evaluate(u, own[:0], near=fit.evaluation).joined(weight)[0] - r
         signature = project(change[:, None])
         strength[slug] = float(np.linalg.norm(signature))
         if strength[slug] >= FAINT:

@@ -116,7 +116,7 @@ class RadialExpansion(Effect):
     sentence: ClassVar[str] = "The tube widens under pressure, so that the pressure pushes on a larger area."
     literature: ClassVar[str] = "Polygerinos et al., IEEE Trans. Robot. 31 (2015) 778"
     specs: ClassVar[dict[str, Spec]] = {
-        "per_pressure": Spec(0.0, 0.0, 3e-6, 1e-6, "1/Pa", "relative growth of the bore's area per pressure")
+        "per_pressure": Spec(0.0, 0.0, 1e-5, 1e-6, "1/Pa", "relative growth of the bore's area per pressure")
     }
 
     def load(self, value: tuple[Array, Array], at: Known, memory: Any) -> tuple[Array, Array]:

@@ -25,7 +25,7 @@ class SeriesResistance(Effect):
     sentence: ClassVar[str] = "Leads and crimps add a constant resistance to that of the wire."
     literature: ClassVar[str] = "two-wire against four-wire measurement, IEC 60751"
     specs: ClassVar[dict[str, Spec]] = {
-        "ohms": Spec(0.0, 0.0, 0.5, 0.05, "ohm", "resistance of leads and crimps")
+        "ohms": Spec(0.0, 0.0, 0.8, 0.05, "ohm", "resistance of leads and crimps")
     }
 
     def wire_resistance(self, value: Array, at: Known, memory: Any) -> Array:

@@ -9,11 +9,12 @@ from jaxtyping import Array
 
 from .._numerics import unit_power
 from ..chain import Effect, Known
-from ..nitinol import Alloy
+from ..nitinol import Alloy, SpringState
 from ._spec import Spec
 from ._springs import arrived, each, solved_springs, zeros
 
-LEAST_SLOPE = 0.02  # of the cold zone's stress over strain, relative to the modulus
+LEAST_SLOPE = 0.02  # of the colder zone's stress over strain, relative to the modulus
+HOTTEST = 1e-5  # fraction of the rest of the wire below which the colder zone gets no hotter
 
 
 class OpposingSpringHeating(Effect):
@@ -62,14 +63,17 @@ class OpposingSpringHeating(Effect):
 
 
 class UnevenHeating(Effect):
-    """A share of the wire stays cold, in series with the rest: one force, strains and resistances add.
+    """A share of the wire is colder, in series with the rest: one force, strains and resistances add.
 
-    The cold zone's strain follows the common stress by one Newton step a row from where it was, with the
-    slopes of the row before: nothing is solved inside the equilibrium, and the error is of second order in
-    the change from row to row.
+    share [1] of the wire; colder [1], by how many widths of the reversible curve: cold altogether from about
+    ten on, a little behind the rest (ends that clamps cool) below. Where the rest is cold, all of the wire is.
+
+    The colder zone's strain follows the common stress by one Newton step a row from where it was: nothing is
+    solved inside the equilibrium, and the error is of second order in the change from row to row.
     """
 
     share: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    colder: Array = eqx.field(converter=jnp.asarray, default=12.0)
 
     slug: ClassVar[str] = "uneven_heating"
     component: ClassVar[str] = "spring"
@@ -77,7 +81,8 @@ class UnevenHeating(Effect):
     sentence: ClassVar[str] = "Part of the wire, near the crimps, stays colder than the rest."
     literature: ClassVar[str] = "Iadicola and Shaw, Int. J. Plast. 20 (2004) 577: fronts and cold grips"
     specs: ClassVar[dict[str, Spec]] = {
-        "share": Spec(0.0, 0.0, 0.4, 0.1, "1", "share of the wire that stays cold")
+        "share": Spec(0.0, 0.0, 0.6, 0.1, "1", "share of the wire that stays colder"),
+        "colder": Spec(12.0, 0.3, 16.0, 8.0, "1", "how much, in widths of the reversible curve", True),
     }
 
     def begin(self, at: Known) -> dict[int, "ColdZone"]:
@@ -86,24 +91,27 @@ class UnevenHeating(Effect):
         numbers = at["actuator"].spring_numbers if "actuator" in at else (1,)
         zones = {}
         for number, spring, state in zip(numbers, springs, at["states"], strict=True):
-            gamma = spring.shear_strain(jnp.zeros(()))
-            most = jnp.asarray(state.prestrain, dtype=float)
-            residual = spring.alloy.residual_strain(state, jnp.ones(()))
-            zones[number] = self._zone(spring.alloy, gamma, most, gamma, jnp.ones(()), residual)
+            cold, gamma = SpringState.fresh(state.prestrain), spring.shear_strain(jnp.zeros(()))
+            residual = spring.alloy.residual_strain(cold, jnp.ones(()))
+            slope = _law(spring.alloy, gamma, jnp.ones(()), residual)[1]
+            zones[number] = ColdZone(gamma, jnp.ones(()), cold, slope)
         return zones
 
-    def _zone(
-        self, alloy: Alloy, strain: Array, most: Array, warm_strain: Array, xi0: Array, gamma_R: Array
-    ) -> "ColdZone":
-        """Both zones' laws where they are now, for the row to come."""
-        limit = alloy.residual_strain_limit(most)
-        both = lambda g: alloy.shear_stress(  # noqa: E731
-            g, jnp.stack([jnp.ones_like(xi0), xi0]), jnp.stack([limit, gamma_R])
-        )
-        at = jnp.stack([strain, warm_strain])
-        stress, slopes = jax.jvp(both, (at,), (jnp.ones_like(at),))
-        slope = jnp.maximum(slopes[0], LEAST_SLOPE * alloy.G_m)
-        return ColdZone(strain, most, stress[0], slope, jnp.maximum(slopes[1], 0.0) / slope)
+    def _fraction(self, xi0: Array) -> Array:
+        """Martensite fraction of the colder zone beside that of the rest [1]."""
+        warm = jnp.maximum(xi0, HOTTEST)
+        return warm / (warm + (1.0 - warm) * jnp.exp(-self.colder))
+
+    def _zone(self, alloy: Alloy, zone: "ColdZone", xi0: Array) -> tuple[Array, Array]:
+        """Stress and slope of the colder zone at its strain, beside a rest of fraction xi0 [Pa]."""
+        cold = self._fraction(xi0)
+        stress, slope = _law(alloy, zone.strain, cold, alloy.residual_strain(zone.state, cold))
+        return stress, jnp.maximum(slope, LEAST_SLOPE * alloy.G_m)
+
+    def _under(self, alloy: Alloy, zone: "ColdZone", xi0: Array, stress: Array) -> Array:
+        """Strain of the colder zone under a stress near its own [1]."""
+        own, slope = self._zone(alloy, zone, xi0)
+        return zone.strain + (stress - own) / slope
 
     def _warm_strain(self, gamma: Array, cold: Array) -> Array:
         """Strain of the rest of the wire: strains add."""
@@ -111,54 +119,55 @@ class UnevenHeating(Effect):
 
     def stress(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.stress`."""
-        zone = memory[at["number"]]
-        warm = at["spring"].alloy.shear_stress(
-            self._warm_strain(at["gamma"], zone.strain), at["xi0"], at["gamma_R"]
-        )
-        weight = zone.ratio * self.share / (1.0 - self.share)
-        return value + (warm + weight * zone.stress) / (1.0 + weight) - at["base_stress"]
+        zone, alloy, xi0 = memory[at["number"]], at["spring"].alloy, at["xi0"]
+        warm = alloy.shear_stress(self._warm_strain(at["gamma"], zone.strain), xi0, at["gamma_R"])
+        own, slope = self._zone(alloy, zone, xi0)
+        weight = jnp.maximum(zone.warm_slope, 0.0) / slope * self.share / (1.0 - self.share)
+        return value + (warm + weight * own) / (1.0 + weight) - at["base_stress"]
 
     def resistance(self, value: Array, at: Known, memory: dict) -> Array:
         """Both zones in series."""
-        spring = at["spring"]
-        strain = memory[at["number"]].under(at["stress"])
+        spring, xi0 = at["spring"], at["xi0"]
+        strain = self._under(spring.alloy, memory[at["number"]], xi0, at["stress"])
         law, length = spring.alloy.resistivity, spring.geometry.wire_length
-        warm = law(at["xi0"], self._warm_strain(at["gamma"], strain))
-        more = (1.0 - self.share) * warm + self.share * spring.alloy.rho_m(strain)
-        return value + (more - law(at["xi0"], at["gamma"])) * length
+        warm, cold = law(xi0, self._warm_strain(at["gamma"], strain)), law(self._fraction(xi0), strain)
+        return value + ((1.0 - self.share) * warm + self.share * cold - law(xi0, at["gamma"])) * length
 
     def wire_resistance(self, value: Array, at: Known, memory: dict) -> Array:
-        """See `Effect.wire_resistance`; with the cold zone as it was."""
+        """See `Effect.wire_resistance`; with the colder zone as it was."""
         spring, zone = at["spring"], memory[at["number"]]
-        cold = spring.alloy.rho_m(zone.strain) * spring.geometry.wire_length
+        cold = spring.alloy.resistivity(zone.xi0, zone.strain) * spring.geometry.wire_length
         return (value - self.share * cold) / (1.0 - self.share)
 
     def remember(self, memory: dict, at: Known) -> dict:
         """Both zones of every spring."""
         later = {}
         for number, spring, zone, response in solved_springs(at, memory):
-            strain = zone.under(response.stress)
-            most = jnp.where(strain > zone.most, strain, zone.most)
+            alloy = spring.alloy
+            strain = self._under(alloy, zone, response.xi0, response.stress)
             warm = self._warm_strain(response.gamma, strain)
-            later[number] = self._zone(spring.alloy, strain, most, warm, response.xi0, response.gamma_R)
+            slope = _law(alloy, warm, response.xi0, response.gamma_R)[1]
+            cold = self._fraction(response.xi0)
+            later[number] = ColdZone(strain, cold, alloy.remember(zone.state, strain, cold), slope)
         return later
 
 
+def _law(alloy: Alloy, gamma: Array, xi0: Array, gamma_R: Array) -> tuple[Array, Array]:
+    """Stress and its slope over strain [Pa]."""
+    gamma = jnp.asarray(gamma, dtype=float)
+    return jax.jvp(lambda g: alloy.shear_stress(g, xi0, gamma_R), (gamma,), (jnp.ones_like(gamma),))
+
+
 class ColdZone(eqx.Module):
-    """The cold part of a spring's wire after a row.
+    """The colder part of a spring's wire after a row.
 
     Attributes:
-        strain: its shear strain; most: its largest, which sets its residual strain [1].
-        stress, slope: its law's stress there and the slope over strain [Pa].
-        ratio: slope of the warm zone over that of the cold one [1].
+        strain: its shear strain [1]; xi0: its martensite fraction [1].
+        state: what it remembers.
+        warm_slope: slope of the rest's law over strain [Pa].
     """
 
     strain: Array
-    most: Array
-    stress: Array
-    slope: Array
-    ratio: Array
-
-    def under(self, stress: Array) -> Array:
-        """Strain under a stress near its own [1]."""
-        return self.strain + (stress - self.stress) / self.slope
+    xi0: Array
+    state: SpringState
+    warm_slope: Array

@@ -24,7 +24,7 @@ class PressureCalibration(Effect):
     literature: ClassVar[str] = "IEC 61298-2: zero, span and drift of a transducer"
     specs: ClassVar[dict[str, Spec]] = {
         "offset": Spec(0.0, -3e3, 3e3, 1e3, "Pa", "zero offset of the pressure sensor"),
-        "gain": Spec(1.0, 0.8, 1.25, 1.05, "1", "gain of the pressure sensor"),
+        "gain": Spec(1.0, 0.85, 1.15, 1.05, "1", "gain of the pressure sensor"),
         "drift": Spec(0.0, -30.0, 30.0, 5.0, "Pa/s", "drift of the pressure sensor"),
     }
 

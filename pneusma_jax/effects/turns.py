@@ -33,8 +33,8 @@ class PrestrainError(Effect):
     sentence: ClassVar[str] = "The spring was attached with another rest length than stated."
     literature: ClassVar[str] = "the source: springs are stretched and attached by hand"
     specs: ClassVar[dict[str, Spec]] = {
-        "shift": Spec(0.0, -2e-3, 2e-3, 5e-4, "m", "error of the spring's rest length"),
-        "shift_other": Spec(0.0, -2e-3, 2e-3, 5e-4, "m", "error of the other springs'", kinds="A"),
+        "shift": Spec(0.0, -3e-3, 3e-3, 5e-4, "m", "error of the spring's rest length"),
+        "shift_other": Spec(0.0, -3e-3, 3e-3, 5e-4, "m", "error of the other springs'", kinds="A"),
     }
 
     def elongation(self, value: Array, at: Known, memory: Any) -> Array:
@@ -53,7 +53,7 @@ class InactiveCoils(Effect):
     kinds: ClassVar[str] = "AS"
     sentence: ClassVar[str] = "Some turns at the ends carry current but do not stretch."
     literature: ClassVar[str] = "A. M. Wahl, Mechanical Springs (1963), on end turns"
-    specs: ClassVar[dict[str, Spec]] = {"coils": Spec(0.0, 0.0, 5.0, 2.0, "1", "turns that do not stretch")}
+    specs: ClassVar[dict[str, Spec]] = {"coils": Spec(0.0, 0.0, 8.0, 2.0, "1", "turns that do not stretch")}
 
     def _share(self, at: Known) -> Array:
         return self.coils / at["spring"].geometry.active_coils
@@ -94,7 +94,7 @@ class LargeHelixAngle(Effect):
     sentence: ClassVar[str] = "The coils shrink as the spring opens, which shortens the lever of the wire."
     literature: ClassVar[str] = "A. M. Wahl, Mechanical Springs (1963), on large deflections"
     specs: ClassVar[dict[str, Spec]] = {
-        "degree": Spec(0.0, 0.0, 1.5, 1.0, "1", "exponent of the shrinking diameter")
+        "degree": Spec(0.0, 0.0, 3.0, 1.0, "1", "exponent of the shrinking diameter")
     }
 
     def pull(self, value: Array, at: Known, memory: Any) -> Array:

@@ -225,6 +225,24 @@ def test_zones_in_series_carry_one_stress(alloy):
         assert abs(base - cold(zone)) > 0.02 * base
 
 
+def test_a_zone_a_little_colder_has_its_own_fraction(alloy):
+    share, colder, xi0 = 0.3, 1.5, 0.4
+    fraction = 1.0 / (1.0 + np.exp(-(np.log(xi0 / (1.0 - xi0)) + colder)))  # that many widths colder
+    drive = dict(elongation=40e-3 * np.linspace(0.0, 1.0, ROWS), xi0=np.full(ROWS, xi0))
+    whole = seen("S", {"uneven_heating.share": share}, **drive)
+    found = seen("S", {"uneven_heating.share": share, "uneven_heating.colder": colder}, **drive)
+    cold = lambda g: float(alloy.shear_stress(g, fraction, 0.0))  # noqa: E731
+    for row in (20, 30):
+        gamma, rest = found["true_gamma"][row], found["true_gamma_R"][row]
+        warm = lambda g, r=rest: float(alloy.shear_stress(g, xi0, r))  # noqa: E731
+        both = lambda g, y=gamma, w=warm: w((y - share * g) / (1.0 - share)) - cold(g)  # noqa: E731
+        zone = brentq(both, 0.0, 0.4)
+        stress = found["true_stress"][row]
+        assert stress == pytest.approx(cold(zone), rel=5e-3)
+        base, fully = (float(x["true_stress"][row]) for x in (without("S", **drive), whole))
+        assert abs(stress - base) > 0.01 * base and abs(stress - fully) > 0.01 * base
+
+
 # ---------------------------------------------------------------- wire
 
 

@@ -1,0 +1,47 @@
+"""The score of an effect is what the linearised model with it gains, priors and hidden courses counted."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fitting.diagnosis.program import Program
+from fitting.diagnosis.refit import Refitter
+from fitting.diagnosis.screen import screen
+from fitting.diagnosis.trials import settled_fit
+from fitting.recordings import read_campaign
+
+EXAMPLE = Path(__file__).parents[2] / "calibration_data" / "examples" / "actuator"
+SLUGS = ["radial_expansion", "wall_eccentricity", "inactive_coils"]
+
+
+@pytest.fixture(scope="module")
+def refitted():
+    """The shipped campaign of an actuator, whose springs have hidden courses, and its base model."""
+    program, base = settled_fit(Program.of(read_campaign(EXAMPLE), "actuator", SLUGS))
+    return program, base, screen(Refitter(program), base, SLUGS, np.random.default_rng(1))
+
+
+def left_to_first_order(program, fit, columns):
+    """Smallest chi-square, with that of the priors, that these unknowns allow near a fit."""
+    refitter = Refitter(program)
+    here = program.evaluate(fit.u, columns, near=fit.evaluation)
+    r, J = here.joined(refitter.weight)
+    departure, sd = refitter._prior(fit.u, columns)
+    rows = np.concatenate([r, np.where(np.isfinite(sd), departure / sd, 0.0)])
+    slopes = np.concatenate([J, np.diag(1.0 / sd)])
+    step = np.linalg.lstsq(slopes, -rows, rcond=None)[0]
+    return float(np.sum((rows + slopes @ step) ** 2)), step[-1]
+
+
+@pytest.mark.parametrize("slug", SLUGS)
+def test_a_score_is_what_the_effect_would_gain_with_all_constants_free(refitted, slug):
+    program, base, found = refitted
+    own = program.unknowns.amplitudes(slug)
+    without, _ = left_to_first_order(program, base, base.free)
+    with_it, step = left_to_first_order(program, base, np.concatenate([base.free, own]))
+    score = next((score for score in found.scores if score.slug == slug), None)
+    if score is None:  # it would have to be negative
+        assert step < 0.0 <= program.unknowns.low[own[0]]
+        return
+    assert score.gain * found.scale**2 == pytest.approx(without - with_it, rel=0.02, abs=0.05)
