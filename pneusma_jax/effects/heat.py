@@ -66,7 +66,7 @@ class UnevenHeating(Effect):
     """A share of the wire is colder, in series with the rest: one force, strains and resistances add.
 
     share [1] of the wire; colder [1], by how many widths of the reversible curve: cold altogether from about
-    ten on, a little behind the rest (ends that clamps cool) below. Where the rest is cold, all of the wire is.
+    ten on, a little behind the rest (ends that clamps cool) below. Where the rest is cold, so is it.
 
     The colder zone's strain follows the common stress by one Newton step a row from where it was: nothing is
     solved inside the equilibrium, and the error is of second order in the change from row to row.
