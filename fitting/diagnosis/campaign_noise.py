@@ -32,9 +32,19 @@ def with_noise_of(program: Program, here: Evaluation) -> Program:
             key = channel.quantity, stated is None
             groups.setdefault(key, []).append((k, j, one.less(taken[j])))
     for members in groups.values():
-        noise = instrument_of([one for _, _, one in members])
+        noise = instrument_of([one for _, _, one in members] + _samples(program, members))
         for k, j, one in members if noise else ():
             bare[k][j] = noise.told(bare[k][j], one)
     copy = replace(program, bare=bare)
     copy.count_input_noise(here.u)
     return copy
+
+
+def _samples(program: Program, members: list[tuple[int, int, Series]]) -> list[Series]:
+    """The samples behind rows that are means, where their noise is stated."""
+    found = []
+    for k, j, one in members:
+        if one.stated and one.block > 1:
+            quantity, rows = program.bare[k][j].quantity, int(np.asarray(program.stacked.mask)[k].sum())
+            found.append(one.finer(program.recordings[k].si(quantity), rows))
+    return found

@@ -3,7 +3,8 @@ signal, how long its errors last.
 
 A recording of small signals by itself cannot say whether its errors are small or last long. Second
 differences of what a fitted model leaves, over several distances, of all recordings together can: physics
-that is missing leaves slow courses, and corners, which a heavy-tailed likelihood lets pass.
+that is missing leaves slow courses, and corners, which a heavy-tailed likelihood lets pass. Where rows are means
+of samples and the noise is stated, the samples tell, too, how long errors last: their means hardly do.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,6 +16,7 @@ from scipy.optimize import brentq, minimize
 from scipy.stats import norm
 
 from fitting.models.channels import Channel
+from fitting.models.rows import averaged
 
 from .noise import block_noise
 
@@ -30,6 +32,8 @@ LEAST_FLOOR, MOST_CORRELATION = 0.04, 0.9
 """Part of the usual 1-sigma that noise without a signal has at least; largest correlation of samples."""
 TAKEN = 0.2
 """Share of a value that hidden courses take up, from which what they leave of its error is too smooth."""
+FINEST = 4096
+"""Samples of a recording of which second differences are taken; more are averaged."""
 FEWEST = 60
 """Second differences below which nothing is told."""
 
@@ -89,6 +93,22 @@ class Series:
     def less(self, taken: np.ndarray) -> "Series":
         """Without the rows of which hidden courses take up much, by the share of every row, (rows,)."""
         return replace(self, errors=np.where(taken > TAKEN, np.nan, self.errors))
+
+    def finer(self, samples: np.ndarray, rows: int) -> "Series":
+        """The errors of the samples whose means the rows are, at most `FINEST` of them.
+
+        Args:
+            samples: all of the recording, SI, NaN where missing, (samples,).
+            rows: of the recording.
+        """
+        values, each = averaged({"": samples}, FINEST)
+        block = -(-len(samples) // rows)
+        middle = np.minimum(np.arange(rows) * block + 0.5 * (block - 1.0), len(samples) - 1.0)
+        at = each * np.arange(len(values[""])) + 0.5 * (each - 1.0)
+        signal, inputs = (np.interp(at, middle, x[:rows]) for x in (self.signal, self.inputs))
+        beside = np.interp(at, middle, np.isnan(self.errors[:rows]).astype(float)) > 0.0
+        errors = np.where(beside, np.nan, values[""] - signal)
+        return replace(self, errors=errors, signal=signal, inputs=inputs * block / each, block=each)
 
     def bends(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """By distance: second differences, and the rows in their middle."""

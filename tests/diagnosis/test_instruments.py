@@ -76,3 +76,27 @@ def test_means_over_blocks_have_the_noise_of_means(rng):
 
 def test_too_few_rows_tell_nothing():
     assert instrument_of([Series(np.zeros(20), np.ones(20), np.zeros(20), None, 1)]) is None
+
+
+def test_samples_tell_what_their_means_do_not(rng):
+    """Errors that last two samples, seen through means over two of them beside a slow misfit."""
+    samples, rows = [], []
+    for signal in signals():
+        values = signal + 0.2 * noise(rng, 0.5)
+        means, wide = values.reshape(-1, 2).mean(axis=1), signal.reshape(-1, 2).mean(axis=1)
+        samples.append(values)
+        rows.append(Series(means - wide, wide, np.zeros(75), 0.2, 2))
+    fine = [row.finer(values, 75) for row, values in zip(rows, samples, strict=True)]
+    assert instrument_of(rows).correlation == 0.0
+    both = instrument_of(rows + fine)
+    assert both.correlation == pytest.approx(0.5, abs=0.1)
+    sigma, _ = both.sigma(0.2, signals()[0], 2)
+    np.testing.assert_allclose(sigma, 0.2 * np.sqrt(0.75), rtol=0.05)
+
+
+def test_samples_beside_a_row_that_does_not_count_do_not_count():
+    row = Series(np.array([0.0, np.nan, 0.0, 0.0]), np.arange(4.0), np.ones(4), 0.2, 3)
+    fine = row.finer(np.arange(11.0) / 3.0, 4)
+    assert len(fine.errors) == 11 and fine.block == 1
+    assert np.isnan(fine.errors[2:7]).all() and np.isfinite(fine.errors[7:]).all()
+    np.testing.assert_allclose(fine.inputs, 3.0)
