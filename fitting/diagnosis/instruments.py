@@ -3,8 +3,8 @@ signal, how long its errors last.
 
 A recording of small signals by itself cannot say whether its errors are small or last long. Second
 differences of what a fitted model leaves, over several distances, of all recordings together can: physics
-that is missing leaves slow courses, and corners, which a heavy-tailed likelihood lets pass. Where rows are means
-of samples and the noise is stated, the samples tell, too, how long errors last: their means hardly do.
+that is missing leaves slow courses, and corners, which a heavy-tailed likelihood lets pass. Where rows are
+means of samples and the noise is stated, the samples tell, too, how long errors last: their means hardly do.
 """
 
 from collections.abc import Callable, Sequence
