@@ -16,7 +16,7 @@ from .program import Program
 from .refit import Fit, Refitter
 from .screen import Screen, screen
 from .side_by_side import FITS, side_by_side
-from .trials import Trial, fair, floor, inflation_of, reduced, settled_fit, trials_of
+from .trials import Trial, fair, floor, inflation_of, reduced, settled_fit, surprise, trials_of
 
 MOST_EFFECTS = 3
 POLISHING = 40
@@ -258,8 +258,8 @@ def _choice(program: Program, current: Fit, stage: Stage, original: float) -> Tr
             continue
         if not first and gained < OF_ALL * (original - 1.0):
             continue
-        lost = reduced(program, trial.fit, program.unseen) - reduced(program, current, program.unseen)
-        if 0.5 * program.observations(program.unseen) * lost / inflation_of(program, trial.fit) > WORSE:
+        lost = surprise(program, trial.fit, program.unseen) - surprise(program, current, program.unseen)
+        if lost / inflation_of(program, trial.fit) > WORSE:
             continue
         return trial
     return None

@@ -85,6 +85,19 @@ def foretold(program: Program, fit: Fit, chosen: np.ndarray) -> float:
     return float(square) / max(program.observations(chosen), 1)
 
 
+def surprise(program: Program, fit: Fit, chosen: np.ndarray) -> float:
+    """Negative log-density, less constants, that a fit foretold for recordings that it has not seen: a wide
+    prediction is forgiven more, and was worth less. Of those that it has, half their chi-square."""
+    square = foretold(program, fit, chosen) * program.observations(chosen)
+    if np.any(chosen & program.fitted):
+        return 0.5 * square
+    _, A = fit.evaluation.joined(chosen.astype(float))
+    span = program.unknowns.high[fit.free] - program.unknowns.low[fit.free]
+    known = np.linalg.inv(fit.covariance) + np.diag(12.0 / span**2)  # within bounds at the widest
+    widened = np.linalg.slogdet(known + A.T @ A)[1] - np.linalg.slogdet(known)[1]
+    return 0.5 * float(square + widened)
+
+
 def floor(program: Program, fit: Fit, chosen: np.ndarray) -> float:
     """Chi-square per measured value that noise alone explains: 1, or what neighbouring misfits differ by.
 
@@ -244,15 +257,46 @@ def weigh(program: Program, current: Fit, trials: list[Trial]) -> None:
     for trial in trials:
         luck = 0.5 * max(taken_up(program, trial.fit) - followed, 0.0)
         gain = (current.objective - trial.fit.objective - luck) / inflation
-        trial.bayes = gain + _occam(program, current, trial) - penalty - AT_BOUND * trial.stopped
+        trial.bayes = gain + _occam(program, current, trial, inflation) - penalty - AT_BOUND * trial.stopped
     trials.sort(key=lambda t: -t.bayes)
 
 
-def _occam(program: Program, current: Fit, trial: Trial) -> float:
-    """What the freedom of an effect costs, by Laplace's approximation."""
-    total = 0.5 * (current.log_det - trial.fit.log_det)
-    for k in program.unknowns.of([trial.slug]):
-        item = program.unknowns.items[k]
-        width = SHAPE_SD * np.sqrt(2.0 * np.pi) if item.shape else item.high - item.low
-        total += 0.5 * np.log(2.0 * np.pi) - np.log(width)
+def _occam(program: Program, current: Fit, trial: Trial, inflation: float) -> float:
+    """What the freedom of an effect costs, by Laplace's approximation; misfit counts by 1 / inflation.
+
+    Of several strengths of an effect each is absent as likely as not: what the recordings do not need costs
+    no more than that.
+    """
+    own, items = program.unknowns.of([trial.slug]), program.unknowns.items
+    strengths = [k for k in own if not items[k].shape]
+    total, present = 0.5 * (current.log_det - trial.fit.log_det), 0.5 * np.log(2.0 * np.pi)
+    shape = SHAPE_SD * np.sqrt(2.0 * np.pi)
+    widths = {int(k): shape if items[k].shape else items[k].high - items[k].low for k in own}
+    total += sum(present - np.log(width) for width in widths.values())
+    if len(strengths) > 1:
+        place = {int(k): n for n, k in enumerate(trial.fit.free)}
+        wanted = {place[int(k)]: np.log(widths[k]) - present for k in strengths}
+        away = trial.fit.u[trial.fit.free] - program.unknowns.neutral[trial.fit.free]
+        total += _spared(trial.fit.covariance, away / np.sqrt(inflation), wanted)
+        total -= len(strengths) * np.log(2.0)
     return min(total, 0.0)
+
+
+def _spared(covariance: np.ndarray, away: np.ndarray, cost: dict[int, float]) -> float:
+    """What leaving out strengths saves in log-evidence, to second order: one after the other, all but one.
+
+    Args:
+        covariance: of the free numbers, (numbers, numbers).
+        away: how far each is from its absence, (numbers,).
+        cost: of a strength's prior, by its place among the numbers.
+    """
+    C, d, left, saved, best = covariance.copy(), away.copy(), dict(cost), 0.0, 0.0
+    while len(left) > 1:
+        gains = {j: c - 0.5 * d[j] ** 2 / C[j, j] - 0.5 * np.log(C[j, j]) for j, c in left.items()}
+        j = max(gains, key=gains.get)
+        saved += gains[j]
+        best = max(best, saved)
+        d = d - C[:, j] * d[j] / C[j, j]
+        C = C - np.outer(C[:, j], C[j]) / C[j, j]
+        del left[j]
+    return best

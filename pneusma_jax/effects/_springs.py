@@ -41,6 +41,13 @@ def law_of(at: Known) -> Any:
     return at["spring"].alloy if "spring" in at else at["wire"]
 
 
+def law_stress(at: Known, gamma: Array) -> Array:
+    """Stress of the base law at another strain than the row's, all else as it is there [Pa]."""
+    law = law_of(at)
+    stress = law.shear_stress if "spring" in at else law.axial_stress
+    return stress(gamma, at["xi0"], at["gamma_R"])
+
+
 def temperature_of(law: Any, xi0: Array) -> Array:
     """Temperature at which the reversible curve has a fraction [degC], held to `FARTHEST` widths."""
     least = jnp.exp(-FARTHEST)

@@ -9,7 +9,7 @@ from jaxtyping import Array
 
 from ..chain import Effect, Known
 from ._spec import Spec
-from ._springs import branch, each, law_of, solved_springs, zeros
+from ._springs import branch, each, law_of, law_stress, solved_springs, zeros
 
 
 class TransformationHysteresis(Effect):
@@ -274,14 +274,15 @@ class SelfHeatingRate(Effect):
 class CyclicShakedown(Effect):
     """Irreversible strain that grows with cycles, `(1 - exp(-N / cycles))` times `strain` [1].
 
-    It is added to the residual strain after the base rule; `shift` [1] is the part that moves the whole law,
-    `apparent` [1] what the resistivity does not see of the strain, and `resistivity` [1] what the resistance
-    gains beside that. N counts the elongation's path over twice the largest
-    stretch of the test (a spring or wire whose length is prescribed), else the fraction's path over two: heat
-    cycles.
+    It is added to the residual strain after the base rule; `plastic` [1] is a part that neither law nor
+    resistivity feel, so that both see less strain; `shift` [1] one that unloads in every state; `apparent`
+    [1] what the resistivity alone does not see; and `resistivity` [1] what the resistance gains. N counts the
+    elongation's path over twice the largest stretch of the test (a spring or wire whose length is
+    prescribed), else the fraction's path over two: heat cycles.
     """
 
     strain: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    plastic: Array = eqx.field(converter=jnp.asarray, default=0.0)
     shift: Array = eqx.field(converter=jnp.asarray, default=0.0)
     apparent: Array = eqx.field(converter=jnp.asarray, default=0.0)
     resistivity: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -294,6 +295,7 @@ class CyclicShakedown(Effect):
     literature: ClassVar[str] = "Lagoudas and Entchev, Mech. Mater. 36 (2004) 865"
     specs: ClassVar[dict[str, Spec]] = {
         "strain": Spec(0.0, 0.0, 0.03, 8e-3, "1", "residual strain after many cycles"),
+        "plastic": Spec(0.0, 0.0, 0.03, 4e-3, "1", "strain after many cycles that neither law feels"),
         "shift": Spec(0.0, 0.0, 0.03, 4e-3, "1", "strain after many cycles that unloads in every state"),
         "apparent": Spec(0.0, 0.0, 0.03, 4e-3, "1", "strain that the resistivity does not see", kinds="AS"),
         "resistivity": Spec(0.0, -0.05, 0.05, 0.01, "1", "relative change of the resistance", kinds="AS"),
@@ -310,19 +312,20 @@ class CyclicShakedown(Effect):
     def stress(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.stress`."""
         modulus, progress = law_of(at).modulus(at["xi0"]), self._progress(at, memory)
+        moved = law_stress(at, at["gamma"] - self.plastic * progress) - at["base_stress"]
         # where detwinning takes off more than the residual strain does, only what exceeds it counts
         spare = modulus * (at["gamma"] - at["gamma_R"]) - at["base_stress"]
         spare = jnp.where(spare > 1e-9 * modulus, spare, 0.0)  # zero but for rounding on the elastic branch
         extra = modulus * self.strain * progress - spare
         extra = jnp.where(extra >= 0.0, extra, 0.0)  # at a tie, where absent, in full
-        return value - extra - modulus * self.shift * progress
+        return value + moved - extra - modulus * self.shift * progress
 
     def resistance(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.resistance`."""
         progress = self._progress(at, memory)
         if "spring" in at:
             law, length = law_of(at).resistivity, at["spring"].geometry.wire_length
-            seen = at["gamma"] - self.apparent * progress
+            seen = at["gamma"] - (self.plastic + self.apparent) * progress
             value = value + length * (law(at["xi0"], seen) - law(at["xi0"], at["gamma"]))
         return value * (1.0 + self.resistivity * progress)
 

@@ -10,7 +10,7 @@ from fitting.diagnosis.conclude import MOST_DRIFT, _steady, _unknown
 from fitting.diagnosis.generic import Generic
 from fitting.diagnosis.screen import _held
 from fitting.diagnosis.side_by_side import THREADS, Tally, side_by_side
-from fitting.diagnosis.trials import foretold, reduced
+from fitting.diagnosis.trials import _spared, foretold, reduced, surprise
 from fitting.diagnosis.unknowns import Unknowns
 from fitting.parameters import Parameter, Parameters, Prior
 
@@ -28,24 +28,33 @@ def judged(shift, sd, noise=0.0):
         unknowns=SimpleNamespace(low=np.array([-4.0]), high=np.array([4.0])),
         observations=lambda chosen: ROWS,
     )
-    return [f(program, fit, np.array([False, True])) for f in (foretold, reduced)]
+    return [f(program, fit, np.array([False, True])) for f in (foretold, reduced, surprise)]
 
 
 def test_an_open_constant_is_no_misfit_of_recordings_that_need_it():
-    allowed, plain = judged(2.0, 1.0, 1.0)
+    allowed, plain, _ = judged(2.0, 1.0, 1.0)
     assert plain > 4.0
     assert allowed == pytest.approx(1.0, abs=0.2)
 
 
 def test_a_constant_that_the_fit_knows_is_none_that_others_may_move():
-    allowed, plain = judged(2.0, 0.01)
+    allowed, plain, _ = judged(2.0, 0.01)
     assert allowed == pytest.approx(plain, rel=0.05)
 
 
 def test_no_constant_leaves_its_bounds_to_excuse_a_recording():
-    allowed, plain = judged(20.0, 1.0)
+    allowed, plain, _ = judged(20.0, 1.0)
     assert allowed > 16.0**2
     assert allowed < plain
+
+
+def test_a_prediction_is_judged_by_the_density_that_it_gave_what_came():
+    """Errors that share a shift of known spread, against the joint density of a Gaussian."""
+    shift, sd = 0.7, 0.4
+    r = shift + np.random.default_rng(1).standard_normal(ROWS)
+    covariance = np.eye(ROWS) + 1.0 / (sd**-2 + 12.0 / 8.0**2)
+    density = 0.5 * (r @ np.linalg.solve(covariance, r) + np.linalg.slogdet(covariance)[1])
+    assert judged(shift, sd, 1.0)[2] == pytest.approx(density, abs=0.05)
 
 
 def test_drift_excuses_what_passes_for_noise_and_no_more():
@@ -91,7 +100,7 @@ def fitted(objective, follows):
 def beside_courses(monkeypatch, again=None):
     """A campaign of one recording with hidden courses; what a refit near a trial's courses ends at."""
     monkeypatch.setattr(trials, "inflation_of", lambda program, fit: 1.0)
-    monkeypatch.setattr(trials, "_occam", lambda program, current, trial: 0.0)
+    monkeypatch.setattr(trials, "_occam", lambda *anything: 0.0)
     refitter = SimpleNamespace(fit=lambda slugs, u, near: again)
     monkeypatch.setattr(trials, "Refitter", lambda program: refitter)
     followed = lambda follows: [SimpleNamespace(taken=lambda: np.full(100, follows / 100.0))]  # noqa: E731
@@ -133,3 +142,24 @@ def test_base_constants_at_a_bound_absorb_nothing():
     u = unknowns.neutral.copy()
     u[:3] = unknowns.low[0], 0.7, unknowns.high[2]
     assert list(_held(unknowns, SimpleNamespace(u=u))) == [0, 2]
+
+
+def test_strengths_that_are_not_needed_cost_next_to_nothing():
+    """Two strengths with the same prior: what leaving one out saves, against both evidences in closed form."""
+    H = np.array([[50.0, 10.0, 4.0], [10.0, 80.0, 6.0], [4.0, 6.0, 30.0]])  # a base constant, two strengths
+    best, width = np.array([0.3, 2.0, 0.05]), 5.0
+    cost = np.log(width) - 0.5 * np.log(2.0 * np.pi)
+
+    def evidence(kept):
+        """Of a Gaussian misfit about `best` where the others are zero, less constants."""
+        gone = [n for n in range(3) if n not in kept]
+        inner = H[np.ix_(kept, kept)]
+        pull = H[np.ix_(kept, gone)] @ -best[gone]
+        least = 0.5 * best[gone] @ H[np.ix_(gone, gone)] @ best[gone]
+        least -= 0.5 * pull @ np.linalg.solve(inner, pull)
+        return -least - 0.5 * np.linalg.slogdet(inner)[1] - cost * (len(kept) - 1)
+
+    saved = _spared(np.linalg.inv(H), best, {1: cost, 2: cost})
+    assert saved == pytest.approx(evidence([0, 1]) - evidence([0, 1, 2]))
+    assert saved > 1.0
+    assert _spared(np.linalg.inv(H), np.array([0.3, 2.0, 2.0]), {1: cost, 2: cost}) == 0.0
