@@ -32,20 +32,32 @@ def two_optima(monkeypatch):
     return left, starts
 
 
+def coupons(hidden=False):
+    """A campaign of one base constant."""
+    return SimpleNamespace(fitted=None, hidden=hidden, unknowns=SimpleNamespace(base=np.array([0])))
+
+
+def test_beside_hidden_courses_the_fit_begins_in_further_places(two_optima):
+    left, starts = two_optima
+    left[FALSE], left[TRUE] = 900.0, 895.0
+    trials.settled_fit(coupons(hidden=True))
+    assert len(starts) == 2 + trials.SCATTERED and len(set(starts)) == len(starts)
+
+
 def test_a_false_optimum_is_left_from_the_other_side(two_optima):
-    _, fit = trials.settled_fit(SimpleNamespace(fitted=None))
+    _, fit = trials.settled_fit(coupons())
     assert fit.u[0] == TRUE
 
 
 def test_one_that_does_no_better_is_not_taken(two_optima):
     left, starts = two_optima
     left[TRUE] = left[FALSE] - 8.0  # 4 once deflated
-    _, fit = trials.settled_fit(SimpleNamespace(fitted=None))
+    _, fit = trials.settled_fit(coupons())
     assert fit.u[0] == FALSE and starts == [0.0, -FALSE]
 
 
 def test_a_model_that_leaves_nothing_is_not_fitted_again(two_optima):
     left, starts = two_optima
     left[FALSE] = 100.0
-    trials.settled_fit(SimpleNamespace(fitted=None))
+    trials.settled_fit(coupons())
     assert starts == [0.0]
