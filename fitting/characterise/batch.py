@@ -4,21 +4,25 @@ A campaign that cannot be used, or whose fit fails in any way, is reported besid
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from fitting.models import spring, tube
 from fitting.models.rows import MARK
 from fitting.recordings import read_campaign
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import from_si
 
-from .pooling import Pooled, pool, without_prior
+from .pooling import Pooled, pool, without_priors
 from .registry import characterise
-from .result import Characterisation, Estimate
+from .result import Characterisation
+
+OWN = {*tube.GEOMETRY, *spring.GEOMETRY, "prestrain"}
+"""Constants of a specimen; all others are of the material, whose prior every specimen shares."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +34,7 @@ class Member:
         path: of the campaign.
         kind: of its recordings; empty where they could not be read.
         result: of its fit; None where there is none.
-        problem: why there is none, in a line; empty otherwise.
+        problem: why there is none, or why its files could not be written, in a line; empty otherwise.
     """
 
     name: str
@@ -46,7 +50,8 @@ class Batch:
 
     Attributes:
         members: in the order given.
-        pooled: every constant that two or more specimens inform, by name.
+        pooled: every constant that two or more specimens of one law inform, by name; with the law behind it
+            where specimens follow several.
         left_out: why estimates do not take part in `pooled`, a line each.
     """
 
@@ -105,7 +110,10 @@ def characterise_batch(
     members = []
     for name, path in zip(names, campaigns, strict=True):
         member = _member(name, Path(path), progress, options)
-        finished(member)
+        try:
+            finished(member)
+        except Exception as error:  # noqa: BLE001  what cannot be written of one stops no other
+            member = replace(member, problem=f"its files could not be written: {_line(error)}")
         members.append(member)
     if not any(member.result is not None for member in members):
         raise InputError(
@@ -133,41 +141,62 @@ def _member(name: str, path: Path, progress: Callable[[str], None], options: dic
         result = characterise(campaign, progress=lambda word: progress(f"{name}: {word}"), **options)
         return Member(name, path, kind, result, "")
     except Exception as error:  # noqa: BLE001  one bad specimen never stops the others
-        words = " ".join(str(error).split()) or type(error).__name__
-        known = isinstance(error, InputError)
-        return Member(name, path, kind, None, words if known else f"{type(error).__name__}: {words}")
+        return Member(name, path, kind, None, _line(error))
+
+
+def _line(error: Exception) -> str:
+    words = " ".join(str(error).split()) or type(error).__name__
+    return words if isinstance(error, InputError) else f"{type(error).__name__}: {words}"
 
 
 def _pooled(done: Sequence[Member]) -> tuple[dict[str, Pooled], list[str]]:
-    """Constants by name, each over the specimens that inform it."""
-    columns: dict[str, dict[str, tuple[float, float]]] = {}
+    """Constants by name, each over the specimens that inform it under the same law."""
+    columns: dict[tuple[str, str], dict[str, tuple[float, float]]] = {}
     left_out = []
     for member in done:
+        told, law = _told(member.result), member.result.law
         for name, estimate in member.result.parameters.items():
             stem, _, number = name.partition(MARK)
             specimen = f"{member.name} {number}".strip()
-            told = _measured(member.result, name, estimate)
-            if told is None:
-                why = "at a bound" if estimate.at_bound else "not informed by the data"
+            value, sd = told.get(name, (estimate.value, estimate.sd))
+            if estimate.at_bound or not np.isfinite(sd) or not sd > 0.0:
+                why = "at a bound" if estimate.at_bound else "not informed by the data alone"
                 left_out.append(f"{specimen}: {stem} is {why}")
                 continue
-            columns.setdefault(stem, {})[specimen] = told
+            columns.setdefault((law, stem), {})[specimen] = value, sd
+    laws: dict[str, set[str]] = {}
+    for law, stem in columns:
+        laws.setdefault(stem, set()).add(law)
     pooled = {}
-    for stem, found in columns.items():
+    for (law, stem), found in columns.items():
         if len(found) > 1:
-            pooled[stem] = pool(list(found), *np.array(list(found.values())).T)
+            name = stem if len(laws[stem]) == 1 else f"{stem} ({law})"
+            pooled[name] = pool(list(found), *np.array(list(found.values())).T)
+        elif len(laws[stem]) > 1:
+            left_out.append(f"{next(iter(found))}: {stem} is of {law}, which no other specimen follows")
     return pooled, left_out
 
 
-def _measured(result: Characterisation, name: str, estimate: Estimate) -> tuple[float, float] | None:
-    """Value and error that the data alone give, in the unit of files; None where they give none."""
-    if estimate.at_bound or not np.isfinite(estimate.sd) or not estimate.sd > 0.0:
-        return None
-    entry = getattr(result, "fitted", {}).get(name) if hasattr(result, "fitted") else None
-    if entry is None or entry.prior is None:
-        return estimate.value, estimate.sd
-    width = entry.unit == "K"
-    mean = float(from_si(entry.prior.mean, entry.unit, width))
-    return without_prior(
-        estimate.value, estimate.sd, mean, float(from_si(entry.prior.sd, entry.unit, difference=True))
+def _told(result: Characterisation) -> dict[str, tuple[float, float]]:
+    """Value and error without the priors that specimens share, by name, in the unit of files.
+
+    Those of a specimen's own dimensions are measurements of that specimen, and stay.
+    """
+    fitted = getattr(result, "fitted", {})
+    entries = [entry for entry in fitted.values() if entry.standard_error] if fitted else []
+    shared = lambda entry: entry.prior and entry.name.partition(MARK)[0] not in OWN  # noqa: E731
+    if not any(shared(entry) for entry in entries):
+        return {}
+    sd = np.array([entry.standard_error for entry in entries])
+    correlation = [[1.0 if a is b else a.correlations.get(b.name, 0.0) for b in entries] for a in entries]
+    found = without_priors(
+        np.array([entry.value for entry in entries]),
+        np.array(correlation) * np.outer(sd, sd),
+        np.array([entry.prior.mean if shared(entry) else entry.value for entry in entries]),
+        np.array([entry.prior.sd if shared(entry) else np.inf for entry in entries]),
     )
+    told = {}
+    for entry, value, error in zip(entries, *found, strict=True):
+        at = float(from_si(value, entry.unit, entry.unit == "K"))
+        told[entry.name] = at, float(from_si(error, entry.unit, difference=True))
+    return told

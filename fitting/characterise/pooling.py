@@ -16,6 +16,8 @@ LEVEL = 0.9
 """Of intervals."""
 SPENT = 0.95
 """Standard error over the prior's from which an estimate is the prior and not a measurement."""
+LOOSE = 1e-4
+"""Precision left to what the data do not tell, of the priors'."""
 WIDEST = 10.0
 """Largest spread between specimens that is looked for, times that of the estimates."""
 
@@ -46,15 +48,32 @@ class Pooled:
     differ: float
 
 
-def without_prior(value: float, sd: float, mean: float, prior_sd: float) -> tuple[float, float] | None:
-    """What the data alone say, from a Gaussian posterior and prior; None where that is next to nothing.
+def without_priors(
+    values: np.ndarray, covariance: np.ndarray, means: np.ndarray, prior_sd: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """What the data of one specimen alone say of every constant, from a Gaussian posterior and its priors.
 
-    Every specimen was fitted under the same prior; pooled as it stands, it would count once for each.
+    Every specimen was fitted under the same priors; pooled as they stand, they would count once for each. A
+    constant that the data tell only together with another one leans on the other's prior: so all are taken
+    out at once.
+
+    Args:
+        values, covariance: of the posterior, shapes (n,) and (n, n).
+        means, prior_sd: of the priors, infinite where there is none or it is to stay, (n,).
+
+    Returns:
+        Values and standard errors, (n,); the errors are infinite where the data alone say next to nothing.
     """
-    if not sd < SPENT * prior_sd:
-        return None
-    precision = sd**-2.0 - prior_sd**-2.0
-    return (value * sd**-2.0 - mean * prior_sd**-2.0) / precision, precision**-0.5
+    unit = np.where(np.isfinite(prior_sd), prior_sd, np.sqrt(np.diag(covariance)))
+    about = np.where(np.isfinite(prior_sd), means, values)
+    whole = np.linalg.inv(covariance / np.outer(unit, unit))
+    strength, directions = np.linalg.eigh(whole - np.diag((unit / prior_sd) ** 2))
+    alone = 1.0 / (np.maximum(strength, 0.0) + LOOSE)
+    spread = (directions * alone) @ directions.T
+    found = about + unit * (spread @ whole @ ((values - about) / unit))
+    sd = np.sqrt(np.diag(spread))
+    told = ~np.isfinite(prior_sd) | (sd**-2.0 > SPENT**-2.0 - 1.0)
+    return found, np.where(told, unit * sd, np.inf)
 
 
 def pool(names: Sequence[str], values: Sequence[float], sd: Sequence[float]) -> Pooled:

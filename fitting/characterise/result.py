@@ -47,6 +47,11 @@ class Characterisation(abc.ABC):
     def parameters(self) -> dict[str, Estimate]:
         """The material's parameters by name."""
 
+    @property
+    def law(self) -> str:
+        """Name of the law whose constants these are, of kinds that know several; empty of others."""
+        return ""
+
     @abc.abstractmethod
     def report(self) -> str:
         """The whole result as plain text."""

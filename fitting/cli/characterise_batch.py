@@ -47,6 +47,9 @@ def characterise_batch_command(campaigns, out, seed, force) -> None:
                 files.extend(member.result.save(out / member.name, force))
 
         batch = characterise_batch(campaigns, finished, progress, seed=seed)
+    for member in batch.done:
+        if member.problem:
+            notice(f"{member.name}: {member.problem}")
     files += batch.save(out, force=True)
     click.echo(batch.report())
     click.echo()

@@ -27,6 +27,7 @@ def verdict(batch: Batch) -> list[str]:
     failed = [member for member in batch.members if member.result is None]
     said = [f"{len(batch.done)} of {len(batch.members)} campaigns were characterised."]
     said += [f"{member.name} was not: {member.problem}" for member in failed]
+    said += [f"{member.name}: {member.problem}" for member in batch.done if member.problem]
     unlike = [name for name, p in batch.pooled.items() if p.differ < UNALIKE]
     if unlike:
         said.append(
@@ -73,9 +74,9 @@ def pooled_table(batch: Batch) -> TextTable:
 
 
 NOTE = (
-    "Normal-normal random effects, spread by restricted maximum likelihood; the common prior of the fits "
-    "was taken "
-    "out of each estimate first, so that it does not count once for each specimen."
+    "Normal-normal random effects, spread by restricted maximum likelihood; the common priors of the fits "
+    "were taken out of each specimen's estimates first, all at once, so that none counts once for each "
+    "specimen."
 )
 
 

@@ -4,12 +4,15 @@ import json
 import shutil
 from importlib import resources
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from fitting.characterise import characterise_batch
-from fitting.characterise.pooling import pool, without_prior
+from fitting.characterise.batch import Member, _pooled
+from fitting.characterise.pooling import pool, without_priors
+from fitting.characterise.result import Estimate
 from fitting.cli import main
 from fitting.synthesise import synthesise, write_synthetic
 from pneusma_jax.errors import InputError
@@ -57,8 +60,67 @@ def test_a_prior_is_taken_out_of_an_estimate():
     data, sd, mean, width = 3.0, 0.4, 1.0, 0.5
     precision = sd**-2 + width**-2
     posterior = (data / sd**2 + mean / width**2) / precision
-    assert without_prior(posterior, precision**-0.5, mean, width) == pytest.approx((data, sd))
-    assert without_prior(1.0, 0.49, mean, width) is None
+    told = without_priors(*(np.array(x) for x in ([posterior], [[1.0 / precision]], [mean], [width])))
+    np.testing.assert_allclose(np.ravel(told), [data, sd], rtol=1e-3)
+    told = without_priors(*(np.array(x) for x in ([1.0], [[0.49**2]], [mean], [width])))
+    assert told[1][0] == np.inf
+
+
+def test_constants_that_only_their_product_is_told_of_count_no_prior_twenty_times():
+    """Log-constants x + y measured to 0.1 in each of 20 specimens, under a common prior that is 1 sd off."""
+    prior, mean, noise, random = np.full(2, 0.14), np.zeros(2), 0.1, np.random.default_rng(2)
+    H = np.full((2, 2), noise**-2) + np.diag(prior**-2.0)
+    found = []
+    for _ in range(20):
+        seen = 0.14 + 0.1 + noise * random.standard_normal()  # x = 0.14, y = 0.1
+        posterior = np.linalg.solve(H, np.full(2, seen / noise**2))
+        found.append(without_priors(posterior, np.linalg.inv(H), mean, prior))
+    assert all(np.isinf(sd).all() for _, sd in found)
+
+
+def test_a_correlated_constant_that_is_told_keeps_its_coverage():
+    """x and x + y measured: x pooled over 20 specimens holds its truth as often as it says, whatever y's prior."""
+    random, inside = np.random.default_rng(3), []
+    prior, noise = np.array([0.5, 0.05]), np.array([0.1, 0.1])
+    A = np.array([[1.0, 0.0], [1.0, 1.0]])
+    H = A.T @ np.diag(noise**-2.0) @ A + np.diag(prior**-2.0)
+    for _ in range(200):
+        x, y = 0.3, 0.15  # y is three of its prior's standard deviations off, in every specimen
+        told = []
+        for _ in range(20):
+            seen = A @ [x, y] + noise * random.standard_normal(2)
+            posterior = np.linalg.solve(H, A.T @ (seen / noise**2))
+            told.append([part[0] for part in without_priors(posterior, np.linalg.inv(H), np.zeros(2), prior)])
+        both = pool([str(n) for n in range(20)], *np.array(told).T)
+        inside.append(abs(both.mean - x) < 1.645 * both.mean_sd)
+    assert 0.84 < np.mean(inside) < 0.97
+
+
+def test_constants_of_different_laws_are_not_one():
+    def member(name, law, mu):
+        result = SimpleNamespace(parameters={"mu": Estimate(mu, 0.5, "kPa", False)}, law=law)
+        return Member(name, Path(name), "elastomer", result, "")
+
+    members = [member("a", "neo_hookean", 40.0), member("b", "gent", 30.0), member("c", "gent", 31.0)]
+    pooled, left_out = _pooled(members)
+    assert list(pooled) == ["mu (gent)"] and pooled["mu (gent)"].mean == pytest.approx(30.5)
+    assert left_out == ["a: mu is of neo_hookean, which no other specimen follows"]
+    assert list(_pooled(members[1:])[0]) == ["mu"]
+
+
+def test_a_specimen_whose_files_cannot_be_written_stops_no_other(tmp_path):
+    for seed in (1, 2):
+        write_synthetic(synthesise("elastomer", seed=seed), tmp_path / f"strip_{seed}")
+    seen = []
+
+    def finished(member):
+        seen.append(member.name)
+        if len(seen) == 1:
+            raise OSError("the disk is full")
+
+    found = characterise_batch([tmp_path / "strip_1", tmp_path / "strip_2"], finished, law="neo_hookean")
+    assert seen == ["strip_1", "strip_2"] and len(found.done) == 2
+    assert "the disk is full" in found.members[0].problem and "the disk is full" in found.report()
 
 
 @pytest.fixture(scope="module")

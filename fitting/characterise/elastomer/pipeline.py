@@ -56,6 +56,11 @@ class ElastomerCharacterisation(Characterisation):
         return self.whole.best
 
     @property
+    def law(self) -> str:
+        """Name of the law that was taken."""
+        return self.best.law.name
+
+    @property
     def verdict(self) -> list[str]:
         """What was found, in a few sentences."""
         from fitting.report.characterisation_words import verdict
