@@ -7,14 +7,8 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array
 
-import pneusma_jax as pj
-from pneusma_jax.errors import InputError
+from fitting.characterise.spring.reach import HOT_STEPS, STEPS
 
-PUBLISHED = pj.SpringGeometry(0.25e-3, 0.9e-3, 0.269e-3, 52.0, 14e-3)  # the source's spring
-STEPS = (1.15, 2.30, 3.45, 4.60, 5.75)  # spring strains that it was stretched to, Section 2.4.2
-HOT_STEPS = 3  # a hot spring is not stretched further than this step, so as not to damage it
-ROUND = 0.05  # spring strains are rounded to
-LONGEST = 40.0  # spring strain up to which a step is looked for
 SHARES = tuple(k / 8.0 for k in range(1, 8))  # of the way from the hot to the cold resistance at rest
 HOT_SHARE = 0.45  # below it a spring whose resistance is held may be heated through at high strain
 LEG_ROWS = 12  # readings of a pull or a return that are taken to be independent
@@ -61,25 +55,6 @@ class Candidate:
             return f"pull cold to {peaks} %, heat through and let cool at that length, release"
         where = {COLD: "cold", HOT: "at full current", HELD: "with resistance held"}[self.hold]
         return f"{pulls}, {where}"
-
-
-def steps_of(geometry: pj.SpringGeometry) -> tuple[float, ...]:
-    """Spring strains at which the wire of a spring is strained as the source's was at its own five steps.
-
-    Raises:
-        InputError: if the spring would have to be stretched beyond all measure.
-    """
-    wanted = PUBLISHED.shear_strain(PUBLISHED.free_length * np.array(STEPS))
-    strain = np.linspace(0.0, LONGEST, 8001)
-    gamma = np.asarray(geometry.shear_strain(geometry.free_length * strain))
-    rising = np.maximum.accumulate(gamma)
-    if rising[-1] < float(wanted[-1]):
-        raise InputError(
-            f"[geometry]: even at {LONGEST:g} times its free length the wire of this spring is strained to"
-            f" {rising[-1]:.3g} only, not to {float(wanted[-1]):.3g}; are its dimensions right?"
-        )
-    steps = ROUND * np.round(np.interp(np.asarray(wanted), rising, strain) / ROUND)
-    return tuple(float(f"{max(step, ROUND):.6g}") for step in steps)
 
 
 def candidates(

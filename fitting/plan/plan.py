@@ -10,13 +10,14 @@ import numpy as np
 
 import pneusma_jax as pj
 from fitting.characterise.identifiability import identifiability
+from fitting.characterise.spring.reach import steps_of
 from fitting.recordings import Recording
 from fitting.simulation.specimen import geometry_of
 from fitting.synthesise.spring import NOISE
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.units import from_si
 
-from .candidates import HELD, LEG_ROWS, Candidate, candidates, courses, published_campaign, steps_of
+from .candidates import HELD, LEG_ROWS, Candidate, candidates, courses, published_campaign
 from .choose import WANTED, choose, covariances, expected_sd
 from .information import information
 from .knowledge import Knowledge, knowledge_of

@@ -2,11 +2,12 @@
 
 import numpy as np
 
+from fitting.characterise.spring.reach import HOT_STEPS
 from fitting.synthesise.controller import rest_resistances
 from fitting.synthesise.spring import COLD_WIDTHS
 from pneusma_jax.units import from_si
 
-from .candidates import HELD, HOT_STEPS, LEG_ROWS
+from .candidates import HELD, LEG_ROWS
 from .plan import KNOWN, Plan, PlannedTest
 
 TABLE = (

@@ -95,12 +95,13 @@ def _more(result: SpringCharacterisation) -> dict[str, Any]:
         "identifiability": result.identifiability,
         "other_fits_as_good": [
             {"start": m.start, "chi_square_above": m.worse_by, "distance_sd": m.distance,
+             "converged": m.converged,
              "values": {n: float(from_si(v, result.fitted[n].unit)) for n, v in m.values.items()}}
             for m in result.modes
         ],
         "profiles": {
             name: {"value_SI": list(p.value), "rise": list(p.rise), "interval_68_SI": list(p.interval()),
-                   "curved": p.curved}
+                   "curved": p.curved, "below_the_fit": p.below}
             for name, p in result.profiles.items()
         },
         "next_test": {

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fitting.characterise.spring.joint import MISFIT
+from fitting.characterise.spring.joint import ALIKE, MISFIT
 from fitting.characterise.spring.modes import Mode
 from fitting.characterise.spring.pipeline import SpringCharacterisation
 from fitting.characterise.spring.scores import Score, overall
@@ -61,7 +61,7 @@ def mode_sentence(mode: Mode) -> str:
         f"Two parameter sets fit equally well: from {mode.start} the fit ends {mode.distance:.0f} "
         "standard deviations "
         f"away ({changes}) with a chi-square only {mode.worse_by:+.1f} off. These tests do not choose "
-        "between them."
+        f"between them.{'' if mode.converged else ' (That fit stalled before its end.)'}"
     )
 
 
@@ -71,6 +71,11 @@ def warnings(result: SpringCharacterisation) -> list[str]:
     if not result.joint.result.success:
         said.append(f"The joint fit did not end well. {result.joint.result.status.value}")
     for name, profile in result.profiles.items():
+        if profile.below > ALIKE:
+            said.append(
+                f"Where {name} is held elsewhere the others reach a chi-square lower by {profile.below:.2g}: "
+                "the fit is not at its end, and neither its values nor its errors are to be trusted."
+            )
         if profile.curved:
             low, high = profile.interval()
             ends = f"{low:.4g} to {high:.4g}" if np.isfinite(low + high) else "open at one end"

@@ -11,6 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 import pneusma_jax as pj
+from fitting.characterise.spring.reach import PUBLISHED, STEPS, steps_of
 from fitting.cli import main
 from fitting.plan import plan_campaign
 from fitting.plan.candidates import (
@@ -19,13 +20,10 @@ from fitting.plan.candidates import (
     HELD,
     HOT,
     LATENT_ROWS,
-    PUBLISHED,
-    STEPS,
     Candidate,
     candidates,
     courses,
     published_campaign,
-    steps_of,
 )
 from fitting.plan.choose import WANTED, choose, covariances, expected_sd, log_volume
 from fitting.plan.information import held_phase, information, phase_course

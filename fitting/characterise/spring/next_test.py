@@ -10,15 +10,16 @@ import jax
 import numpy as np
 
 from fitting.models import Rows, stack
-from fitting.models.spring import at_phase, undecided
+from fitting.models.spring import GEOMETRY, at_phase, undecided
 from fitting.parameters import Parameters
+from pneusma_jax import SpringGeometry
+from pneusma_jax.errors import InputError
 
 from .information import Information, fisher
 from .problem import Problem, values_of
+from .reach import HOT_STEPS, steps_of
 from .stand_tests import LEVEL, Phase, StandTest
 
-FURTHEST = {"cold": 5.75, "hot": 3.45, "intermediate": 3.45}
-"""Spring strain to which each kind of test is taken; hot springs are damaged by more (Section 2.4.2)."""
 BETWEEN = (0.9, 0.75, 0.6)
 """Martensite fractions of the candidate tests between cold and hot."""
 CYCLES = (0.2, 0.4, 0.6, 0.8, 1.0)
@@ -72,9 +73,9 @@ def next_test(problem: Problem, parameters: Parameters, found: Information, iden
         found: information of the tests that were made.
         identify: the alloy is being identified, so cold and hot tests are held at those phases.
     """
-    plans = _plans([problem.tests[k] for k in problem.fitted])
-    values = parameters.valuesdict()
     template = problem.rows[problem.fitted[0]]
+    plans = _plans([problem.tests[k] for k in problem.fitted], _reach(template))
+    values = parameters.valuesdict()
     designed = [
         _design(problem, template, phase, xi0, strain, identify) for _, _, phase, xi0, strain in plans
     ]
@@ -95,12 +96,31 @@ def next_test(problem: Problem, parameters: Parameters, found: Information, iden
     return NextTest(sd, tuple(candidates), _sentence(candidates))
 
 
-def _plans(tests: Sequence[StandTest]) -> list[tuple[str, str, Phase, float, float]]:
-    """Name, words, phase, martensite fraction and largest spring strain of every candidate."""
+def _reach(template: Rows) -> tuple[float, float]:
+    """Spring strains to which a specimen is pulled cold, and hot; 0 where its dimensions give no answer."""
+    geometry = SpringGeometry(**{name: float(template.base[name]) for name in GEOMETRY})
+    try:
+        steps = steps_of(geometry)
+    except InputError:
+        return 0.0, 0.0
+    return steps[-1], steps[HOT_STEPS - 1]
+
+
+def _plans(
+    tests: Sequence[StandTest], reach: tuple[float, float]
+) -> list[tuple[str, str, Phase, float, float]]:
+    """Name, words, phase, martensite fraction and largest spring strain of every candidate.
+
+    Args:
+        tests: that were made, at least one.
+        reach: from `_reach`; tests that were made go as far as they went, all the same.
+    """
+    made = max(test.strain for test in tests)
+    far, hot_far = (strain or made for strain in reach)
     plans: list[tuple[str, str, Phase, float, float]] = []
     for phase, xi0 in (("cold", 1.0), ("hot", 0.0)):
         reached = max((test.strain for test in tests if test.phase == phase), default=0.0)
-        furthest = max(FURTHEST[phase], reached)
+        furthest = max(far if phase == "cold" else hot_far, reached)
         percent = 100.0 * furthest
         how = "at room temperature" if phase == "cold" else "at full heating"
         again = " again" if reached > 0.95 * furthest else ""
@@ -110,7 +130,7 @@ def _plans(tests: Sequence[StandTest]) -> list[tuple[str, str, Phase, float, flo
             phase, xi0, furthest,
         ))  # fmt: skip
     for xi0 in BETWEEN:
-        strain = FURTHEST["cold"] if xi0 > 0.85 else FURTHEST["intermediate"]
+        strain = far if xi0 > 0.85 else hot_far
         plans.append((
             f"between_{100.0 * xi0:.0f}",
             f"hold the resistance that the relaxed spring has at a martensite fraction of {xi0:g} and "

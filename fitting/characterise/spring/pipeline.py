@@ -28,7 +28,7 @@ from .memory_starts import memory_starts
 from .modes import Mode, other_modes
 from .next_test import NextTest, next_test
 from .problem import Problem
-from .profiles import Profile, loosest, profiles
+from .profiles import Profile, loosest, lower_end, profiles
 from .scores import Score, scores
 from .stages import Stage, run_stages
 from .stand_tests import LEVEL, Phase, StandTest, classify
@@ -193,14 +193,20 @@ def characterise_spring(
         again = memory_starts(joint.problem.inflated(1.0), staged, seed, progress)
         joint = retried(loosened(try_others(joint, again, progress), progress), progress)
     others = _other_starts(joint, stages, identify, starts - 1, seed)
-    joint = try_others(joint, others, progress)
-    joint = spanned(joint)
-    told = information(joint.problem, joint.parameters)
-    progress("information")
-    fitted = [test for test in tests if test.fitted]
+    single = try_others(joint, others, progress)
+    joint = spanned(single)
     wanted = loosest(joint, profile) if isinstance(profile, int) else list(profile)
     profiled = profiles(joint, wanted)
     progress("profiles")
+    lower = lower_end(profiled)
+    if lower:  # the fit had not reached its end
+        single = try_others(single, {f"the profile of {lower[0]}": lower[1]}, progress)
+        joint = spanned(single)
+        profiled = profiles(joint, wanted)
+        progress("profiles again")
+    told = information(joint.problem, joint.parameters)
+    progress("information")
+    fitted = [test for test in tests if test.fitted]
     further = next_test(joint.problem, joint.parameters, told, identify)
     stated = [recording.real for recording in recordings]
     return SpringCharacterisation(
@@ -213,7 +219,7 @@ def characterise_spring(
         start=start,
         information=told,
         identifiability=sentences(told, joint.parameters, start, fitted),
-        modes=tuple(other_modes(joint)),
+        modes=tuple(other_modes(single)),
         profiles=profiled,
         scores=tuple(scores(joint.problem, joint.values)),
         next_test=further,

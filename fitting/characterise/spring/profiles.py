@@ -1,14 +1,14 @@
 """Profile likelihoods: the misfit over one parameter when all others follow it."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from fitting.models.spring import decided
 from pneusma_jax.errors import InputError, nearest
 
-from .joint import Joint
+from .joint import ALIKE, Joint
 from .problem import fit_pinned, values_of
 
 STEPS = (-2.0, -1.0, 1.0, 2.0)
@@ -26,12 +26,17 @@ class Profile:
         value: where it was held, SI, ascending, shape (points,).
         rise: of chi-square, priors included, above its least value, shape (points,).
         sd: standard error that a parabola would have, SI.
+        below: by how much chi-square is less at its least than at the fit; more than chance says that the fit
+            had not reached its end.
+        lowest: free parameters there, SI; empty where the fit is the least.
     """
 
     name: str
     value: np.ndarray
     rise: np.ndarray
     sd: float
+    below: float = 0.0
+    lowest: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def curved(self) -> bool:
@@ -45,7 +50,7 @@ class Profile:
         """Ends of the values whose chi-square rises by less than `rise`; infinite where the profile never
         does.
         """
-        root = np.sqrt(np.maximum(self.rise, 0.0))
+        root = np.sqrt(self.rise)
         middle = int(np.argmin(self.rise))
         low, high = root[: middle + 1][::-1], root[middle:]
         values_low, values_high = self.value[: middle + 1][::-1], self.value[middle:]
@@ -72,8 +77,10 @@ def profile(joint: Joint, name: str) -> Profile:
         raise InputError(f"{name} has no standard error, so there is nothing to profile it over")
     data = joint.problem.data()
     data["rows"] = decided(values_of(joint.problem.parameters, joint.values), data["rows"])
-    found = [(entry.value, 0.0)]
+    found, results = [(entry.value, 0.0)], {}
     least = fit_pinned(joint.problem, data, {}).chi_square
+    if least is None:
+        raise InputError(f"the model has no answer at the fit, so {name} cannot be profiled")
     follow = _followers(joint, name)
     for side in (-1.0, 1.0):
         at = dict(joint.values)
@@ -86,11 +93,19 @@ def profile(joint: Joint, name: str) -> Profile:
             result = fit_pinned(joint.problem.at({**at, **start}), data, {name: value})
             if not result.success or result.chi_square is None:
                 break
-            found.append((value, max(result.chi_square - least, 0.0)))
-            at = result.values
+            found.append((value, result.chi_square - least))
+            at = results[value] = result.values
     found.sort()
     value, rise = np.array(found).T
-    return Profile(name, value, rise, float(entry.standard_error))
+    below = max(-float(rise.min()), 0.0)
+    lowest = results.get(float(value[np.argmin(rise)]), {})
+    return Profile(name, value, rise + below, float(entry.standard_error), below, lowest)
+
+
+def lower_end(found: Mapping[str, Profile]) -> tuple[str, Mapping[str, float]] | None:
+    """Parameter and place of the profile that fell furthest below the fit; None where none did."""
+    deepest = max(found.values(), key=lambda p: p.below, default=None)
+    return (deepest.name, deepest.lowest) if deepest and deepest.below > ALIKE else None
 
 
 def _followers(joint: Joint, name: str) -> dict[str, float]:
