@@ -155,11 +155,14 @@ def main() -> None:
     arguments.add_argument("--steps", type=int, default=20000, help="of emcee at most")
     arguments.add_argument("--seeds", type=int, default=FIRST_SEED, help="first seed")
     arguments.add_argument("--file", type=Path, help="results so far; KIND_recovery.jsonl by default")
+    arguments.add_argument("--drift", type=float, default=0.0, help="of zeros, in units of noise")
+    arguments.add_argument("--noise-time", type=float, default=0.0, help="over which noise is correlated [s]")
     arguments.add_argument("--report", action="store_true", help="only report what is in the file")
     given = arguments.parse_args()
     from pneusma_jax import enable_float64
 
     enable_float64()
+    WISHES[given.kind] |= {"drift": given.drift, "noise_time_s": given.noise_time}
     file = given.file or Path(f"{given.kind}_recovery.jsonl")
     done = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
     known, began = {entry["seed"] for entry in done}, time.perf_counter()

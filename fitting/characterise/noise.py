@@ -10,6 +10,8 @@ import numpy as np
 
 GAUSSIAN_MAD = 0.6744897501960817
 """Median absolute deviation of a Gaussian in standard deviations."""
+CHANCE = 1.15
+"""Factor on a variance that white noise may show by chance."""
 WINDOW = 5.0
 """Sokal's window: lags are summed up to this many correlation times."""
 
@@ -75,6 +77,22 @@ def correlation_time(series: Sequence[np.ndarray]) -> float:
     inside = np.flatnonzero(np.arange(len(lags)) >= WINDOW * summed)
     time = summed[inside[0]] if len(inside) else summed.max()
     return float(np.clip(time, 1.0, max(len(s) for s in series)))
+
+
+def inflation_of(reduced: float, series: Sequence[np.ndarray]) -> float:
+    """Factor on standard errors for misfit larger than the noise, and misfit that lasts.
+
+    Noise that lasts, a zero that drifts and a law that is not followed all leave fewer independent samples
+    than there are: the variance grows by the mean square of the misfit times its correlation time. Where
+    noise was taken as larger because it lasts, the mean square is smaller by as much, and the two make one.
+    What a drift does to the numbers themselves is not seen in what is left: beside drift it is too little.
+
+    Args:
+        reduced: chi-square per degree of freedom.
+        series: misfits over their noise of each recording and output, in the order of sampling.
+    """
+    product = reduced * correlation_time(series)
+    return float(np.sqrt(product)) if product > CHANCE else 1.0
 
 
 def lag_one(series: Sequence[np.ndarray]) -> float:

@@ -6,14 +6,9 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from fitting.characterise.noise import robust_noise
-from fitting.models.channels import CORRELATED, LEAST_NOISE, Channel, serial_correlation
+from fitting.models.channels import LEAST_NOISE, Channel, correlation_by_lags, serial_correlation
 from fitting.models.rows import Rows
 from fitting.recordings import Recording
-
-FEW = 40
-"""Samples below which serial correlation is not estimated from themselves alone."""
-MOST_GUESSED = 0.8
-"""Largest correlation that is read off the samples alone: a course with corners looks like more."""
 
 
 def channels_of(
@@ -77,27 +72,14 @@ def noise_of(recording: Recording, quantity: str) -> float:
 def unstated_noise(values: np.ndarray, white: float) -> tuple[float, float]:
     """Standard deviation and correlation of neighbouring errors of a channel that states neither.
 
-    Second differences over one and two samples have variances `sigma^2 (6 - 8 r^k + 2 r^2k)` at lag k for
-    first-order noise on a smooth course: their ratio grows with r, from 1 to 2.
-
     Args:
         values: samples in their order, shape (n,).
         white: standard deviation that white noise would have.
 
     Returns:
-        Both; the correlation is 0 where the samples are few or the ratio is not above that of white noise.
+        Both, see `correlation_by_lags`.
     """
-    if len(values) < FEW:
-        return white, 0.0
-    spread = [
-        float(np.median(np.abs(values[2 * k :] - 2.0 * values[k:-k] + values[: -2 * k]))) for k in (1, 2)
-    ]
-    if not spread[0] > 0.0:
-        return white, 0.0
-    grid = np.linspace(0.0, MOST_GUESSED, 91)
-    ratio = (1.0 + grid) * (3.0 - grid**2) / (3.0 - grid)
-    correlation = float(np.interp((spread[1] / spread[0]) ** 2, ratio, grid))
-    correlation = correlation if correlation > CORRELATED else 0.0
+    correlation = correlation_by_lags(values)
     return white * float(np.sqrt(6.0 / (6.0 - 8.0 * correlation + 2.0 * correlation**2))), correlation
 
 

@@ -12,6 +12,10 @@ CORRELATED = 0.25
 """Serial correlation below which a column's noise is taken as independent: what short recordings tell
 apart."""
 MOST_CORRELATED = 0.98
+FEW = 40
+"""Samples below which serial correlation is not estimated from themselves alone."""
+MOST_GUESSED = 0.8
+"""Largest correlation that is read off the samples alone: a course with corners looks like more."""
 LEAST_NOISE = 1e-5
 """Of a column's span: noise that is estimated is never less, a printed number has its rounding."""
 
@@ -64,7 +68,8 @@ def channel_weight(
     """One over the 1-sigma of every sample; zero where it is missing.
 
     Serially correlated noise is taken as independent noise that is larger: a sample counts for as many
-    independent ones as it is worth to anything that varies slowly, `(1 - r) / (1 + r)`.
+    independent ones as it is worth to anything that varies slowly, `(1 - r) / (1 + r)`. A scatter smaller
+    than stated alone is no correlation: the samples must show it by themselves, too.
 
     Args:
         recording: states the noise, if anyone does.
@@ -80,12 +85,37 @@ def channel_weight(
     raw = recording.si(quantity)
     raw = raw[np.isfinite(raw)]
     if stated is not None and stated > 0.0:
-        correlation = serial_correlation(raw, stated)
+        correlation = min(serial_correlation(raw, stated), correlation_by_lags(raw))
         sigma = stated * np.sqrt((1.0 + correlation) / (1.0 - correlation) / block)
     else:
         sigma = robust_noise(columns["time"][held], values[held])
         sigma = max(sigma, LEAST_NOISE * float(np.ptp(values[held])), 1e-12)
     return np.where(held, 1.0 / sigma, 0.0)
+
+
+def correlation_by_lags(values: np.ndarray) -> float:
+    """Correlation of neighbouring errors by second differences alone, whatever their size.
+
+    Over one and two samples their variances are `sigma^2 (6 - 8 r^k + 2 r^2k)` at lag k for first-order noise
+    on a smooth course: the ratio grows with r, from 1 to 2.
+
+    Args:
+        values: samples in their order, shape (n,).
+
+    Returns:
+        The correlation, at most `MOST_GUESSED`; 0 where the samples are few or it is small.
+    """
+    if len(values) < FEW:
+        return 0.0
+    spread = [
+        float(np.median(np.abs(values[2 * k :] - 2.0 * values[k:-k] + values[: -2 * k]))) for k in (1, 2)
+    ]
+    if not spread[0] > 0.0:
+        return 0.0
+    grid = np.linspace(0.0, MOST_GUESSED, 91)
+    ratio = (1.0 + grid) * (3.0 - grid**2) / (3.0 - grid)
+    correlation = float(np.interp((spread[1] / spread[0]) ** 2, ratio, grid))
+    return correlation if correlation > CORRELATED else 0.0
 
 
 def serial_correlation(values: np.ndarray, sigma: float) -> float:

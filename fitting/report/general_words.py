@@ -1,6 +1,6 @@
 """What tests of wires, tubes and actuators say, in sentences that a laboratory can act on."""
 
-from fitting.characterise.general.fit import MISFIT
+from fitting.characterise.general.fit import MISFIT, OVERSTATED
 from fitting.characterise.general.pipeline import GeneralCharacterisation
 from fitting.characterise.general.scores import overall
 from pneusma_jax.effects import find_effect
@@ -35,9 +35,29 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
             "standard "
             f"errors were multiplied by {fit.inflation:.2g}. `pneusma diagnose` looks for the cause."
         )
+    elif fit.inflation > 1.0:
+        said.append(lasting_sentence(fit.correlation_time, fit.inflation))
+    if fit.reduced_chi_square * fit.correlation_time < OVERSTATED:  # noise that lasts was taken as larger
+        said.append(overstated_sentence(fit.reduced_chi_square))
     open_ = [e for e in result.identifiability if e["kind"] not in ("at_bound", "absent")]
     nothing = "These recordings determine everything that was free, each better than was known before."
     return [*said, open_[0]["text"] if open_ else nothing]
+
+
+def lasting_sentence(time: float, inflation: float) -> str:
+    """Errors that last, in words."""
+    return (
+        f"What is left lasts about {time:.0f} samples (an instrument that drifts, or a law that is not quite "
+        f"followed), so that fewer count: standard errors were multiplied by {inflation:.2g}."
+    )
+
+
+def overstated_sentence(reduced: float) -> str:
+    """Noise that is stated too large, in words."""
+    return (
+        f"The recordings scatter by only {reduced**0.5:.2g} of the noise stated or estimated. If that "
+        "is too large, so are the standard errors, and a misfit may hide below it."
+    )
 
 
 def law_of(result: GeneralCharacterisation) -> str:

@@ -2,10 +2,13 @@
 
 import numpy as np
 
+from fitting.characterise.general.fit import OVERSTATED
 from fitting.characterise.spring.joint import ALIKE, MISFIT
 from fitting.characterise.spring.modes import Mode
 from fitting.characterise.spring.pipeline import SpringCharacterisation
 from fitting.characterise.spring.scores import Score, overall
+
+from .general_words import lasting_sentence, overstated_sentence
 
 BLIND_SHARE = 0.5
 """Share of a test's rows with a blind resistance from which the test is called blind."""
@@ -26,6 +29,10 @@ def verdict(result: SpringCharacterisation) -> list[str]:
             "nearest "
             f"this law comes, and standard errors were multiplied by {result.joint.inflation:.2g}."
         )
+    elif result.joint.inflation > 1.0:
+        said.append(lasting_sentence(result.joint.correlation_time, result.joint.inflation))
+    if reduced * result.joint.correlation_time < OVERSTATED:
+        said.append(overstated_sentence(reduced))
     loose = [e for e in result.identifiability if e["kind"] != "at_bound"]
     if loose:
         said.append(loose[0]["text"])

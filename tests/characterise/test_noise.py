@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
 
-from fitting.characterise.noise import autocorrelation, correlation_time, lag_one, robust_noise
+from fitting.characterise.noise import autocorrelation, correlation_time, inflation_of, lag_one, robust_noise
+from fitting.models.channels import channel_weight, correlation_by_lags
+from fitting.recordings import Recording
 
 
 def first_order(count, memory, seed):
@@ -54,3 +56,32 @@ def test_a_smooth_misfit_counts_as_few_independent_samples():
 
 def test_residuals_that_vanish_are_one_sample_each():
     assert correlation_time([np.zeros(20)]) == 1.0
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.6, 0.9])
+def test_standard_errors_grow_with_noise_that_lasts_below_any_misfit(memory):
+    """Of stated size, so that chi-square says nothing; and none where the noise is white."""
+    series = [first_order(1000, memory, seed) * np.sqrt(1.0 - memory**2) for seed in range(8)]
+    reduced = float(np.mean(np.concatenate(series) ** 2))
+    assert reduced == pytest.approx(1.0, abs=0.15)
+    wanted = np.sqrt((1.0 + memory) / (1.0 - memory))
+    assert inflation_of(reduced, series) == pytest.approx(wanted, rel=0.15)
+    larger = [s / wanted for s in series]  # noise that was taken as larger because it lasts is not counted twice
+    assert inflation_of(reduced / wanted**2, larger) == pytest.approx(1.0, abs=0.15)
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.7])
+def test_noise_that_is_stated_too_large_is_no_noise_that_lasts(memory):
+    noise = first_order(600, memory, 3) * np.sqrt(1.0 - memory**2)
+    time = np.linspace(0.0, 60.0, 600)
+    values = 20.0 * np.sin(time / 20.0) + noise
+    assert correlation_by_lags(values) == pytest.approx(memory, abs=0.15)
+
+    def weight(stated):
+        columns = {"time_s": time, "force_N": values}
+        recording = Recording("r", None, "spring", columns=columns, noise={"force_N": stated})
+        return channel_weight(recording, "force", {"time": time, "force": values}, 1)[0]
+
+    lasting = np.sqrt((1.0 + memory) / (1.0 - memory))
+    assert 1.0 / weight(1.0) == pytest.approx(lasting, rel=0.2)
+    assert 1.0 / weight(3.0) < 3.0 * lasting * 1.25  # nine times as much before

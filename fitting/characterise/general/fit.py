@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.characterise.noise import correlation_time
+from fitting.characterise.noise import correlation_time, inflation_of
 from fitting.least_squares import FitResult, fit_least_squares
 from fitting.models import Model, Rows, model_of, observations, predictor_of, residual_of, silenced, stack
 from fitting.parameters import Parameters
@@ -17,7 +17,9 @@ from fitting.recordings import Recording
 RTOL = 1e-4
 MAX_STEPS = 300
 MISFIT = 1.3
-"""Reduced chi-square from which what is left is more than noise, and standard errors grow with it."""
+"""Reduced chi-square from which what is left is more than noise."""
+OVERSTATED = 0.5
+"""The same from which noise that is stated is larger than what recordings scatter by."""
 ROUNDS = 5
 SAME = 0.05
 """Change of chi-square below which two rounds of decisions agree."""
@@ -114,10 +116,10 @@ def fit_campaign(
     rows, result = _decided(model, recordings, rows, result)
     reduced = float(result.reduced_chi_square or np.nan)
     fit = GeneralFit(recordings, tuple(rows), model, result, ends, reduced, 1.0, 1.0)
-    time = correlation_time(_misfits(fit))
-    fit = replace(fit, correlation_time=time)
-    if reduced > MISFIT:
-        factor = float(np.sqrt(reduced * time))
+    misfits = _misfits(fit)
+    fit = replace(fit, correlation_time=correlation_time(misfits))
+    factor = inflation_of(reduced, misfits)
+    if factor > 1.0:
         result = _fit(model, recordings, inflated(rows, factor), _at(parameters, result), 1, seed)
         fit = replace(fit, result=result, inflation=factor)
         progress("errors")

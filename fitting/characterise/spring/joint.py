@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fitting.characterise.noise import correlation_time
+from fitting.characterise.noise import correlation_time, inflation_of
 from fitting.least_squares import FitResult
 from fitting.models import residual_of
 from fitting.models.spring import MARGIN, OUTPUTS
@@ -15,7 +15,7 @@ from .information import information, with_errors
 from .problem import Problem, values_of
 
 MISFIT = 1.3
-"""Reduced chi-square from which what is left is more than noise, and standard errors grow with it."""
+"""Reduced chi-square from which what is left is more than noise."""
 ALIKE = 1.0
 """Chi-square within which two fits are as good."""
 RETRIES = 6
@@ -228,10 +228,11 @@ def misfits(problem: Problem, values: Mapping[str, float]) -> dict[int, float]:
 def _settled(starts: tuple[Start, ...], progress: Callable[[str], None]) -> Joint:
     """The best fit with errors that know about misfit and serial correlation."""
     best, problem = starts[0].result, starts[0].problem
-    time = correlation_time(force_misfit(problem, best.values))
-    reduced = best.reduced_chi_square or np.nan
-    if reduced > MISFIT:
-        problem = problem.inflated(float(np.sqrt(reduced * time)))
+    misfit = force_misfit(problem, best.values)
+    time, reduced = correlation_time(misfit), best.reduced_chi_square or np.nan
+    factor = inflation_of(reduced, misfit)
+    if factor > 1.0:
+        problem = problem.inflated(factor)
         best, problem = problem.fitted_with()
         progress("errors")
     return Joint(problem, with_errors(best, lambda p: information(problem, p)), starts, float(reduced), time)
