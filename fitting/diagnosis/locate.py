@@ -52,7 +52,7 @@ def locate(explanation: Explanation) -> Place:
     regions = [_region(name, drivers[name][valid], misfit[valid]) for name in ranked[:1]]
     rows = _window(program, misfit, valid)
     if rows is not None and regions:
-        regions[0] += f", largest in {rows[0]} rows {rows[1]}-{rows[2]}"
+        regions[0] += f"; the stretch of one recording that holds most is {rows[0]} rows {rows[1]}-{rows[2]}"
     return Place(ranked, shares, regions, rows)
 
 

@@ -6,6 +6,7 @@ from html import escape
 import numpy as np
 from matplotlib.figure import Figure
 
+from fitting.models.rows import MARK
 from fitting.recordings import schema
 from fitting.report import html
 from pneusma_jax.remainder import unit_of
@@ -27,11 +28,13 @@ def page_of(conclusion: Conclusion, title: str, command: str, figures: Mapping[s
     """
     x = conclusion.explanation
     fitted = [r.name for r, f in zip(x.program.recordings, x.program.fitted, strict=True) if f]
+    simulated = all(r.real is False for r in x.program.recordings)
     asked = (
         f"Does the published model explain {len(x.program.recordings)} recordings of kind {x.program.kind}"
     )
     parts = [
         f"<h1>Diagnosis: {escape(title)}</h1>",
+        *([html.paragraph("simulated data, not measured", "label")] if simulated else []),
         html.paragraph(f"{asked} ({len(fitted)} fitted)? If not, what does it leave out?", "subtitle"),
         html.verdict(verdict_sentences(conclusion)),
         *(html.paragraph(f"{note}.", "warning") for note in conclusion.notes),
@@ -168,17 +171,17 @@ def _race(conclusion: Conclusion) -> str:
 
 def _base(conclusion: Conclusion) -> str:
     x, final = conclusion.explanation, conclusion.model[1]
-    rows = []
+    rows, specimens = [], list(dict.fromkeys(r.specimen for r in x.program.recordings))
     for k in x.program.unknowns.base:
         item = x.program.unknowns.items[k]
-        rows.append(
-            (item.name, f"{item.reference:.4g}",
-             f"{float(item.value(x.base.u[k])):.4g} ({x.base.u[k]:+.1f} sd)",
-             f"{float(item.value(final.u[k])):.4g} ({final.u[k]:+.1f} sd)", item.unit)
-        )  # fmt: skip
+        shown = lambda v, item=item: f"{float(from_si(v, item.unit, item.unit == 'K')):.4g}"  # noqa: E731
+        stem, _, number = item.name.partition(MARK)
+        name = f"{stem} of {specimens[int(number) - 1]}" if number else stem
+        alone, now = (f"{shown(item.value(u[k]))} ({u[k]:+.1f} sd)" for u in (x.base.u, final.u))
+        rows.append((name, shown(item.reference), alone, now, item.unit))
     if not rows:
         return html.paragraph("The recordings state every constant as exact.")
-    header = ("constant", "nominal", "refitted alone", "refitted with what was found", "unit (SI value)")
+    header = ("constant", "nominal", "refitted alone", "refitted with what was found", "unit")
     return html.table(
         header, rows, "A constant that comes home when an effect is added speaks for the effect."
     )

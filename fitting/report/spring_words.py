@@ -3,7 +3,7 @@
 import numpy as np
 
 from fitting.characterise.general.fit import OVERSTATED
-from fitting.characterise.spring.joint import ALIKE, MISFIT
+from fitting.characterise.spring.joint import ALIKE, MISFIT, lead
 from fitting.characterise.spring.modes import Mode
 from fitting.characterise.spring.pipeline import SpringCharacterisation
 from fitting.characterise.spring.scores import Score, overall
@@ -77,6 +77,13 @@ def warnings(result: SpringCharacterisation) -> list[str]:
     said = [e["text"] for e in result.identifiability if e["kind"] in ("at_bound", "at_start")]
     if not result.joint.result.success:
         said.append(f"The joint fit did not end well. {result.joint.result.status.value}")
+    ahead = lead(result.joint)
+    if ahead > 0.0:
+        said.append(
+            f"Of {len(result.joint.starts)} starts only one ended at the best fit, the next with a "
+            f"chi-square larger by {ahead:.3g}: there may be a better one, and standard errors span what was "
+            "found. --starts tries more."
+        )
     for name, profile in result.profiles.items():
         if profile.below > ALIKE:
             said.append(

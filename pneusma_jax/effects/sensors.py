@@ -23,9 +23,9 @@ class PressureCalibration(Effect):
     sentence: ClassVar[str] = "The pressure sensor reads with an offset, a wrong gain or a drift."
     literature: ClassVar[str] = "IEC 61298-2: zero, span and drift of a transducer"
     specs: ClassVar[dict[str, Spec]] = {
-        "offset": Spec(0.0, -3e3, 3e3, 1e3, "Pa", "zero offset of the pressure sensor"),
-        "gain": Spec(1.0, 0.85, 1.15, 1.05, "1", "gain of the pressure sensor"),
-        "drift": Spec(0.0, -30.0, 30.0, 5.0, "Pa/s", "drift of the pressure sensor"),
+        "offset": Spec(0.0, -3e3, 3e3, 1e3, "Pa", "what the pressure is above its reading, at zero"),
+        "gain": Spec(1.0, 0.85, 1.15, 1.05, "1", "pressure per reading"),
+        "drift": Spec(0.0, -30.0, 30.0, 5.0, "Pa/s", "growth of the same with time"),
     }
 
     def pressure(self, value: Array, at: Known, memory: Any) -> Array:

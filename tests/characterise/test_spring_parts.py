@@ -1,16 +1,19 @@
 """Parts of the pipeline of springs on exact problems: other modes, profiles that fall, how far to pull next."""
 
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from fitting.characterise.spring import profiles as profiling
+from fitting.characterise.spring.joint import Joint, Start, lead, spanned
 from fitting.characterise.spring.modes import other_modes
 from fitting.characterise.spring.next_test import _reach
 from fitting.characterise.spring.profiles import lower_end, profile
 from fitting.least_squares.covariance import Uncertainty
 from fitting.models.spring import GEOMETRY
+from fitting.parameters import Parameters
 
 NAMES = ("x", "y")
 
@@ -95,3 +98,35 @@ def test_a_further_test_goes_as_far_as_this_springs_wire_bears():
     stiff = dict(zip(GEOMETRY, (0.5e-3, 1.0e-3, 0.55e-3, 30.0, 16.5e-3), strict=True))
     cold, hot = _reach(SimpleNamespace(base=stiff))
     assert 1.0 < hot < cold < 3.5  # the source's own strains would tear it
+
+
+def several(*ends):
+    """A joint fit whose starts ended at (x, chi-square)."""
+    results = [SimpleNamespace(values={"x": x, "y": 0.0}, chi_square=c, success=True) for x, c in ends]
+    starts = tuple(Start(f"start {n}", r, None) for n, r in enumerate(results))
+    return Joint(SimpleNamespace(inflation=1.0), None, starts, 1.0, 1.0)
+
+
+def test_a_best_fit_that_one_start_alone_found_is_not_sure():
+    assert lead(several((0.0, 100.0), (0.3, 113.0), (0.5, 150.0))) == pytest.approx(13.0)
+    assert lead(several((0.0, 100.0), (0.001, 100.2), (0.5, 150.0))) == 0.0
+    assert lead(several((0.0, 100.0))) == 0.0
+
+
+@pytest.mark.parametrize(("second", "wider"), [(113.0, True), (100.2, False)])
+def test_errors_span_what_was_found_where_the_best_fit_was_found_once(second, wider):
+    parameters = Parameters()
+    for name in NAMES:
+        parameters.add(name, 0.0)
+    joint = several((0.0, 100.0), (0.0 if second < 101.0 else 0.2, second), (0.4, 140.0))
+    result = Best(parameters, uncertainty(0.01))
+    found = spanned(replace(joint, result=result)).result.parameters["x"].standard_error
+    assert (found > 0.08) == wider and found >= 0.01
+
+
+@dataclass(frozen=True)
+class Best:
+    """What `spanned` reads of a fit, and changes."""
+
+    parameters: Parameters
+    uncertainty: Uncertainty

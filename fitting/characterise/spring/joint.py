@@ -187,7 +187,8 @@ def spanned(joint: Joint) -> Joint:
 
     With other turning points in the memory other constants fit as well, and the curvature about one of them
     knows nothing of the others. Every fit counts as likely as its chi-square makes it; the second moment
-    about the best is what is added, and nothing where all starts end at one place.
+    about the best is what is added, and nothing where all starts end at one place. Where no other start ends
+    at the best fit, nobody knows that it is the best, and chi-square counts in units of what it is better by.
 
     Args:
         joint: with all its starts.
@@ -197,10 +198,11 @@ def spanned(joint: Joint) -> Joint:
     if not names or len(joint.starts) < 2:
         return joint
     least = min(_cost(start.result) for start in joint.starts)
+    unit = max(joint.inflation**2, lead(joint))
     centre = np.array([joint.starts[0].result.values[n] for n in names])
     more, total = np.zeros((len(names), len(names))), 0.0
     for start in joint.starts:
-        weight = float(np.exp(-0.5 * (_cost(start.result) - least) / joint.inflation**2))
+        weight = float(np.exp(-0.5 * (_cost(start.result) - least) / unit))
         away = np.array([start.result.values[n] for n in names]) - centre
         more, total = more + weight * np.outer(away, away), total + weight
     covariance = best.uncertainty.covariance + more / total
@@ -216,6 +218,12 @@ def spanned(joint: Joint) -> Joint:
         correlation=covariance / np.outer(sd, sd),
     )
     return replace(joint, result=replace(best, parameters=parameters, uncertainty=wider))
+
+
+def lead(joint: Joint) -> float:
+    """Chi-square by which the best fit is better than all others; 0 where another start ended there."""
+    costs = sorted(_cost(start.result) for start in joint.starts)
+    return costs[1] - costs[0] if len(costs) > 1 and costs[1] - costs[0] > ALIKE else 0.0
 
 
 def misfits(problem: Problem, values: Mapping[str, float]) -> dict[int, float]:

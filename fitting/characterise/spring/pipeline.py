@@ -38,6 +38,9 @@ if TYPE_CHECKING:
 
 STARTS = 3
 PROFILES = 2
+CHANCE, MORE = 3.5, 6
+"""Standard deviations of a reduced chi-square above 1 from which a known alloy is fitted from further starts,
+and how many: rows that a spring remembers shut fits in."""
 FAR = 4.0
 """Standard deviations along the loosest direction at which one start is placed."""
 
@@ -194,6 +197,9 @@ def characterise_spring(
         joint = retried(loosened(try_others(joint, again, progress), progress), progress)
     others = _other_starts(joint, stages, identify, starts - 1, seed)
     single = try_others(joint, others, progress)
+    if not identify and _suspicious(single):
+        more = _draws(single, MORE, np.random.default_rng([seed, 1]), "further draw")
+        single = try_others(single, more, progress)
     joint = spanned(single)
     wanted = loosest(joint, profile) if isinstance(profile, int) else list(profile)
     profiled = profiles(joint, wanted)
@@ -272,8 +278,20 @@ def _other_starts(
             table = load_calibration(name).values()
             if set(free) <= set(table):
                 found[f"the constants of {name}"] = {n: table[n] for n in free}
-    random = np.random.default_rng(seed)
-    for k in range(max(count - len(found), 0)):
-        drawn = {n: random.normal(p.prior.mean, p.prior.sd) for n, p in free.items() if p.prior is not None}
-        found[f"draw {k + 1} from the priors"] = drawn
+    found |= _draws(joint, max(count - len(found), 0), np.random.default_rng(seed), "draw")
     return dict(list(found.items())[: max(count, 0)])
+
+
+def _draws(joint: Joint, count: int, random: np.random.Generator, name: str) -> dict[str, dict[str, float]]:
+    """Starts drawn from the priors."""
+    priors_of = {n: p.prior for n, p in joint.problem.parameters.items() if p.prior is not None}
+    return {
+        f"{name} {k + 1} from the priors": {n: random.normal(p.mean, p.sd) for n, p in priors_of.items()}
+        for k in range(count)
+    }
+
+
+def _suspicious(joint: Joint) -> bool:
+    """Whether more is left than chance leaves, so that the fit may have been shut in."""
+    freedom = max(joint.starts[0].result.degrees_of_freedom, 1)
+    return joint.reduced_chi_square > 1.0 + CHANCE * float(np.sqrt(2.0 / freedom))
