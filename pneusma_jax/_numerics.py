@@ -9,6 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 Scalar = Float[Array, ""]
+TINY = 1e-12
 
 
 def chord_power(base: Array, exponent: Array, knee: float = 1e-6) -> Array:
@@ -28,6 +29,16 @@ def unit_power(base: Array, exponent: Array) -> Array:
     positive = base > 0.0
     safe = jnp.where(positive, base, 1.0)
     return jnp.where(positive, safe**exponent, 0.0)
+
+
+def complement_power(base: Array, exponent: Array) -> Array:
+    """`1 - (1 - base)**exponent` for base in [0, 1]; at an exponent of exactly 1 the base itself, bit by bit.
+
+    An exponent below 1 has an infinite slope at a base of 1; the slope here ends at that of a remainder of
+    `TINY`.
+    """
+    remainder = 1.0 - base
+    return base - remainder * jnp.expm1((exponent - 1.0) * jnp.log(jnp.maximum(remainder, TINY)))
 
 
 def safe_divide(numerator: Array, denominator: Array, floor: float) -> Array:

@@ -20,10 +20,11 @@ from .errors import InputError, nearest
 
 _USUAL = {"material": "dragon_skin_10_fast", "alloy": "krl35"}
 _EXAMPLES = resources.files("calibration_data").joinpath("examples", "designs")
+_UNKNOWN = resources.files("calibration_data").joinpath("unknown")
 
 __all__ = [
     "SCHEMA", "Calibration", "Line", "Prior", "Quantity", "available", "examples", "load_calibration",
-    "named_table", "write_calibration",
+    "named_table", "unknown", "write_calibration",
 ]  # fmt: skip
 
 
@@ -35,6 +36,11 @@ def available(kind: str | None = None) -> list[str]:
         if entry.name.endswith(".toml")
     )
     return [name for name in names if kind is None or load_calibration(name).kind == kind]
+
+
+def unknown() -> list[str]:
+    """Names of alloys that nobody has characterised, sorted: wide priors to identify one from, by name."""
+    return sorted(e.name.removesuffix(".toml") for e in _UNKNOWN.iterdir() if e.name.endswith(".toml"))
 
 
 def examples() -> list[str]:
@@ -122,8 +128,12 @@ def _locate(name_or_path: str | Path, kind: str | None) -> tuple[Path, Any]:
     if name in examples():
         file = f"{name}.toml"
         return Path("calibration_data", "examples", "designs", file), _EXAMPLES.joinpath(file)
+    if name in unknown():
+        file = f"{name}.toml"
+        return Path("calibration_data", "unknown", file), _UNKNOWN.joinpath(file)
     if name not in available():
-        known = available(kind) + (examples() if kind in (None, "actuator") else [])
+        alloys = unknown() if kind in (None, "alloy") else []
+        known = available(kind) + alloys + (examples() if kind in (None, "actuator") else [])
         raise InputError(f"no table of constants is called {name!r}, {nearest(name, known)}")
     file = f"{name}.toml"
     return Path("calibration_data", file), resources.files("calibration_data").joinpath(file)

@@ -33,8 +33,8 @@ def _numbered(stem: str, count: int) -> list[str]:
 _GROUPS: dict[str, dict[str, list[str]]] = {
     "alloy": {
         "number": [
-            *_numbered("beta", 3), *_numbered("ka", 3), *_numbered("km", 3), "a", "b", "a_mean", "b_mean",
-            "gamma_max", "gamma_L", "eps_L", "poisson_ratio",
+            *_numbered("beta", 3), *_numbered("ka", 3), *_numbered("km", 3), "a", "b", "c", "a_mean",
+            "b_mean", "gamma_max", "gamma_L", "eps_L", "poisson_ratio",
             "gR_amplitude", "gR_slope", "gR_shift", "gR_decay",
         ],
         "resistance per length": ["rho_mean", "rho_span", "alpha_1", "alpha_2"],
@@ -84,7 +84,7 @@ POSITIVE = frozenset({
     "outer_diameter", "wall_thickness", "length", "wire_diameter", "mandrel_diameter", "initial_pitch",
     "active_coils", "free_length", "attached_length", "fibre_stiffness", "density", "heat_capacity",
     "convection", "width", "height", "G_m", "G_a", "E_m", "E_a", "gamma_max", "T_width", "blend_half_width",
-    "silicone_stiffness",
+    "silicone_stiffness", "c",
 })  # fmt: skip
 
 REQUIRED_TEXT = ("schema", "name", "kind")
@@ -103,6 +103,11 @@ WORDS: dict[str, dict[str, Iterable[str]]] = {
         **{side: SIDE_WORDS for side in SIDES},
     },
 }  # fmt: skip
+
+# constants that a table may leave out where it has another: which, value, unit, and why
+DEFAULTS: dict[str, tuple[str, float, str, str]] = {
+    "c": ("a", 1.0, "1", "Eq. 2.41, which has no second exponent")
+}
 
 _DETWINNING = [*_numbered("beta", 3), *_numbered("ka", 3)]
 _SPRING_ALLOY = [

@@ -43,6 +43,9 @@ def parse_calibration(text: str, path: str | Path) -> Calibration:
     for name in keys.required_quantities(kind, quantities, strings):
         if name not in quantities:
             raise InputError(f"{path}: key {name!r} is missing, and this {kind} cannot do without it")
+    for name, (beside, value, unit, source) in keys.DEFAULTS.items():
+        if beside in quantities and name not in quantities:
+            quantities[name] = Quantity(name, value, unit, "assumed", source)
     if kind == "actuator":
         check_actuator(strings, quantities, lines, path)
     other = [key for key in strings if key not in (*keys.REQUIRED_TEXT, "description")]

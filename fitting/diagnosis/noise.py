@@ -5,9 +5,9 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from fitting.characterise.noise import robust_noise
 from fitting.models.channels import LEAST_NOISE, Channel, correlation_by_lags, serial_correlation
 from fitting.models.rows import Rows
+from fitting.noise import robust_noise
 from fitting.recordings import Recording
 
 

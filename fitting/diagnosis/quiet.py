@@ -12,9 +12,9 @@ from functools import cache
 
 import numpy as np
 
-from fitting.characterise.noise import robust_noise
 from fitting.models.channels import LEAST_NOISE
 from fitting.models.rows import Rows
+from fitting.noise import robust_noise
 from fitting.recordings import Recording
 
 from .noise import block_noise

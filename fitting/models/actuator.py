@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 import pneusma_jax as pj
-from fitting.characterise.noise import robust_noise
+from fitting.noise import robust_noise
 from fitting.parameters import Parameters
 from fitting.recordings import Campaign, Recording
 from fitting.simulation.specimen import geometry_of

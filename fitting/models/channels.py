@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.characterise.noise import robust_noise
+from fitting.noise import robust_noise
 from fitting.recordings import Recording
 
 CORRELATED = 0.25

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from fitting.parameters import Parameter, Parameters, Prior
 from fitting.recordings import Campaign, Recording, schema
-from pneusma_jax.calibration import Calibration, load_calibration
+from pneusma_jax.calibration import Calibration, load_calibration, unknown
 from pneusma_jax.calibration_keys import POSITIVE
 from pneusma_jax.calibration_model import Quantity
 from pneusma_jax.errors import InputError, nearest
@@ -20,9 +20,10 @@ CUT = 4.0
 """1-sigma at which a tolerance's prior ends."""
 WIDE = 0.15
 """Relative 1-sigma from which a positive number is fitted by its logarithm."""
-NEW_ALLOY = Path(__file__).with_name("new_nitinol.toml")
+NEW_ALLOY = "new_nitinol"
+"""Where an alloy that is to be identified starts, unless told otherwise."""
 REFERENCE_WIRE = 0.25e-3
-"""Diameter of the wire that the resistivities of `new_nitinol` are those of [m]."""
+"""Diameter of the wire that the resistivities of alloys that nobody has characterised are those of [m]."""
 PER_LENGTH = ("rho_mean", "rho_span", "alpha_1", "alpha_2")
 """Resistances per length of wire, which scale with one over its cross-section."""
 FIT = "fit"
@@ -62,12 +63,12 @@ def alloy_quantities(
 ) -> tuple[dict[str, Quantity], bool]:
     """Constants of a campaign's alloy with what is known of them, and whether they are to be identified.
 
-    Resistivities of `new_nitinol` are scaled to the thinnest wire of the campaign.
+    Resistivities of an alloy that nobody has characterised are scaled to the thinnest wire of the campaign.
     """
     table, identify = table_of(campaign, "alloy", base)
     table.require(names)
     quantities = {name: table.quantities[name] for name in names}
-    if identify and base is None:
+    if identify and (base is None or str(base) in unknown()):
         wire = min(r.full_geometry().get("wire_diameter_mm", 0.25) for r in campaign.recordings) * 1e-3
         factor = (REFERENCE_WIRE / wire) ** 2
         quantities |= {name: _scaled(quantities[name], factor) for name in PER_LENGTH if name in quantities}

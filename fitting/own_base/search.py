@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from fitting.characterise.noise import correlation_time
+from fitting.noise import correlation_time
 
 from .data import OwnRecording
 from .fits import OwnFit, Problem

@@ -12,13 +12,15 @@ import numpy as np
 
 import pneusma_jax as pj
 from fitting.models.priors import NEW_ALLOY, PER_LENGTH, REFERENCE_WIRE
-from pneusma_jax.calibration import Calibration, load_calibration
+from pneusma_jax.calibration import Calibration, load_calibration, unknown
 from pneusma_jax.calibration_model import Prior
 from pneusma_jax.errors import InputError
 
 CONSTANTS = tuple(field.name for field in dataclasses.fields(pj.Alloy) if field.name != "name")
 NOT_SEEN = ("gamma_max", "poisson_ratio", "T_mid", "T_width", "density", "heat_capacity", "convection")
 """Constants that tests on a stand do not identify: conventions, and those of heating."""
+NITINOL = ("c",)
+"""Constants that nitinol does not need: unknown only where a table has a prior for them."""
 BATCH = 64
 MOST_BATCHES = 40
 
@@ -88,9 +90,9 @@ def knowledge_of(alloy: str | Path | None = None, wire_diameter: float = REFEREN
     anything = load_calibration(NEW_ALLOY, "alloy")
     table = anything if alloy is None else load_calibration(alloy, "alloy")
     table.require(CONSTANTS)
-    if alloy is None:
+    if table.name in unknown():
         table = _of_wire(table, (REFERENCE_WIRE / wire_diameter) ** 2)
-    names = tuple(name for name in CONSTANTS if name not in NOT_SEEN)
+    names = tuple(name for name in CONSTANTS if name not in NOT_SEEN and _open(table, name))
     priors = [_prior(table, anything, name) for name in names]
     return Knowledge(
         table,
@@ -99,6 +101,10 @@ def knowledge_of(alloy: str | Path | None = None, wire_diameter: float = REFEREN
         sd=np.array([p.sd for p in priors]),
         bounds=np.array([(p.min, p.max) for p in priors]),
     )
+
+
+def _open(table: Calibration, name: str) -> bool:
+    return name not in NITINOL or table.quantities[name].prior is not None
 
 
 def _of_wire(table: Calibration, factor: float) -> Calibration:

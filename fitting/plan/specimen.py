@@ -6,7 +6,7 @@ from typing import Any
 from fitting.models.priors import FIT
 from fitting.recordings.sidecar import read_toml
 from fitting.simulation.state import read_geometry
-from pneusma_jax.calibration import available
+from pneusma_jax.calibration import available, unknown
 from pneusma_jax.errors import InputError, nearest
 
 
@@ -29,8 +29,9 @@ def described(
     stated: dict[str, Any] = {}
     place = None if geometry is None else Path(geometry)
     if specimen is not None and not (specimen.endswith(".toml") or Path(specimen).exists()):
-        if specimen not in available("alloy"):
-            raise InputError(f"no alloy is called {specimen!r}, {nearest(specimen, available('alloy'))}")
+        names = [*available("alloy"), *unknown()]
+        if specimen not in names:
+            raise InputError(f"no alloy is called {specimen!r}, {nearest(specimen, names)}")
         alloy = specimen
     elif specimen is not None and read_toml(Path(specimen)).get("kind") == "alloy":
         alloy = Path(specimen)

@@ -8,7 +8,6 @@ from jaxtyping import Array
 
 from .._numerics import safe_divide
 from ..chain import Effect, Known
-from ..nitinol.resistivity import interpolation_exponent, mixing_fraction
 from ..nitinol.thermal import next_temperature
 from ._spec import Spec
 from ._springs import AMBIENT, each, law_of, solved_springs, temperature_of, zeros
@@ -121,9 +120,9 @@ class DetwinnedResistivityMemory(Effect):
     def resistance(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.resistance`."""
         alloy = at["spring"].alloy
-        exponent = interpolation_exponent(at["gamma"], alloy.a, alloy.b, alloy.gamma_max)
         _, more = self._held(at, at["gamma_R"])
-        return value + mixing_fraction(at["xi0"], exponent) * more * at["spring"].geometry.wire_length
+        weight = alloy.mixing_fraction(at["xi0"], at["gamma"])
+        return value + weight * more * at["spring"].geometry.wire_length
 
     def wire_resistance(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.wire_resistance`: what the same phases would show if nothing were held."""

@@ -29,7 +29,8 @@ class Alloy(eqx.Module):
         ka_1, ka_2, ka_3: stress-induced fraction of austenite [1].
         rho_mean, rho_span, km_1, km_2, km_3: resistivity of martensite [ohm/m, ohm/m, 1, 1, 1].
         alpha_1, alpha_2: resistivity of austenite [ohm/m].
-        a, b, gamma_max: power law between them [1].
+        a, b, gamma_max: power law between them [1]; c: its second exponent at zero strain, 1 in the source
+            and for nitinol [1].
         G_m, G_a: shear moduli [Pa]; gamma_L: largest detwinning strain [1]; poisson_ratio [1].
         gR_amplitude, gR_slope, gR_shift, gR_decay: residual strain [1].
         T_mid, T_width: reversible martensite fraction over temperature [degC, K].
@@ -66,12 +67,13 @@ class Alloy(eqx.Module):
     density: Array = _number()
     heat_capacity: Array = _number()
     convection: Array = _number()
+    c: Array = eqx.field(converter=jnp.asarray, default=1.0)
     name: str = eqx.field(static=True, default="")
 
     def __check_init__(self) -> None:
         if not is_concrete(self):
             return
-        for key in ("G_m", "G_a", "gamma_max", "a", "b", "T_width"):
+        for key in ("G_m", "G_a", "gamma_max", "a", "b", "c", "T_width"):
             if not np.all(np.asarray(getattr(self, key)) > 0.0):
                 raise ValueError(f"Alloy constant `{key}` must be positive, but it is {getattr(self, key)}.")
         if np.any(np.asarray(_contrast_at_rest(self)) == 0.0):
@@ -111,16 +113,27 @@ class Alloy(eqx.Module):
         """Resistivity of the fully austenitic wire at a shear strain [ohm/m]."""
         return resistivity.austenite_resistivity(self.xi_sa(gamma), self.alpha_1, self.alpha_2)
 
+    def _exponents(self, gamma: Array) -> tuple[Array, Array]:
+        """Both exponents of the interpolation at a shear strain [1]."""
+        first, second = (
+            resistivity.interpolation_exponent(gamma, at_rest, self.b, self.gamma_max)
+            for at_rest in (self.a, self.c)
+        )
+        return first, second
+
+    def mixing_fraction(self, xi0: Array, gamma: Array) -> Array:
+        """Weight A of the martensite's resistivity at a fraction and a shear strain, Eq. 2.41 [1]."""
+        return resistivity.mixing_fraction(xi0, *self._exponents(gamma))
+
     def resistivity(self, xi0: Array, gamma: Array) -> Array:
         """Resistivity of the wire, Eq. 2.40 [ohm/m]."""
-        exponent = resistivity.interpolation_exponent(gamma, self.a, self.b, self.gamma_max)
-        weight = resistivity.mixing_fraction(xi0, exponent)
+        weight = self.mixing_fraction(xi0, gamma)
         return resistivity.mixed_resistivity(weight, self.rho_m(gamma), self.rho_a(gamma))
 
     def martensite_fraction(self, rho: Array, gamma: Array) -> PhaseReading:
         """Onset martensite fraction from the resistivity [ohm/m], Eq. 2.48."""
-        exponent = resistivity.interpolation_exponent(gamma, self.a, self.b, self.gamma_max)
-        return resistivity.martensite_fraction(rho, self.rho_m(gamma), self.rho_a(gamma), exponent)
+        exponents = self._exponents(gamma)
+        return resistivity.martensite_fraction(rho, self.rho_m(gamma), self.rho_a(gamma), *exponents)
 
     def martensite_fraction_at(self, temperature: Array) -> Array:
         """Onset martensite fraction on the one reversible curve over temperature [degC] -> [1]."""

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool
 
-from .._numerics import chord_power, safe_divide, unit_power
+from .._numerics import chord_power, complement_power, safe_divide, unit_power
 from .detwinning import signed_algebraic_sigmoid
 
 DEGENERATE_CONTRAST = 0.02  # ohm/m, about a thousandth of a phase's resistivity
@@ -32,7 +32,7 @@ def austenite_resistivity(xi_sa: Array, alpha_1: Array, alpha_2: Array) -> Array
 
 
 def interpolation_exponent(gamma: Array, a: Array, b: Array, gamma_max: Array) -> Array:
-    """Exponent of Eq. 2.41: `a` at zero strain, 1 at gamma_max [1].
+    """Exponent of Eq. 2.41: `a` at zero strain, 1 at gamma_max [1]; the second one alike, from `c`.
 
     A negative strain counts as zero. Past gamma_max the printed power goes on falling and would change sign;
     it is held at 0.5 (reached at about 1.1 gamma_max).
@@ -40,9 +40,18 @@ def interpolation_exponent(gamma: Array, a: Array, b: Array, gamma_max: Array) -
     return jnp.maximum(a + (1.0 - a) * chord_power(gamma / gamma_max, b), LOWEST_EXPONENT)
 
 
-def mixing_fraction(xi0: Array, exponent: Array) -> Array:
-    """Weight A of the martensite's resistivity in the mixture, Eq. 2.41 [1]."""
-    return unit_power(xi0, exponent)
+def mixing_fraction(xi0: Array, exponent: Array, second: Array | float = 1.0) -> Array:
+    """Weight A of the martensite's resistivity in the mixture, Eq. 2.41 [1].
+
+    Args:
+        xi0: onset martensite fraction [1].
+        exponent: of Eq. 2.41 [1].
+        second: 1 for the source's power law. Another alloy may mix otherwise (Section 2.4.6); with a second
+            exponent, A = 1 - (1 - xi0^exponent)^second, the double-bounded distribution of Kumaraswamy
+            (1980), the weight may also rise early and late, or slowly at both ends. It inverts in closed
+            form.
+    """
+    return complement_power(unit_power(xi0, exponent), second)
 
 
 def mixed_resistivity(weight: Array, rho_m: Array, rho_a: Array) -> Array:
@@ -70,14 +79,17 @@ class PhaseReading(eqx.Module):
         return self.clipped | self.degenerate
 
 
-def martensite_fraction(rho: Array, rho_m: Array, rho_a: Array, exponent: Array) -> PhaseReading:
+def martensite_fraction(
+    rho: Array, rho_m: Array, rho_a: Array, exponent: Array, second: Array | float = 1.0
+) -> PhaseReading:
     """Onset martensite fraction from resistivity, Eq. 2.48, with its base held in [0, 1] (correction 14).
 
     A held base has zero slope; both flags of the reading say where not to trust it.
     """
     held, clipped = martensite_weight(rho, rho_m, rho_a)
     degenerate = jnp.abs(rho_m - rho_a) < DEGENERATE_CONTRAST
-    return PhaseReading(unit_power(held, 1.0 / exponent), clipped, degenerate)
+    powered = complement_power(held, 1.0 / second)
+    return PhaseReading(unit_power(powered, 1.0 / exponent), clipped, degenerate)
 
 
 def martensite_weight(rho: Array, rho_m: Array, rho_a: Array) -> tuple[Array, Array]:

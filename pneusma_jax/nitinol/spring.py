@@ -10,7 +10,7 @@ from ..chain import PLAIN, Chain
 from .alloy import Alloy
 from .geometry import SpringGeometry
 from .residual_strain import SpringState
-from .resistivity import PhaseReading, interpolation_exponent, martensite_weight, mixing_fraction
+from .resistivity import PhaseReading, martensite_weight
 
 
 class Activation(Protocol):
@@ -60,11 +60,10 @@ class Resistance(eqx.Module):
         """
         chain, alloy = chain.knowing(spring=spring), spring.alloy
         gamma = spring.shear_strain(chain.through("elongation", elongation))
-        exponent = interpolation_exponent(gamma, alloy.a, alloy.b, alloy.gamma_max)
         wire = chain.knowing(elongation=elongation, gamma=gamma).through("wire_resistance", self.value)
         rho = wire / spring.geometry.wire_length
         weight, _ = martensite_weight(rho, alloy.rho_m(gamma), alloy.rho_a(gamma))
-        return mixing_fraction(xi0, exponent) - weight
+        return alloy.mixing_fraction(xi0, gamma) - weight
 
 
 class SpringResponse(eqx.Module):

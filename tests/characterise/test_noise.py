@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from fitting.characterise.noise import autocorrelation, correlation_time, inflation_of, lag_one, robust_noise
 from fitting.models.channels import channel_weight, correlation_by_lags
+from fitting.noise import autocorrelation, correlation_time, inflation_of, lag_one, robust_noise
 from fitting.recordings import Recording
 
 

@@ -8,8 +8,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.characterise.noise import correlation_time, lag_one
 from fitting.least_squares import FitResult
+from fitting.noise import correlation_time, lag_one
 from fitting.parameters import Parameters
 from pneusma_jax.units import from_si
 

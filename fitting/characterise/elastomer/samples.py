@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.characterise.noise import robust_noise
+from fitting.noise import robust_noise
 from fitting.recordings import Recording
 from pneusma_jax.errors import InputError
 

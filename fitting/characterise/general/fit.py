@@ -8,9 +8,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.characterise.noise import correlation_time, inflation_of
 from fitting.least_squares import FitResult, fit_least_squares
 from fitting.models import Model, Rows, model_of, observations, predictor_of, residual_of, silenced, stack
+from fitting.noise import correlation_time, inflation_of
 from fitting.parameters import Parameters
 from fitting.recordings import Recording
 

@@ -5,10 +5,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fitting.characterise.noise import correlation_time, inflation_of
 from fitting.least_squares import FitResult
 from fitting.models import residual_of
 from fitting.models.spring import MARGIN, OUTPUTS
+from fitting.noise import correlation_time, inflation_of
 from fitting.parameters import Parameters
 
 from .information import information, with_errors

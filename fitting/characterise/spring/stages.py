@@ -20,7 +20,7 @@ from .stand_tests import StandTest
 
 COLD = ("G_m", "gamma_L", "beta_1", "beta_2", "beta_3", "rho_mean", "rho_span", "km_1", "km_2", "km_3")
 HOT = ("G_a", "ka_1", "ka_2", "ka_3", "alpha_1", "alpha_2")
-BETWEEN = ("a", "b")
+BETWEEN = ("a", "b", "c")
 SHAPES = ("ka_1", "ka_2", "ka_3", "alpha_2")
 """Shape of the hot curve, which a fit does not always find from one start."""
 UNLOADING = ("gR_amplitude", "gR_slope", "gR_shift", "gR_decay")
