@@ -38,7 +38,7 @@ def posterior_command(campaign, out, model, walkers, ensembles, max_steps, seed,
 
     recordings = read_campaign(campaign)
     check_free(out, force or resume)
-    chain = chain_file(out, resume, force)
+    chain = chain_file(out, resume, force, {"walkers": walkers, "ensembles": ensembles, "seed": seed})
     prepare()
     problem = problem_for(recordings, model and table_argument(model), law, seed)
     result = sample_problem(

@@ -26,6 +26,12 @@ def read(sample: Sample, options: Options) -> Recording:
     notices = list(grid.notices)
     if not options.kind:
         notices.append(f"taken as kind {kind} from its columns (--kind to correct)")
+    taken = {channel.label for channel in channels.values()}
+    aside = [heading.text for heading in grid.headings if heading.text.strip() and heading.text not in taken]
+    if aside:
+        notices.append(
+            f"columns left aside: {', '.join(repr(text) for text in aside)} (--map QUANTITY=COLUMN takes one)"
+        )
     if grid.preamble:
         notices.append(f"{len(grid.preamble)} lines before the table were left aside")
     return assemble(sample.raw, grid, channels, kind, options, Facts(NAME), notices)

@@ -50,9 +50,12 @@ def detect(sample: Sample) -> Format:
         names = " or ".join(hit.name for hit in hits)
         raise refuse(sample.raw.path, f"this could be {names}; pick one with --format")
     known = ", ".join(known.name for known in FORMATS)
+    headings = [] if sample.grid is None else [heading.text for heading in sample.grid.headings]
+    columns = f" ({', '.join(repr(text) for text in headings)})" if headings else ""
     raise refuse(
         sample.raw.path,
-        f"no known format; name its columns with --map QUANTITY=COLUMN, or see the known ones: {known}",
+        f"no known format; name its columns{columns} with --map QUANTITY=COLUMN, or see the known ones: "
+        f"{known}",
     )
 
 

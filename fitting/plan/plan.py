@@ -112,7 +112,7 @@ class Plan:
         return report(self)
 
     def save(self, folder: str | Path, force: bool = False) -> list[Path]:
-        """Write protocol.toml, protocol.csv, protocol.html, protocol.json and the figure, all or nothing.
+        """Write protocol.toml, protocol.csv, protocol.html, report.json and the figure, all or nothing.
 
         Raises:
             InputError: if the folder holds results and `force` is off, or cannot be written.

@@ -80,23 +80,37 @@ def _write_ensemble(group: h5py.Group, backend: emcee.backends.Backend) -> None:
     group.create_dataset("log_prob", data=log_prob, maxshape=(None, walkers))
 
 
+def _attributes(path: Path) -> dict[str, Any]:
+    """What a chain file says of itself."""
+    try:
+        with h5py.File(path, "r") as file:
+            if file.attrs.get("schema") != SCHEMA:
+                raise InputError(f"{path}: this is no chain of `pneusma posterior`; start in another folder")
+            return {name: file.attrs[name] for name in ("settings", "counters", "fingerprint", "logarithm")}
+    except FileNotFoundError:
+        raise InputError(f"{path}: there is no chain to resume; run once without --resume") from None
+    except (OSError, KeyError) as error:
+        raise InputError(f"{path}: cannot be read as a chain ({error})") from None
+
+
+def settings_of(path: Path) -> dict[str, Any]:
+    """Settings that a chain was begun with.
+
+    Raises:
+        InputError: if the file is no chain.
+    """
+    return json.loads(_attributes(path)["settings"])
+
+
 def read(path: Path) -> Checkpoint:
     """Read a chain file.
 
     Raises:
         InputError: if it is not one.
     """
-    try:
-        with h5py.File(path, "r") as file:
-            if file.attrs.get("schema") != SCHEMA:
-                raise InputError(f"{path}: this is no chain of `pneusma posterior`; start in another folder")
-            settings, counters = json.loads(file.attrs["settings"]), json.loads(file.attrs["counters"])
-            fingerprint = str(file.attrs["fingerprint"])
-            signs = [int(sign) for sign in file.attrs["logarithm"]]
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no chain to resume; run once without --resume") from None
-    except (OSError, KeyError) as error:
-        raise InputError(f"{path}: cannot be read as a chain ({error})") from None
+    said = _attributes(path)
+    settings, counters = json.loads(said["settings"]), json.loads(said["counters"])
+    fingerprint, signs = str(said["fingerprint"]), [int(sign) for sign in said["logarithm"]]
     backends = [_read_ensemble(path, f"ensemble_{k}") for k in range(1, settings["ensembles"] + 1)]
     return Checkpoint(backends, fingerprint, settings, counters, signs)
 
@@ -113,18 +127,32 @@ def _read_ensemble(path: Path, name: str) -> emcee.backends.Backend:
     return backend
 
 
+def same_settings(path: Path, stored: dict[str, Any], wanted: dict[str, Any]) -> None:
+    """Refuse to continue a chain with other settings than it was begun with.
+
+    Args:
+        path: of the chain file.
+        stored: its settings.
+        wanted: those asked for; None where nothing was.
+
+    Raises:
+        InputError: if one of them differs.
+    """
+    for name, value in wanted.items():
+        if value is not None and stored.get(name) != value:
+            raise InputError(
+                f"{path}: this chain was run with {name} = {stored.get(name)}, not {value}; "
+                "resume with the same, or start over elsewhere"
+            )
+
+
 def same_chain(path: Path, stored: Checkpoint, fingerprint: str, wanted: dict[str, Any]) -> None:
     """Refuse to continue a chain of something else.
 
     Raises:
         InputError: if data, priors or settings differ.
     """
-    for name, value in wanted.items():
-        if value is not None and stored.settings.get(name) != value:
-            raise InputError(
-                f"{path}: this chain was run with {name} = {stored.settings.get(name)}, not {value}; "
-                "resume with the same, or start over elsewhere"
-            )
+    same_settings(path, stored.settings, wanted)
     if stored.fingerprint != fingerprint:
         raise InputError(
             f"{path}: this chain was sampled from other data, priors or bounds; start over in another "

@@ -1,5 +1,6 @@
 """What `pneusma posterior` decides before it fits: where the chains go, which model is asked for."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from pneusma_jax.calibration import load_calibration
 from pneusma_jax.calibration_model import Calibration
 from pneusma_jax.errors import InputError
 
+from .checkpoint import same_settings, settings_of
 from .models import campaign_problem
 from .problem import Problem
 
@@ -22,15 +24,24 @@ STARTS = {"base": "alloy", "material": "silicone"}
 """Kind of table that each option of a fit takes."""
 
 
-def chain_file(folder: Path, resume: bool, force: bool) -> Path:
-    """Path of the chains, checked against what is there.
+def chain_file(folder: Path, resume: bool, force: bool, wanted: Mapping[str, Any]) -> Path:
+    """Path of the chains, checked against what is there before anything is fitted.
+
+    Args:
+        folder: of the results.
+        resume: whether chains are continued.
+        force: whether they may be replaced.
+        wanted: settings of the chains that were asked for; None where nothing was.
 
     Raises:
-        InputError: if chains would be overwritten without leave, or there are none to resume.
+        InputError: if chains would be overwritten without leave, or there are none to resume, or only those
+            of other settings.
     """
     path = folder / CHAIN
     if resume and not path.exists():
         raise InputError(f"{path}: there is no chain to resume; run once without --resume")
+    if resume:
+        same_settings(path, settings_of(path), dict(wanted))
     if path.exists() and not (resume or force):
         raise InputError(
             f"{path}: chains are here already; continue them with --resume, or replace them with --force"

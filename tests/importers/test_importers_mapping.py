@@ -193,3 +193,13 @@ def test_folders_are_searched_for_numbers(put, tmp_path):
     assert [p.name for p in wanted] == ["a.csv"] and [p.name for p in aside] == ["notes.txt"]
     put("empty/notes.txt", "prose")
     assert "no raw file" in refusal(raw_files, [tmp_path / "empty"])
+
+
+def test_columns_that_nobody_takes_are_named(put):
+    text = "Engineering Strain (-),Engineering Stress (MPa),Jaw Colour\n" + "".join(
+        f"{0.1 * k:g},{0.02 * k:g},{k}\n" for k in range(8)
+    )
+    recording = import_file(put("a.csv", text))
+    assert any("columns left aside: 'Jaw Colour'" in notice for notice in recording.notices)
+    with pytest.raises(InputError, match="no known format; name its columns .*'Jaw Colour'"):
+        import_file(put("b.csv", text.replace("Engineering", "Some")))
