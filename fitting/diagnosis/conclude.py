@@ -8,9 +8,10 @@ from scipy.stats import chi2
 from pneusma_jax.effects import CATALOGUE
 
 from .designs import best_design
+from .drift import DRIFTS
 from .evaluation import Evaluation
 from .explain import LEVEL, Explanation
-from .generic import DRIFTS, Generic, race
+from .generic import Generic, race
 from .locate import Place, locate
 from .probabilities import (
     NOTHING_LEFT,

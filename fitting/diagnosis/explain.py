@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 
+from .drift import explained_by_drift
 from .folds import gain, left_out
 from .program import Program
 from .refit import Fit, Refitter
@@ -41,6 +42,9 @@ PREDICTS = 5.0
 are."""
 WORSE = 3.0
 """Log-likelihood of recordings that were not fitted, deflated, that an effect may cost."""
+DEARER = 0.05
+"""The same as a share of what recordings left out in turn gain: the imperfect form of a strong effect drags
+constants along that a recording without it shows."""
 KEPT = 0.5
 """Share of the misfit of validation recordings from which they contradict an explanation."""
 FAINT = 1.2
@@ -249,6 +253,9 @@ def _choice(program: Program, current: Fit, stage: Stage, original: float) -> Tr
             stage.left_out = float(before.sum())
         if first and stage.left_out < (FAINT if trial.stopped else LESS):
             continue
+        drifting = explained_by_drift(program, current, trial.fit) / inflation_of(program, trial.fit)
+        if trial.bayes - drifting < CERTAIN:
+            continue
         gained, share = gain(before, left_out(program, trial.fit))
         trial.left_out = stage.left_out - gained
         count = program.observations(program.fitted)
@@ -259,7 +266,7 @@ def _choice(program: Program, current: Fit, stage: Stage, original: float) -> Tr
         if not first and gained < OF_ALL * (original - 1.0):
             continue
         lost = surprise(program, trial.fit, program.unseen) - surprise(program, current, program.unseen)
-        if lost / inflation_of(program, trial.fit) > WORSE:
+        if lost / inflation_of(program, trial.fit) > WORSE and lost > DEARER * 0.5 * count * gained:
             continue
         return trial
     return None

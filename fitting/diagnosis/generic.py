@@ -11,10 +11,8 @@ from dataclasses import dataclass
 from functools import cache, partial
 
 import numpy as np
-from scipy.linalg import block_diag
 
-from fitting.models.channels import Channel
-
+from .drift import DRIFTS, drift_columns, outputs_of
 from .evaluation import Evaluation
 from .folds import deciding
 from .locate import drivers_of
@@ -28,12 +26,6 @@ SMOOTH = (1.5, 4.0, 12.0)
 """Correlation lengths that are tried, in knots."""
 SIZES = 10.0 ** np.arange(-1.0, 3.1, 0.5)
 """1-sigmas of the correction that are tried, in those of the noise."""
-DRIFTS = (0.0, 0.2, 0.4, 0.6)
-"""The same of slow drift: more would not pass for noise of the size that is stated."""
-SLOW = 6
-"""Cosines over each recording that drift is made of."""
-LASTING = 0.25
-"""Part of a recording over which drift lasts."""
 
 
 @dataclass(frozen=True)
@@ -171,11 +163,8 @@ def _columns(
         Hat functions in 1-sigmas of the noise, (values, knots), by output and driver; and slow courses of
         every recording's outputs, (values, courses).
     """
-    followed = program.followed(here)
-    outputs = dict.fromkeys(c.quantity for channels in program.channels for c in channels)
-    if program.hidden:  # courses follow a resistance: what they leave of it is too little to go by
-        outputs = [name for name in outputs if not name.startswith("resistance")]
-    drivers, found, drift = drivers_of(program, base), {}, []
+    followed, outputs = program.followed(here), outputs_of(program)
+    drivers, found = drivers_of(program, base), {}
 
     def seen(quantity: str, count: int, columns: Callable[[int, int], np.ndarray]) -> list[np.ndarray]:
         """Columns by number of recording and channel, as they add to one output, by recording."""
@@ -198,16 +187,4 @@ def _columns(
                 size = np.sqrt(np.sum(whole**2) / max(np.count_nonzero(whole.any(axis=1)), 1))
                 if size > 0.0:
                     found[quantity, name] = whole / size
-    for quantity in outputs:
-        drift.append(seen(quantity, SLOW, lambda k, j: _slow(program.channels[k][j])))
-    return found, np.concatenate([block_diag(*parts) for parts in drift], axis=1)
-
-
-def _slow(channel: Channel) -> np.ndarray:
-    """Courses of slow drift of a channel, whitened, (courses, values); together as large as its noise."""
-    there = np.isfinite(channel.sigma)
-    order = np.arange(SLOW)[:, None]
-    t = (np.cumsum(there) - 0.5) / max(there.sum(), 1)
-    size = 1.0 / (1.0 + (LASTING * np.pi * order) ** 2)
-    courses = np.sqrt(size / size.sum()) * np.where(order > 0, np.sqrt(2.0), 1.0) * np.cos(np.pi * order * t)
-    return channel.whitened(np.where(there, courses * np.where(there, channel.sigma, 0.0), 0.0))
+    return found, drift_columns(program, here)
