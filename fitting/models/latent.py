@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, PyTree
 
-from fitting.models.settling import ended, settle, solve_coupled
+from fitting.models.settling import banded, ended, settle, solve_coupled
 
 ROUNDS = 20
 """Most trials of a state."""
@@ -154,7 +154,7 @@ def solve(local: Local, weight: Array, walk: Walk, state: Array, right: Array) -
         coupled = walked * direction + upper * jnp.roll(direction, -1) + jnp.roll(upper * direction, 1)
         return coupled + local.back(weight**2 * local.along(direction))
 
-    return solve_coupled(times, right, diagonal, upper)
+    return solve_coupled(times, right, banded(diagonal, upper))
 
 
 def _remembered(local: Local, weight: Array) -> Array:

@@ -91,17 +91,17 @@ def largest(change: Array, told: Array) -> Array:
     return jnp.max(jnp.abs(change), where=told, initial=0.0)
 
 
-def solve_coupled(times: Callable, right: Array, diagonal: Array, upper: Array) -> Array:
-    """Solution of a symmetric positive system by conjugate gradients, preconditioned by a tridiagonal one.
+def solve_coupled(times: Callable, right: Array, precondition: Callable[[Array], Array]) -> Array:
+    """Solution of a symmetric positive system by conjugate gradients.
 
     Args:
         times: the system times a vector of shape (rows,).
         right: its right-hand side.
-        diagonal, upper: of a tridiagonal system close to it; `upper` ends with a zero.
+        precondition: solves a system close to it, such as its bands.
     """
 
     def iterate(_: object, right: Array) -> Array:
-        return _conjugate_gradients(times, right, lambda rest: solve_tridiagonal(diagonal, upper, rest))
+        return _conjugate_gradients(times, right, precondition)
 
     return jax.lax.custom_linear_solve(times, right, iterate, symmetric=True)
 
@@ -128,7 +128,49 @@ def _conjugate_gradients(times: Callable, right: Array, precondition: Callable) 
     return jax.lax.while_loop(unfinished, better, carry)[0]
 
 
-def solve_tridiagonal(diagonal: Array, upper: Array, right: Array) -> Array:
-    """Solution of a symmetric tridiagonal system; `upper` ends with a zero."""
+def banded(diagonal: Array, upper: Array) -> Callable[[Array], Array]:
+    """Function that solves a symmetric tridiagonal system by LAPACK, shape (rows,) -> (rows,).
+
+    Only for programs that run one at a time: a batch of these solves is split over the threads of the runtime
+    and waits for them, for ever where as many programs run side by side as there are threads.
+
+    Args:
+        diagonal: shape (rows,).
+        upper: next to it; ends with a zero.
+    """
     lower = jnp.concatenate([jnp.zeros(1), upper[:-1]])
-    return tridiagonal_solve(lower, diagonal, upper, right[:, None])[:, 0]
+    return lambda right: tridiagonal_solve(lower, diagonal, upper, right[:, None])[:, 0]
+
+
+def banded_side_by_side(diagonal: Array, upper: Array) -> Callable[[Array], Array]:
+    """As `banded`, of a positive system, for programs that run side by side; alone it is half as fast.
+
+    By parallel cyclic reduction (Hockney and Jesshope, Parallel Computers, 1981): each step couples a row to
+    rows twice as far off, until none is left.
+    """
+    lower, steps = _moved(upper, 1), []
+    for distance in _distances(diagonal.shape[0]):
+        before = -lower / _moved(diagonal, distance, 1.0)
+        after = -upper / _moved(diagonal, -distance, 1.0)
+        steps.append((before, after))
+        diagonal = diagonal + before * _moved(upper, distance) + after * _moved(lower, -distance)
+        lower, upper = before * _moved(lower, distance), after * _moved(upper, -distance)
+
+    def solve(right: Array) -> Array:
+        for distance, (before, after) in zip(_distances(right.shape[0]), steps, strict=True):
+            right = right + before * _moved(right, distance) + after * _moved(right, -distance)
+        return right / diagonal
+
+    return solve
+
+
+def _distances(rows: int) -> list[int]:
+    return [2**k for k in range((rows - 1).bit_length())]
+
+
+def _moved(values: Array, distance: int, fill: float = 0.0) -> Array:
+    """Values of the row `distance` before each; `fill` where there is none."""
+    edge = jnp.full(abs(distance), fill, values.dtype)
+    if distance > 0:
+        return jnp.concatenate([edge, values[:-distance]])
+    return jnp.concatenate([values[-distance:], edge])

@@ -12,7 +12,7 @@ from jaxtyping import Array, Float, PyTree
 
 from fitting.models.latent import Local, variances
 from fitting.models.rows import Rows
-from fitting.models.settling import ended, settle, solve_coupled
+from fitting.models.settling import banded_side_by_side, ended, settle, solve_coupled
 
 HELD = 1e-6
 """Weight of the course so far in every row, which keeps rows that say nothing where they are."""
@@ -111,7 +111,7 @@ class _System(eqx.Module):
         def times(direction: Array) -> Array:
             return local.back(self.weighed(local.along(direction))) + self.walk(direction) + HELD * direction
 
-        return solve_coupled(times, right, diagonal, upper)
+        return solve_coupled(times, right, banded_side_by_side(diagonal, upper))
 
 
 def _later(column: Array) -> Array:

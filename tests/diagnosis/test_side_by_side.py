@@ -1,0 +1,37 @@
+"""Programs of a diagnosis run side by side: none may wait for threads of the runtime that the others hold."""
+
+from pathlib import Path
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from fitting.models.settling import banded, banded_side_by_side
+
+ROOT = Path(__file__).parents[2]
+ROOMS = ("pneusma_jax", "fitting/models/with_effects")
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_no_program_calls_linear_algebra_that_waits_for_threads(room):
+    """Batches of LAPACK's are split over the runtime's threads and wait for them: with as many programs side
+    by side as threads they wait for ever."""
+    files = sorted((ROOT / room).rglob("*.py"))
+    assert files
+    for path in files:
+        text = path.read_text(encoding="utf-8")
+        for word in ("jnp.linalg", "lax.linalg", "jax.scipy.linalg", "import banded,", "banded("):
+            assert word not in text, f"{path.relative_to(ROOT)}: {word}"
+
+
+@pytest.mark.parametrize("rows", [1, 2, 7, 64, 101])
+def test_both_solvers_of_bands_are_that_of_the_whole_matrix(rows):
+    rng = np.random.default_rng(rows)
+    upper = np.append(rng.uniform(-1.0, 0.2, rows - 1), 0.0)
+    diagonal = 1e-3 + np.abs(upper) + np.abs(np.roll(upper, 1)) + (rng.uniform(size=rows) < 0.3)
+    matrix = np.diag(diagonal) + np.diag(upper[:-1], 1) + np.diag(upper[:-1], -1)
+    right = rng.standard_normal(rows)
+    exact = np.linalg.solve(matrix, right)
+    for solver in (banded, banded_side_by_side):
+        found = solver(jnp.asarray(diagonal), jnp.asarray(upper))(jnp.asarray(right))
+        np.testing.assert_allclose(found, exact, rtol=1e-8, atol=1e-10)
