@@ -6,7 +6,7 @@ import numpy as np
 
 from pneusma_jax.effects import CATALOGUE
 
-from .explain import CLOSE, Explanation
+from .explain import CLOSE, Explanation, Stage
 from .program import Program
 from .trials import Trial, reduced
 
@@ -15,6 +15,9 @@ SET = 0.95
 """Probability that an explanation set holds."""
 NOTHING_LEFT = 0.05
 """Share of the misfit that a right explanation may leave."""
+IMPERFECT, DOUBTFUL = 0.2, 0.5
+"""Share of all misfit explained up to which an effect may be what the form of another one, rightly named,
+leaves; and the probability of such a one."""
 
 
 @dataclass
@@ -81,6 +84,7 @@ def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
         rivals = [t for t in stage.trials if t.slug != slug]
         weights = weights_of(np.array([trial.bayes, 0.0, *(t.bayes for t in rivals)]))
         probability = float(weights[0]) * (1.0 - unknown)
+        probability = min(probability, max(_share(explanation, stage) / IMPERFECT, DOUBTFUL))
         if fit.at_bound and any(name.startswith(f"{slug}.") for name in fit.at_bound):
             probability *= 0.7
         parameters = {}
@@ -96,6 +100,12 @@ def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
             )
         )
     return found
+
+
+def _share(explanation: Explanation, stage: Stage) -> float:
+    """Part of all misfit explained that the effect which entered in a stage took away."""
+    whole = explanation.base.objective - explanation.final.objective
+    return (stage.base.objective - stage.entered.fit.objective) / max(whole, 1e-9)
 
 
 def _alike(program: Program, rival: Trial, trial: Trial) -> bool:

@@ -10,6 +10,11 @@ from fitting.characterise.spring.scores import Score, overall
 
 from .general_words import lasting_sentence, overstated_sentence
 
+OTHER_RULE = (
+    " If the alloy is no nitinol, its phases' resistances may mix by another rule: --base new_sma opens it."
+)
+CLOSE_CALL = 4.0
+"""Chi-square by which a best fit that only one start found is ahead, up to which nobody need know."""
 BLIND_SHARE = 0.5
 """Share of a test's rows with a blind resistance from which the test is called blind."""
 
@@ -28,6 +33,7 @@ def verdict(result: SpringCharacterisation) -> list[str]:
             f"The law leaves more than noise (reduced chi-square {reduced:.2g}): what is quoted is the "
             "nearest "
             f"this law comes, and standard errors were multiplied by {result.joint.inflation:.2g}."
+            + (OTHER_RULE if result.identify and "c" not in result.fitted else "")
         )
     elif result.joint.inflation > 1.0:
         said.append(lasting_sentence(result.joint.correlation_time, result.joint.inflation))
@@ -78,7 +84,7 @@ def warnings(result: SpringCharacterisation) -> list[str]:
     if not result.joint.result.success:
         said.append(f"The joint fit did not end well. {result.joint.result.status.value}")
     ahead = lead(result.joint)
-    if ahead > 0.0:
+    if ahead > CLOSE_CALL:
         said.append(
             f"Of {len(result.joint.starts)} starts only one ended at the best fit, the next with a "
             f"chi-square larger by {ahead:.3g}: there may be a better one, and standard errors span what was "

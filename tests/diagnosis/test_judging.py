@@ -8,6 +8,7 @@ import pytest
 from fitting.diagnosis import trials
 from fitting.diagnosis.conclude import MOST_DRIFT, _steady, _unknown
 from fitting.diagnosis.generic import Generic
+from fitting.diagnosis.probabilities import effects_found
 from fitting.diagnosis.screen import _held
 from fitting.diagnosis.side_by_side import THREADS, Tally, side_by_side
 from fitting.diagnosis.trials import _spared, foretold, reduced, surprise
@@ -163,3 +164,26 @@ def test_strengths_that_are_not_needed_cost_next_to_nothing():
     assert saved == pytest.approx(evidence([0, 1]) - evidence([0, 1, 2]))
     assert saved > 1.0
     assert _spared(np.linalg.inv(H), np.array([0.3, 2.0, 2.0]), {1: cost, 2: cost}) == 0.0
+
+
+@pytest.mark.parametrize(("second", "least", "most"), [(200.0, 0.45, 0.55), (700.0, 0.6, 0.8), (2500.0, 0.95, 1.0)])
+def test_a_further_effect_that_explains_little_may_be_what_the_form_of_the_first_leaves(second, least, most):
+    """Of 5000 of misfit explained: evidence of 200 is beyond doubt for something, not for a second effect."""
+
+    def trial(slug, bayes, objective):
+        return SimpleNamespace(slug=slug, bayes=bayes, fit=SimpleNamespace(objective=objective, u=np.zeros(0)))
+
+    def stage(slug, before, after):
+        entered = trial(slug, before - after, after)
+        return SimpleNamespace(chosen=slug, base=SimpleNamespace(objective=before), entered=entered, trials=[entered])
+
+    stages = [stage("self_heating_rate", 6000.0, 1000.0 + second), stage("channel_lag", 1000.0 + second, 1000.0)]
+    slugs = ("self_heating_rate", "channel_lag")
+    program = SimpleNamespace(unknowns=SimpleNamespace(of=lambda names: np.zeros(0, int)))
+    final = SimpleNamespace(slugs=slugs, at_bound=(), objective=1000.0, u=np.zeros(0))
+    explanation = SimpleNamespace(
+        program=program, final=final, base=SimpleNamespace(objective=6000.0), stages=stages
+    )
+    first, further = effects_found(explanation, 0.01)
+    assert first.probability > (0.8 if second < 2000.0 else 0.95)
+    assert least < further.probability < most
