@@ -15,6 +15,7 @@ from .conclude import Conclusion, conclude
 from .explain import explain
 from .locate import drivers_of
 from .program import Program
+from .words import unstated
 
 FEWEST = 20
 """Measured values below which nothing can be said."""
@@ -55,7 +56,7 @@ def diagnose(
     explanation = explain(program, np.random.default_rng(seed), progress, 2 if thorough else 1)
     progress("scoring recordings that were not fitted")
     conclusion = conclude(explanation)
-    conclusion.notes = notes + _beyond(conclusion, model)
+    conclusion.notes = [*_bodies(conclusion), *notes, *_beyond(conclusion, model)]
     if explanation.together:
         conclusion.notes.append(
             "Recordings for validation were fitted, too: only they contradict the base model, or they "
@@ -63,6 +64,18 @@ def diagnose(
         )
     conclusion.asked = answers(asked, conclusion)
     return conclusion
+
+
+def _bodies(conclusion: Conclusion) -> list[str]:
+    """Where recordings say nothing of their specimen: another one looks like missing physics."""
+    silent = unstated(conclusion)
+    if not silent:
+        return []
+    return [
+        f"{', '.join(silent)}: no [geometry] is stated, so the source's specimen was taken; if yours is of "
+        "another size or material, that is what is missing, and this verdict says nothing. State it beside "
+        "the recordings"
+    ]
 
 
 def _beyond(conclusion: Conclusion, model: AugmentedModel | None) -> list[str]:

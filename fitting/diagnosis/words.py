@@ -59,6 +59,20 @@ def separating(slugs: Sequence[str]) -> str:
 
 def verdict_sentences(conclusion: Conclusion) -> list[str]:
     """The verdict first, in one sentence, then what stands behind it."""
+    sentences = _verdict(conclusion)
+    if unstated(conclusion):
+        other = "another specimen than the source's looks like this, too."
+        sentences.insert(1, f"No [geometry] is stated: {other}")
+    return sentences
+
+
+def unstated(conclusion: Conclusion) -> list[str]:
+    """Names of recordings that contradict the model and say nothing of their specimen, where its size counts."""
+    recordings = conclusion.explanation.program.recordings if conclusion.mismatch else []
+    return [r.name for r in recordings if not r.geometry and r.kind not in ("elastomer", "wire")]
+
+
+def _verdict(conclusion: Conclusion) -> list[str]:
     base, after = conclusion.before, conclusion.after
     bound = "at most " if conclusion.explanation.p_is_bound else ""
     chance = f"{bound}{conclusion.explanation.p_value:.3g}"

@@ -171,3 +171,19 @@ def test_an_effect_that_these_recordings_do_not_show(tmp_path):
     report = json.loads((tmp_path / "out" / "report.json").read_text())
     assert not report["asked"][0]["testable"] and "mullins_softening" in report["not_testable_here"]
     assert "--effect mullins_softening" in (tmp_path / "out" / "report.html").read_text()
+
+
+def test_recordings_that_say_nothing_of_their_specimen_are_not_blamed_on_physics_alone():
+    from types import SimpleNamespace
+
+    from fitting.diagnosis.words import unstated
+
+    recordings = [
+        SimpleNamespace(name="bare", kind="tube", geometry={}),
+        SimpleNamespace(name="known", kind="tube", geometry={"length_mm": 50.0}),
+        SimpleNamespace(name="coupon", kind="elastomer", geometry={}),
+    ]
+    program = SimpleNamespace(recordings=recordings)
+    found = SimpleNamespace(mismatch=True, explanation=SimpleNamespace(program=program))
+    assert unstated(found) == ["bare"]
+    assert unstated(SimpleNamespace(mismatch=False, explanation=found.explanation)) == []
