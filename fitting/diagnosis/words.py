@@ -67,7 +67,7 @@ def verdict_sentences(conclusion: Conclusion) -> list[str]:
 
 
 def unstated(conclusion: Conclusion) -> list[str]:
-    """Names of recordings that contradict the model and say nothing of their specimen where its size counts."""
+    """Names of recordings that contradict the model and do not state their specimen where its size counts."""
     recordings = conclusion.explanation.program.recordings if conclusion.mismatch else []
     return [r.name for r in recordings if not r.geometry and r.kind not in ("elastomer", "wire")]
 

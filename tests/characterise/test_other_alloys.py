@@ -11,7 +11,7 @@ TRUTH = {"a": 2.0, "c": 3.0}
 
 
 @pytest.mark.slow
-def test_the_rule_of_another_alloy_is_found_and_that_of_nitinol_is_said_to_fail():
+def test_the_rule_of_another_alloy_is_found():
     campaign = synthesise("spring", seed=3, alloy="krl35", spread="none", truth=TRUTH).campaign
     recordings = [replace(r, geometry={**r.geometry, "alloy": "fit"}) for r in campaign.recordings]
     campaign = replace(campaign, recordings=recordings)
@@ -20,7 +20,3 @@ def test_the_rule_of_another_alloy_is_found_and_that_of_nitinol_is_said_to_fail(
         entry = other.parameters[name]
         assert abs(entry.value - true) < 4.0 * entry.sd < 0.5 * true
     assert other.joint.reduced_chi_square < 1.2
-    nitinol = characterise(campaign, starts=1, profile=0)
-    assert nitinol.joint.reduced_chi_square > 10.0
-    assert "--base new_sma" in " ".join(nitinol.verdict)
-    assert "c" not in nitinol.parameters and nitinol.table().quantities["c"].value == 1.0
