@@ -12,6 +12,7 @@ from scipy.optimize import lsq_linear
 from .evaluation import Evaluation
 from .program import Program
 from .side_by_side import FITS
+from .unknowns import Unknowns
 
 MOST_ROUNDS = 30
 ENOUGH = 0.1
@@ -32,6 +33,12 @@ SHAPE_SD = 1.5
 departure."""
 AT_BOUND = 1e-3
 """Part of its range from a bound, other than its absence, at which a parameter is said to be at it."""
+
+
+def prior_sd(unknowns: Unknowns, free: np.ndarray) -> np.ndarray:
+    """Standard deviations of priors of scaled unknowns; infinite for strengths, which bounds alone hold."""
+    items = [unknowns.items[k] for k in free]
+    return np.array([1.0 if not i.effect else SHAPE_SD if i.shape else np.inf for i in items])
 
 
 @dataclass(frozen=True)
@@ -140,8 +147,7 @@ class Refitter:
         """Departures from the priors' means, and their standard deviations (infinite where flat)."""
         items = [self.unknowns.items[k] for k in free]
         mean = np.array([item.start if item.shape else 0.0 for item in items])
-        sd = np.array([1.0 if not i.effect else SHAPE_SD if i.shape else np.inf for i in items])
-        return u[free] - mean, sd
+        return u[free] - mean, prior_sd(self.unknowns, free)
 
     def _step(
         self, u: np.ndarray, now: tuple, free: np.ndarray, damping: float

@@ -9,7 +9,7 @@ from scipy.optimize import lsq_linear
 from .campaign_noise import with_noise_of
 from .noise import lasting
 from .program import Program
-from .refit import NARROWEST, SHAPE_SD, Fit, Refitter
+from .refit import NARROWEST, SHAPE_SD, Fit, Refitter, prior_sd
 from .screen import Score, Screen
 from .side_by_side import side_by_side
 from .unknowns import Unknowns
@@ -276,14 +276,17 @@ def weigh(program: Program, current: Fit, trials: list[Trial]) -> None:
 
 
 def _occam(program: Program, current: Fit, trial: Trial, inflation: float) -> float:
-    """What the freedom of an effect costs, by Laplace's approximation; misfit counts by 1 / inflation.
+    """What the freedom of an effect costs, by Laplace's approximation; misfit counts by 1 / inflation, and so
+    does what it tells of the numbers.
 
     Of several strengths of an effect each is absent as likely as not: what the recordings do not need costs
     no more than that.
     """
     own, items = program.unknowns.of([trial.slug]), program.unknowns.items
     strengths = [k for k in own if not items[k].shape]
-    total, present = 0.5 * (current.log_det - trial.fit.log_det), 0.5 * np.log(2.0 * np.pi)
+    before, after = (_information(program, fit, inflation) for fit in (current, trial.fit))
+    total = 0.5 * (np.linalg.slogdet(before)[1] - np.linalg.slogdet(after)[1])
+    present = 0.5 * np.log(2.0 * np.pi)
     shape = SHAPE_SD * np.sqrt(2.0 * np.pi)
     widths = {int(k): shape if items[k].shape else items[k].high - items[k].low for k in own}
     total += sum(present - np.log(width) for width in widths.values())
@@ -291,9 +294,18 @@ def _occam(program: Program, current: Fit, trial: Trial, inflation: float) -> fl
         place = {int(k): n for n, k in enumerate(trial.fit.free)}
         wanted = {place[int(k)]: np.log(widths[k]) - present for k in strengths}
         away = trial.fit.u[trial.fit.free] - program.unknowns.neutral[trial.fit.free]
-        total += _spared(trial.fit.covariance, away / np.sqrt(inflation), wanted)
+        total += _spared(np.linalg.inv(after), away, wanted)
         total -= len(strengths) * np.log(2.0)
     return min(total, 0.0)
+
+
+def _information(program: Program, fit: Fit, inflation: float) -> np.ndarray:
+    """Of recordings and priors, on a fit's free numbers, (free, free); misfit counts by 1 / inflation."""
+    unknowns, prior = program.unknowns, prior_sd(program.unknowns, fit.free) ** -2
+    seen = np.linalg.inv(fit.covariance) - np.diag(prior)
+    span = unknowns.high[fit.free] - unknowns.low[fit.free]
+    widest = np.where(prior > 0.0, prior, 12.0 / span**2)
+    return seen / inflation + np.diag(widest)
 
 
 def _spared(covariance: np.ndarray, away: np.ndarray, cost: dict[int, float]) -> float:
