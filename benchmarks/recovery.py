@@ -35,7 +35,7 @@ WISHES = {
     "spring": {"interval_s": 2.0},
     "spring_open": {"interval_s": 2.0, "spread": "prior"},
     "tube": {"tolerance": {"wall_thickness_mm": 0.03, "silicone_stiffness": 0.05}},
-    "wire": {},
+    "wire": {"spread": "prior"},
     "actuator": {},
 }
 KINDS = {"spring_open": "spring"}
@@ -43,7 +43,6 @@ OPTIONS = {
     "spring": {"starts": 1, "profile": 0},
     "spring_open": {"starts": 1, "profile": 0},
     "tube": {"starts": 1},
-    "wire": {"starts": 1},
 }
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from .drift import DRIFTS, drift_columns, outputs_of
 from .evaluation import Evaluation
 from .folds import deciding
-from .locate import drivers_of
+from .locate import drivers_of, knots_of
 from .noise import lasting
 from .program import Program
 from .refit import Fit
@@ -140,12 +140,6 @@ def _factor(count: int, smooth: float) -> np.ndarray:
     return np.linalg.cholesky(np.exp(-0.5 * (apart / smooth) ** 2) + 1e-6 * np.eye(count))
 
 
-def knots_of(values: np.ndarray) -> np.ndarray | None:
-    """Where the correction of a driver bends; None where it hardly varies."""
-    knots = np.unique(np.quantile(np.nan_to_num(values), np.linspace(0.0, 1.0, KNOTS)))
-    return knots if len(knots) >= 3 else None
-
-
 def hats(program: Program, k: int, j: int, driver: np.ndarray, knots: np.ndarray) -> np.ndarray:
     """Whitened hat functions of a driver in channel j of recording k, shape (knots, values)."""
     channel = program.channels[k][j]
@@ -178,7 +172,7 @@ def _columns(
             parts.append((followed[k].projected(added)[0] if followed[k] else added).T)
         return parts
 
-    bent = {name: knots_of(values[program.fitted]) for name, values in drivers.items()}
+    bent = {name: knots_of(np.nan_to_num(values[program.fitted]), KNOTS) for name, values in drivers.items()}
     for name, knots in bent.items():
         if knots is not None:
             columns = partial(hats, program, driver=drivers[name], knots=knots)

@@ -13,6 +13,8 @@ INTERNAL = ("gamma_", "ohms_", "taken", "slope_", "memory_")
 BINS = 10
 DRIVERS = 3
 """Most drivers that are reported."""
+CLOSEST = 0.5
+"""Least distance of a correction's knots, in that of as many evenly over nine tenths of the rows."""
 WINDOW = 0.2
 """Part of a recording in which its misfit is looked for."""
 
@@ -54,6 +56,24 @@ def locate(explanation: Explanation) -> Place:
     if rows is not None and regions:
         regions[0] += f"; the stretch of one recording that holds most is {rows[0]} rows {rows[1]}-{rows[2]}"
     return Place(ranked, shares, regions, rows)
+
+
+def knots_of(values: np.ndarray, count: int) -> np.ndarray | None:
+    """Where a correction over a driver bends: quantiles of it; None where it hardly varies.
+
+    Not more closely than `CLOSEST`: while a driver is held it varies by its noise alone, and so does what a
+    model predicts by it; a correction that bends there would follow that noise.
+
+    Args:
+        values: of the driver, finite, any shape.
+        count: of the quantiles.
+    """
+    low, high = np.quantile(values, [0.05, 0.95])
+    apart, knots = CLOSEST * (high - low) / count, []
+    for knot in np.unique(np.quantile(values, np.linspace(0.0, 1.0, count))):
+        if not knots or knot - knots[-1] > apart:
+            knots.append(knot)
+    return np.array(knots) if len(knots) >= 3 else None
 
 
 def drivers_of(program: Program, fit: Fit) -> dict[str, np.ndarray]:

@@ -11,7 +11,7 @@ import numpy as np
 from .evaluation import Evaluation
 from .folds import Masks, deciding
 from .generic import hats
-from .locate import Place, drivers_of
+from .locate import Place, drivers_of, knots_of
 from .program import Program
 from .refit import Fit
 
@@ -126,5 +126,4 @@ def _knots(program: Program, quantity: str, course: np.ndarray, count: int) -> n
     ]
     seen = np.concatenate(seen)
     seen = seen[np.isfinite(seen)]
-    knots = np.unique(np.quantile(seen, np.linspace(0.0, 1.0, count))) if seen.size else seen
-    return knots if len(knots) >= 3 else None
+    return knots_of(seen, count) if seen.size else None

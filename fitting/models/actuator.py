@@ -113,6 +113,11 @@ def _rows_of(
     return actuator_phase.undecided(rows, len(extra["layout"].spring_numbers))
 
 
+def decides(recordings: list[Rows]) -> bool:
+    """Whether phases are read from resistances, anew as parameters change."""
+    return any(np.any(sd) for rows in recordings for sd in rows.extra["sd"])
+
+
 def decided(values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
     """Recordings with phases as their resistances have them at these parameters; see `actuator_phase`."""
     return actuator_phase.decided(values, recordings)

@@ -27,6 +27,7 @@ from pneusma_jax.chain import Effect
 from pneusma_jax.effects import find_effect, specs_of
 from pneusma_jax.errors import InputError
 
+from .driver_noise import carried_over, noisy
 from .priors import CUT, FIT
 from .registry import model_of
 from .registry import observations as all_observations
@@ -287,11 +288,14 @@ class Augmented:
         return self.decided(values, recordings) if self.decides(recordings) else recordings
 
     def decides(self, recordings: Sequence[Rows]) -> bool:
-        """Whether phases of an actuator are read from resistances, anew as parameters change."""
-        return self.kind == "actuator" and any(np.any(sd) for r in recordings for sd in r.extra["sd"])
+        """Whether anything changes with the parameters that is not smooth in them, as the kind has it."""
+        base = model_of(self.kind)
+        return hasattr(base, "decides") and base.decides(recordings)
 
     def decided(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
-        """Actuators with phases as resistances have them at these parameters."""
+        """Actuators with phases as resistances have them at these parameters, wires with noise of drivers."""
+        if noisy(recordings):
+            return carried_over(self, values, recordings)
         if not self.acting:
             return self._module.decided(values, recordings)
         program = eqx.filter_jit(jax.vmap(self.answer, (None, 0)))

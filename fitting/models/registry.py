@@ -25,7 +25,12 @@ MODULES = {
 
 
 class Model(Protocol):
-    """What the module of a kind holds. All functions of `values` and `rows` are pure and may be traced."""
+    """What the module of a kind holds. All functions of `values` and `rows` are pure and may be traced.
+
+    Where something depends on the parameters without being smooth in them (phases that are read, weights
+    that count the noise of drivers), a module has `decides(recordings)` and `decided(values, recordings)`,
+    too: fits and decisions alternate.
+    """
 
     OUTPUTS: tuple[str, ...]
 

@@ -5,6 +5,7 @@ Of strain and stress the steadier one drives the wire, the other is predicted.
 """
 
 import dataclasses
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from pneusma_jax.nitinol import SpringState, WireAlloy, simulate_wire
 
 from . import priors
 from .building import columns_of, measured_and_weight, smooth
+from .driver_noise import carried_over, noisy, with_drivers
 from .rows import Rows, numbers
 
 OUTPUTS = ("strain", "stress")
@@ -99,7 +101,7 @@ def _rows_of(
         extra["by_stress"] = np.asarray(float(stressed))
     base = {name: quantity.value for name, quantity in quantities.items()}
     base["prestrain"] = recording.full_geometry()["prestrain"]
-    return Rows(
+    rows = Rows(
         mask=np.ones(len(columns["time"]), bool),
         time=columns["time"],
         inputs=inputs,
@@ -109,6 +111,17 @@ def _rows_of(
         extra=extra,
         specimen=np.asarray(specimen),
     )
+    return with_drivers(rows, recording, (driver, "temperature"), block)
+
+
+def decides(recordings: list[Rows]) -> bool:
+    """Whether weights change with the parameters, as noise of a driver matters more or less."""
+    return noisy(recordings)
+
+
+def decided(values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
+    """Recordings weighted by the noise of temperature and of stress or strain, too, at these parameters."""
+    return carried_over(sys.modules[__name__], values, recordings)
 
 
 def parameters_for(campaign: Campaign, base: str | Path | None = None) -> Parameters:

@@ -6,6 +6,7 @@ from diagnosis_coupons import NOISE, curve, write
 
 from fitting.diagnosis.conclude import NAMELESS
 from fitting.diagnosis.generic import race
+from fitting.diagnosis.locate import knots_of
 from fitting.diagnosis.program import Program
 from fitting.diagnosis.trials import reduced, settled_fit
 from fitting.recordings import read_campaign
@@ -39,6 +40,19 @@ def test_a_small_ripple_is_found_with_what_it_goes_with(tmp_path):
 def test_noise_and_drift_are_no_physics(tmp_path, law):
     found, _ = raced(tmp_path / "c", law)
     assert found.bayes < 0.5 * NAMELESS
+
+
+def test_no_correction_bends_within_the_noise_of_a_driver_that_is_held():
+    """Held at two values for four fifths of the rows: what a model predicts there follows its driver's noise."""
+    rng = np.random.default_rng(1)
+    ramp, noise = np.linspace(0.0, 1.0, 40), 1e-4
+    holds = [value + noise * rng.standard_normal(80) for value in (0.3, 0.8)]
+    knots = knots_of(np.concatenate([ramp, *holds]), 24)
+    assert np.diff(knots).min() > 10.0 * noise
+    assert len(knots) >= 5
+    even = knots_of(np.linspace(0.0, 1.0, 500), 24)
+    assert len(even) == 24
+    assert knots_of(np.full(50, 0.3), 24) is None
 
 
 def test_a_chi_square_beyond_chance_contradicts_the_model_only_with_a_signature_and_a_stated_noise():

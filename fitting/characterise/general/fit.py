@@ -130,7 +130,7 @@ def _decided(
     model: Model, recordings: tuple[Recording, ...], rows: list[Rows], result: FitResult
 ) -> tuple[list[Rows], FitResult]:
     """Rounds of deciding what depends on the parameters without being smooth in them, and fitting again."""
-    if not hasattr(model, "decided") or not any(np.any(sd) for r in rows for sd in r.extra.get("sd", ())):
+    if not hasattr(model, "decides") or not model.decides(rows):
         return rows, result
     for _ in range(ROUNDS):
         rows = model.decided(result.values, rows)
