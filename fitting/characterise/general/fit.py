@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.least_squares import FitResult, fit_least_squares
+from fitting.least_squares import FitResult, Status, fit_least_squares
 from fitting.models import Model, Rows, model_of, observations, predictor_of, residual_of, silenced, stack
 from fitting.noise import correlation_time, inflation_of
 from fitting.parameters import Parameters
@@ -22,7 +22,9 @@ OVERSTATED = 0.5
 """The same from which noise that is stated is larger than what recordings scatter by."""
 ROUNDS = 5
 DRAWS = 3
-"""Further draws of starts where the best of the first still misfits: a false minimum, or missing physics."""
+"""Further draws of starts, at most, where the best fit misfits or stopped at a kink."""
+NEAR = 0.1
+"""Standard deviations of the priors by which starts are scattered about a fit that stopped at a kink."""
 SAME = 0.05
 """Change of chi-square below which two rounds of decisions agree."""
 
@@ -114,10 +116,15 @@ def fit_campaign(
     model = model or model_of(recordings[0].kind)
     result = _fit(model, recordings, rows, parameters, starts, seed)
     progress("fit")
-    result, ends = _searched(model, recordings, rows, result, starts, seed, progress)
+    further = (starts, seed, progress)
+    ends = tuple(float(x) for x in result.start_chi_squares)
+    result, more = _searched(model, recordings, rows, result, *further)
     rows, result = _decided(model, recordings, rows, result)
+    if result.status is Status.STALLED:
+        result, near = _searched(model, recordings, rows, result, *further)
+        more += near
     reduced = float(result.reduced_chi_square or np.nan)
-    fit = GeneralFit(recordings, tuple(rows), model, result, ends, reduced, 1.0, 1.0)
+    fit = GeneralFit(recordings, tuple(rows), model, result, ends + more, reduced, 1.0, 1.0)
     misfits = _misfits(fit)
     fit = replace(fit, correlation_time=correlation_time(misfits))
     factor = inflation_of(reduced, misfits)
@@ -137,20 +144,41 @@ def _searched(
     seed: int,
     progress: Callable[[str], None],
 ) -> tuple[FitResult, tuple[float, ...]]:
-    """The best minimum after further starts, while what is left is more than noise; where all starts ended.
+    """The best minimum after further starts, and where those ended.
 
-    Every draw has as many starts as the first (so that nothing compiles anew), one of them the best so far.
+    While what is left is more than noise they are scattered over the priors; while the best fit has stopped
+    at a kink of the law's memory, about that fit. Every draw has as many starts as the first fit (so that
+    nothing compiles anew), one of them the best so far.
     """
-    ends = [float(x) for x in result.start_chi_squares]
+    ends: list[float] = []
     for draw in range(1, DRAWS + 1):
-        if starts < 2 or (result.reduced_chi_square or np.inf) <= MISFIT:
+        missed = (result.reduced_chi_square or np.inf) > MISFIT
+        if starts < 2 or not (missed or result.status is Status.STALLED):
             break
-        other = _fit(model, recordings, rows, _at(result.parameters, result), starts, seed + draw)
+        begin = _at(result.parameters, result)
+        fresh = starts if missed else _about(result, starts - 1, seed + draw)
+        other = _fit(model, recordings, rows, begin, fresh, seed + draw)
         ends += [float(x) for x in other.start_chi_squares[1:]]
         progress("further starts")
         if (other.chi_square or np.inf) < (result.chi_square or np.inf):
             result = other
     return result, tuple(ends)
+
+
+def _about(result: FitResult, count: int, seed: int) -> list[dict[str, float]]:
+    """Starts near a fit, scattered by a part of what is known of each parameter."""
+    random = np.random.default_rng(seed)
+    spread = {
+        name: NEAR * p.prior.sd for name, p in result.parameters.items() if p.free and p.prior is not None
+    }
+    return [
+        {
+            name: float(np.clip(p.value + spread[name] * random.standard_normal(), p.min, p.max))
+            for name, p in result.parameters.items()
+            if name in spread
+        }
+        for _ in range(count)
+    ]
 
 
 def _decided(
@@ -172,7 +200,7 @@ def _fit(
     recordings: tuple[Recording, ...],
     rows: Sequence[Rows],
     parameters: Parameters,
-    starts: int,
+    starts: int | Sequence[Mapping[str, float]],
     seed: int,
 ) -> FitResult:
     used = fitted_only(recordings, rows)
@@ -184,7 +212,7 @@ def _fit(
         observations=getattr(model, "observations", observations)(used),
         rtol=RTOL,
         max_steps=MAX_STEPS,
-        starts=starts if starts > 1 else None,
+        starts=None if starts == 1 else starts,
         seed=seed,
     )
 
