@@ -34,17 +34,24 @@ class PressureCalibration(Effect):
 
 
 class PressureLag(Effect):
-    """The chamber follows the recorded pressure with a first-order lag; tau [s]."""
+    """The chamber follows the recorded pressure through a restriction; tau [s], laminar [Pa].
+
+    Small drops of pressure x drive a laminar flow, in proportion: a first-order lag. Large ones drive that of
+    an orifice, as the root of the drop: `dx/dt = -x / (tau s)` with s = 1 at x = DROP and
+    s^4 proportional to `laminar^2 + x^2`.
+    """
 
     tau: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    laminar: Array = eqx.field(converter=jnp.asarray, default=1e4)
 
     slug: ClassVar[str] = "pressure_lag"
     component: ClassVar[str] = "pressure"
     kinds: ClassVar[str] = "AT"
     sentence: ClassVar[str] = "The pressure in the chamber lags behind the one at the sensor."
-    literature: ClassVar[str] = "flow through a restriction into a chamber, linearised: ISO 6358"
+    literature: ClassVar[str] = "flow through a restriction into a chamber, subsonic: ISO 6358"
     specs: ClassVar[dict[str, Spec]] = {
-        "tau": Spec(0.0, 0.0, 5.0, 0.3, "s", "time constant of the supply line")
+        "tau": Spec(0.0, 0.0, 5.0, 0.3, "s", "time constant of the supply line at a drop of 1 kPa"),
+        "laminar": Spec(1e4, 1.0, 1e6, 1e4, "Pa", "drop of pressure to which the flow is laminar", True),
     }
 
     def begin(self, at: Known) -> tuple[Array, Array]:
@@ -52,19 +59,22 @@ class PressureLag(Effect):
         return at["pressure"], jnp.zeros(())
 
     def _excess(self, at: Known, memory: tuple[Array, Array]) -> Array:
-        """Of the chamber over the sensor; exact for a recorded pressure that is linear over a row.
+        """Of the chamber over the sensor, the recorded pressure being linear over a row.
 
-        So the slope over tau at tau = 0 is minus the pressure's rate: the screen sees the effect.
+        Each part of a row is exact for the time constant of its middle. The slope over tau at tau = 0 is
+        minus the pressure's rate: the screen sees the effect.
         """
         before, excess = memory
-        interval, tau = at["interval"], jnp.where(self.tau >= 0.0, self.tau, 0.0)
-        quick = interval > 30.0 * tau
-        ratio = interval / jnp.where(quick | (tau == 0.0), 1.0, tau)
-        kept = jnp.where(quick, 0.0, jnp.exp(-ratio))
-        flat = ratio < 1e-6
-        slow = jnp.where(flat, 1.0 - 0.5 * ratio, -jnp.expm1(-ratio) / jnp.where(flat, 1.0, ratio))
-        behind = jnp.where(quick, tau / jnp.where(quick, interval, 1.0), slow)
-        return kept * excess - behind * (at["recorded_pressure"] - before)
+        interval, rise = at["interval"] / PARTS, (at["recorded_pressure"] - before) / PARTS
+        tau = jnp.where(self.tau >= 0.0, self.tau, 0.0)
+        for _ in range(PARTS):
+            middle = _followed(excess, 0.5 * interval, 0.5 * rise, tau * self._slower(excess))
+            excess = _followed(excess, interval, rise, tau * self._slower(middle))
+        return excess
+
+    def _slower(self, excess: Array) -> Array:
+        """Factor on the time constant at a drop of pressure [Pa]."""
+        return ((self.laminar**2 + excess**2) / (self.laminar**2 + DROP**2)) ** 0.25
 
     def pressure(self, value: Array, at: Known, memory: tuple[Array, Array]) -> Array:
         """See `Effect.pressure`."""
@@ -73,6 +83,23 @@ class PressureLag(Effect):
     def remember(self, memory: tuple[Array, Array], at: Known) -> tuple[Array, Array]:
         """The recorded pressure, and how far the chamber is from it."""
         return at["recorded_pressure"], self._excess(at, memory)
+
+
+PARTS = 4
+"""Of a row, over each of which a chamber's time constant is one."""
+DROP = 1e3
+"""Pressure [Pa] by which a chamber is behind when its time constant is `tau`."""
+
+
+def _followed(excess: Array, interval: Array, rise: Array, tau: Array) -> Array:
+    """Excess of a first-order follower over what rises linearly by `rise` in an interval [s]; exact."""
+    quick = interval > 30.0 * tau
+    ratio = interval / jnp.where(quick | (tau == 0.0), 1.0, tau)
+    kept = jnp.where(quick, 0.0, jnp.exp(-ratio))
+    flat = ratio < 1e-6
+    slow = jnp.where(flat, 1.0 - 0.5 * ratio, -jnp.expm1(-ratio) / jnp.where(flat, 1.0, ratio))
+    behind = jnp.where(quick, tau / jnp.where(quick, interval, 1.0), slow)
+    return kept * excess - behind * rise
 
 
 class CameraCalibration(Effect):
