@@ -25,7 +25,7 @@ from .probabilities import (
 from .program import Program
 from .prove import Correction, HeldOut, averaged, held_out
 from .refit import Fit
-from .remainder import Remainder, remainder
+from .remainder import Remainder, beside, remainder
 from .trials import floor, foretold, reduced
 from .words import separating
 
@@ -130,6 +130,11 @@ def conclude(explanation: Explanation) -> Conclusion:
         members.insert(0, (UNMODELLED, *model, share, rest and rest.corrected))
     else:
         before, after = held_out(explanation)
+        if named and last[0] > limits[0]:
+            rest = beside(program, explanation.final)
+        if rest is not None:
+            after = averaged([(program, explanation.final, 1.0, rest.corrected)])
+            members = [(*member[:4], rest.corrected) for member in members]
     return Conclusion(
         explanation,
         mismatch,

@@ -4,6 +4,7 @@ It is added to the last model that was fitted and enters the augmented model as 
 range of its driver it is unknown: it is held there, and that is said.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +18,8 @@ from .refit import Fit
 
 COUNTS = (8, 16)
 """Numbers of knots that are tried."""
+WORTH = 0.75
+"""Share of what named effects leave that a smooth term beside them may leave at most."""
 RIDGE = 1e-3
 """Weight that holds the correction near zero, of its own information."""
 
@@ -89,6 +92,20 @@ def remainder(program: Program, fit: Fit, place: Place) -> Remainder | None:
 
     None where no driver does better than nothing.
     """
+    return _described(program, fit, place.drivers, 1.0)
+
+
+def beside(program: Program, fit: Fit) -> Remainder | None:
+    """Describe what named effects leave, in another form than nature's: by any driver.
+
+    None where none takes a quarter of what is left of parts that are left out.
+    """
+    return _described(program, fit, tuple(drivers_of(program, fit)), WORTH)
+
+
+def _described(program: Program, fit: Fit, drivers: Sequence[str], worth: float) -> Remainder | None:
+    """By the driver that predicts parts that are left out best, if it leaves less of their excess over noise
+    than a share `worth`."""
     evaluation = fit.evaluation
     first = int(np.flatnonzero(program.fitted)[0])
     quantity = program.channels[first][0].quantity
@@ -96,8 +113,10 @@ def remainder(program: Program, fit: Fit, place: Place) -> Remainder | None:
     sizes = [len(m) for m in evaluation.misfit]
     outs = deciding(program, sizes)
     trains = [[f * (1.0 - w) for f, w in zip(program.fitted, out, strict=True)] for out in outs]
-    best, least = None, sum(evaluation.chi2(out) for out in outs)
-    for name in place.drivers:
+    excess = sum(evaluation.chi2(out) for out in outs)
+    noise = program.observations(program.fitted)
+    best, least = None, excess if worth >= 1.0 else noise + worth * (excess - noise)
+    for name in drivers:
         for count in COUNTS:
             knots = _knots(program, quantity, courses[name], count)
             if knots is None:

@@ -94,12 +94,12 @@ def _verdict(conclusion: Conclusion) -> list[str]:
         "left out in turn": "recordings left out in turn",
     }
     held = where.get(base.how, "parts of the one recording, left out in turn (within-recording)")
-    with_it = "With it"
+    rest = conclusion.remainder
+    smooth = f"a smooth function of {rest.driver} added to {rest.quantity}" if rest is not None else ""
+    with_it = f"With {'it' if len(names) == 1 else 'them'}"
     if names[0] == "unmodelled":
-        rest = conclusion.remainder
         terms = [f"{name}, which is doubtful," for name in names[1:]]
-        if rest is not None:
-            smooth = f"a smooth function of {rest.driver} added to {rest.quantity}"
+        if smooth:
             terms.append(f"{smooth}, which explains nothing,")
         if not terms:
             return [
@@ -109,6 +109,8 @@ def _verdict(conclusion: Conclusion) -> list[str]:
                 _by_chance(chance),
             ]
         with_it = f"With {' and '.join(terms)}"
+    elif smooth:
+        with_it += f" and, for what it leaves, {smooth}, which explains nothing,"
     return [
         lead,
         f"{with_it} the misfit of {held} falls from a reduced chi-square of {values}.",
