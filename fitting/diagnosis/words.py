@@ -7,9 +7,13 @@ from typing import TYPE_CHECKING
 
 from pneusma_jax.effects import CATALOGUE
 
+from .trials import foretold
+
 if TYPE_CHECKING:
     from .conclude import Conclusion
 
+NOTICED = 2.0
+"""Reduced chi-square of what was not fitted from which an agreement says a word about it."""
 SEPARATE = {
     "opposing_spring_heating": "swap which spring is heated and measure the resistance of the other one as "
     "well",
@@ -80,6 +84,7 @@ def _verdict(conclusion: Conclusion) -> list[str]:
         return [
             "The recordings agree with the base model within its tolerances and their noise.",
             f"A misfit as large as this one would arise by chance with a probability of {chance}.",
+            *_not_fitted(conclusion),
         ]
     names = [f.slug for f in conclusion.found]
     if names and names[0] == "unmodelled":
@@ -115,6 +120,21 @@ def _verdict(conclusion: Conclusion) -> list[str]:
         lead,
         f"{with_it} the misfit of {held} falls from a reduced chi-square of {values}.",
         _by_chance(chance),
+    ]
+
+
+def _not_fitted(conclusion: Conclusion) -> list[str]:
+    """Of an agreement: whether recordings that were not fitted are missed all the same, and why."""
+    program, left = conclusion.explanation.program, conclusion.before.reduced_chi2
+    if program.fitted.all() or not left > NOTICED:
+        return []
+    less = foretold(program, conclusion.explanation.base, program.unseen)
+    missed = f"Recordings kept for validation are missed by more than noise (reduced chi-square {left:.3g}),"
+    if less - 1.0 < 0.5 * (left - 1.0):
+        return [f"{missed} which the uncertainty of the refitted constants explains ({less:.3g} without it)."]
+    return [
+        f"{missed} and the uncertainty of the refitted constants does not explain that ({less:.3g} without "
+        "it): fit one of them as well before you rely on this."
     ]
 
 

@@ -1,5 +1,6 @@
 """A concealed effect is named, modelled and proven; nothing is found where nothing is."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -8,6 +9,7 @@ from click.testing import CliRunner
 
 from fitting.augmented import load_model
 from fitting.cli import main
+from fitting.diagnosis import words
 from fitting.diagnosis.document import model_of, report_of
 from fitting.diagnosis.noise import block_noise
 from fitting.models.channels import Channel
@@ -38,6 +40,17 @@ def test_nothing_is_found_where_nothing_is(null):
     assert null.explanation.p_value > 0.01
     assert null.before.reduced_chi2 == pytest.approx(null.after.reduced_chi2)
     assert 0.7 < null.after.reduced_chi2 < 1.3
+
+
+@pytest.mark.parametrize(
+    ("left", "less", "said"),
+    [(1.9, 1.9, ""), (9.0, 1.1, "explains (1.1"), (9.0, 8.0, "does not explain that (8")],
+)
+def test_an_agreement_says_what_it_is_worth_on_recordings_not_fitted(null, monkeypatch, left, less, said):
+    monkeypatch.setattr(words, "foretold", lambda *_: less)
+    missed = dataclasses.replace(null, before=dataclasses.replace(null.before, reduced_chi2=left))
+    sentence = " ".join(words.verdict_sentences(missed)[2:])
+    assert said in sentence if said else not sentence
 
 
 @pytest.mark.parametrize("which", ["soft", "null"])

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from fitting.posterior.problem import Problem as SamplingProblem
 
 STARTS = 3
+WIRE_STARTS = 8
+"""A wire whose constants are all open has minima of its own beside every kink of its residual strain."""
 
 
 @dataclass(frozen=True)
@@ -227,7 +229,7 @@ def characterise_wire(
     *,
     base: str | Path | None = None,
     adjust: Mapping[str, Mapping[str, Any]] | None = None,
-    starts: int = STARTS,
+    starts: int = WIRE_STARTS,
     seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
 ) -> GeneralCharacterisation:
