@@ -7,6 +7,8 @@ import click
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # see `fitting.cli.characterise`
 
+SOME_FAILED = 1  # exit code
+
 
 @click.command("characterise-batch")
 @click.argument("campaigns", type=click.Path(path_type=Path), nargs=-1, required=True)
@@ -18,7 +20,7 @@ def characterise_batch_command(campaigns, out, seed, force) -> None:
 
     Writes a folder of results for each of them as it is done, and a table over specimens with a hierarchical
     summary of every constant that two or more inform. A campaign that cannot be used is reported and stops
-    none of the others.
+    none of the others; the exit code is then 1.
     """
     from tqdm import tqdm
 
@@ -54,3 +56,5 @@ def characterise_batch_command(campaigns, out, seed, force) -> None:
     click.echo(batch.report())
     click.echo()
     done(files)
+    if any(member.result is None for member in batch.members):
+        click.get_current_context().exit(SOME_FAILED)

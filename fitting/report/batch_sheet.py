@@ -76,7 +76,7 @@ def pooled_table(batch: Batch) -> TextTable:
 NOTE = (
     "Normal-normal random effects, spread by restricted maximum likelihood; the common priors of the fits "
     "were taken out of each specimen's estimates first, all at once, so that none counts once for each "
-    "specimen."
+    "specimen. What is left of them is what the figure shows in grey, so it is wider than in the table above."
 )
 
 

@@ -30,7 +30,8 @@ p, li { max-width: 54rem; }
 .scroll { overflow-x: auto; }
 table { border-collapse: collapse; font-size: .86rem; margin: .6rem 0; }
 th, td { padding: .28rem .7rem; text-align: right; border-bottom: 1px solid #e6e9ef; white-space: nowrap; }
-th { color: #445; font-weight: 600; border-bottom: 2px solid #c9cfda; }
+th { color: #445; font-weight: 600; border-bottom: 2px solid #c9cfda; white-space: normal;
+  vertical-align: bottom; }
 td:first-child, th:first-child { text-align: left; }
 tr.chosen td { background: #eef4ff; font-weight: 600; }
 caption { caption-side: bottom; text-align: left; color: #5b6475; font-size: .88rem; padding-top: .4rem;

@@ -164,7 +164,7 @@ def test_the_command_writes_each_and_all(tmp_path, capsys):
     with pytest.raises(SystemExit) as left:
         main(["characterise-batch", str(tmp_path / "tube"), str(tmp_path / "bad"), "--out", str(tmp_path / "out")])
     said = capsys.readouterr()
-    assert not left.value.code and "bad" in said.err and "1 of 2 campaigns" in said.out
+    assert left.value.code == 1 and "bad" in said.err and "1 of 2 campaigns" in said.out
     assert (tmp_path / "out" / "tube" / "report.html").exists()
     assert {"report.json", "report.html", "specimens.csv", "summary.csv"} <= {
         p.name for p in (tmp_path / "out").iterdir()
