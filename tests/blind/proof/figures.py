@@ -1,5 +1,7 @@
 """Four figures of a scored run: detection, confusion, reliability, and errors on what was not fitted, by method."""
 
+from itertools import pairwise
+
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
@@ -11,6 +13,8 @@ INK, BLUE, ORANGE, GREEN, GREY = "#222222", "#0b5fa5", "#d9730d", "#2f8f5b", "#8
 SHADES = LinearSegmentedColormap.from_list("shades", ["#ffffff", "#cfe0f0", BLUE])
 NOT_CATALOGUED = ("unmodelled", "consistent", "error")
 WIDTH, DPI = 7.2, 150
+NEAR = 1.15
+"""Ratio of neighbouring strengths below which their labels make way for each other."""
 
 
 def draw(score, folder):
@@ -65,6 +69,10 @@ def detection(curve, false_alarms):
         top.set_xticks(x, [str(b["detected"]["n"]) for b in curve], fontsize=8)
         top.xaxis.set_minor_formatter(NullFormatter())
         top.set_xlabel("cases", fontsize=8)
+        for left, right in pairwise(range(len(x))):
+            if x[right] < NEAR * x[left]:
+                top.get_xticklabels()[left].set_horizontalalignment("right")
+                top.get_xticklabels()[right].set_horizontalalignment("left")
         top.spines["top"].set_visible(False)
         top.tick_params(which="both", length=0)
     axes.legend(frameon=False, loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=9)
