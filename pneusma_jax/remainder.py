@@ -1,4 +1,5 @@
-"""What no named effect explains, as a smooth function of what it goes with, added to one output.
+"""What no named effect explains, as a smooth function of what it goes with, added to one output or to the
+stiffness of the silicone.
 
 It describes and does not explain, so it is none of the catalogue: nothing tries it as a candidate. Beyond the
 range of its driver it is unknown; there it is held at its end value, and the rows say so.
@@ -40,14 +41,26 @@ UNITS = {
     "resistance": "ohm",
     "stress": "Pa",
     "time": "s",
+    "silicone_stiffness": "1",
 }
-"""SI units of drivers and outputs; of `xi0_2` that of `xi0`."""
+"""SI units of drivers and of what is corrected; of `xi0_2` that of `xi0`."""
+WALL = "silicone_stiffness"
+"""What is corrected where the silicone's stiffness is: its relative change."""
+STIFFEST, SOFTEST = 10.0, 0.1
+"""Factors on it that no correction exceeds."""
 
 
 def unit_of(name: str) -> str | None:
     """SI unit of a driver or an output, None if there is no such one."""
     stem, _, number = name.rpartition("_")
     return UNITS.get(stem if number in ("1", "2", "3") else name)
+
+
+def wall_drivers(kind: str) -> tuple[str, ...]:
+    """What the silicone's stiffness may follow in recordings of a kind: nothing that a law of its strain or
+    a correction of the one output would say as well."""
+    currents = ("current_1", "current_2", "current_3")
+    return {"elastomer": ("time",), "tube": ("time",), "actuator": ("time", *currents)}.get(kind, ())
 
 
 class Unmodelled(Effect):
@@ -79,7 +92,7 @@ class Unmodelled(Effect):
 
     def outputs(self, value: dict[str, Array], at: Known, memory: Any) -> dict[str, Array]:
         """See `Effect.outputs`; hands the driver's value on, because a rate needs the neighbouring rows."""
-        if self.quantity not in value or ELEMENT[self.kind] not in at:
+        if not self._acts(value, at):
             return value
         return value | {self._told: self._driver(at)}
 
@@ -90,16 +103,27 @@ class Unmodelled(Effect):
         driver = self._course(value[self._told], time)
         known = jnp.isfinite(driver)
         x = jnp.where(known, driver, self.knots[0])
-        added = jnp.where(known, jnp.interp(x, self.knots, self.values), 0.0)
+        added = self._at(driver)
         edge = EDGE * (self.knots[-1] - self.knots[0])
         outside = ~known | (x < self.knots[0] - edge) | (x > self.knots[-1] + edge)
         sums, marks = f"unmodelled_{self.quantity}", f"beyond_{self.quantity}"
         before, marked = value.get(sums, 0.0), value.get(marks, 0.0)
-        return value | {
-            self.quantity: value[self.quantity] + added,
+        return value | self._changed(value, added) | {
             sums: before + added,
             marks: jnp.maximum(marked, outside.astype(float)),
         }
+
+    def _changed(self, value: dict[str, Array], added: Array) -> dict[str, Array]:
+        return {self.quantity: value[self.quantity] + added}
+
+    def _acts(self, value: dict[str, Array], at: Known) -> bool:
+        return self.quantity in value and ELEMENT[self.kind] in at
+
+    def _at(self, driver: Array) -> Array:
+        """What is added where the driver has these values; nothing where it is not known."""
+        known = jnp.isfinite(driver)
+        x = jnp.where(known, driver, self.knots[0])
+        return jnp.where(known, jnp.interp(x, self.knots, self.values), 0.0)
 
     def _driver(self, at: Known) -> Array:
         """Value of one row, of which `_course` makes a rate or a largest one; NaN if it is not known."""
@@ -134,3 +158,30 @@ class Unmodelled(Effect):
         if values.shape[0] < 2:
             return jnp.zeros_like(values)  # a single state is at rest
         return jnp.gradient(values) / jnp.maximum(jnp.gradient(time), 1e-9)
+
+
+class SoftenedWall(Unmodelled):
+    """A relative change of the silicone's stiffness that is a piecewise linear function of one driver.
+
+    Corrections are to first order in what is measured: a coupon's stress goes with the stiffness, a tube's or
+    an actuator's shape with one over it.
+    """
+
+    def wall(self, value: Array, at: Known, memory: Any) -> Array:
+        """See `Effect.wall`."""
+        if ELEMENT[self.kind] not in at:
+            return value
+        change = self._at(self._driver(at))
+        factor = 1.0 + change if self.kind == "elastomer" else 1.0 / jnp.maximum(1.0 - change, 1.0 / STIFFEST)
+        return value * jnp.clip(factor, SOFTEST, STIFFEST)
+
+    def _acts(self, value: dict[str, Array], at: Known) -> bool:
+        return ELEMENT[self.kind] in at
+
+    def _changed(self, value: dict[str, Array], added: Array) -> dict[str, Array]:
+        return {}
+
+
+def unmodelled(knots: Array, values: Array, kind: str, quantity: str, driver: str) -> Unmodelled:
+    """The effect of a remainder; see `Unmodelled` for the arguments."""
+    return (SoftenedWall if quantity == WALL else Unmodelled)(knots, values, kind, quantity, driver)

@@ -3,7 +3,7 @@
     [[effect]]
     slug = "unmodelled"
     kind = "elastomer"          # of the recordings in which it was seen
-    quantity = "stress"         # output that it adds to
+    quantity = "stress"         # output that it adds to, or "silicone_stiffness": its relative change
     driver = "strain"           # what it is a function of; seen from the first knot to the last one
     [effect.parameters]
     knot_1 = {value = 0.0, unit = "1", status = "fitted", source = "..."}
@@ -21,7 +21,7 @@ import tomlkit
 from pneusma_jax.calibration_model import Quantity
 from pneusma_jax.calibration_toml import quantity_entry, read_quantity
 from pneusma_jax.errors import InputError, nearest
-from pneusma_jax.remainder import ELEMENT, UNITS, Unmodelled, unit_of
+from pneusma_jax.remainder import ELEMENT, UNITS, WALL, Unmodelled, unit_of, unmodelled, wall_drivers
 from pneusma_jax.units import UNITS as KNOWN_UNITS
 
 SLUG = Unmodelled.slug
@@ -32,11 +32,12 @@ LEAST = 2
 
 @dataclass(frozen=True)
 class AddedRemainder:
-    """A smooth function of one driver that is added to one output: described, not explained.
+    """A smooth function of one driver that is added to one output or to the silicone's stiffness: described,
+    not explained.
 
     Attributes:
         kind: of the recordings in which it was seen.
-        quantity: output that it adds to.
+        quantity: output that it adds to, or `silicone_stiffness`, whose relative change it is.
         driver: what it is a function of.
         knots: of the driver, ascending, SI; beyond them it is unknown.
         corrections: what is added at each, SI.
@@ -70,7 +71,7 @@ class AddedRemainder:
     def build(self) -> Unmodelled:
         """What simulations take as an effect."""
         numbers = [np.array([q.value for q in column]) for column in (self.knots, self.corrections)]
-        return Unmodelled(*numbers, self.kind, self.quantity, self.driver)
+        return unmodelled(*numbers, self.kind, self.quantity, self.driver)
 
 
 def read_remainder(entry: Mapping[str, Any], where: str) -> AddedRemainder:
@@ -86,6 +87,10 @@ def read_remainder(entry: Mapping[str, Any], where: str) -> AddedRemainder:
         word = entry.get(key)
         if not isinstance(word, str) or (word not in known if key == "kind" else unit_of(word) is None):
             raise InputError(f"{where}: {key} is {word!r}, {nearest(str(word), known)}")
+    wall = entry["quantity"] == WALL
+    if entry["driver"] == WALL or (wall and entry["driver"] not in wall_drivers(entry["kind"])):
+        known = ", ".join(wall_drivers(entry["kind"])) or "nothing"
+        raise InputError(f"{where}: {WALL} of a {entry['kind']} may follow {known}, and nothing follows it")
     parameters = entry.get("parameters", {})
     if not isinstance(parameters, dict):
         raise InputError(f"{where}: parameters must be a table, [effect.parameters]")

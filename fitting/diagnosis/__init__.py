@@ -12,7 +12,7 @@ Rooms, in the order in which they are used:
 - `refit`: least squares of base constants and effects within physical bounds;
 - `screen`, `trials`, `folds`, `explain`: scores of all effects against chance, co-refits and their evidence,
   recordings left out in turn, one effect after the other;
-- `generic`, `remainder`: nameless corrections, to race against and for what is unmodelled;
+- `places`, `generic`, `remainder`: nameless corrections, to race against and for what is unmodelled;
 - `locate`, `prove`, `probabilities`, `conclude`, `designs`: drivers and rows, held-out scores, the verdict,
   the next experiment;
 - `check`: what `run` may be given, and what cannot be tested;

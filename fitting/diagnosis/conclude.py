@@ -6,6 +6,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from pneusma_jax.effects import CATALOGUE
+from pneusma_jax.remainder import WALL
 
 from .designs import best_design
 from .drift import DRIFTS
@@ -124,7 +125,8 @@ def conclude(explanation: Explanation) -> Conclusion:
     if mismatch and (unknown > 0.5 or not named):
         if generic is not None and generic.bayes > NAMELESS:
             place = place.led_by(generic.driver)
-        found, model, rest, before, after = _described(explanation, place, unknown, found)
+        seen = None if generic is None else generic.quantity
+        found, model, rest, before, after = _described(explanation, place, seen, unknown, found)
         share = unknown if named else 1.0
         members = [(s, p, f, (1.0 - share) * w, more) for s, p, f, w, more in members if s != "base"]
         members.insert(0, (UNMODELLED, *model, share, rest and rest.corrected))
@@ -139,7 +141,7 @@ def conclude(explanation: Explanation) -> Conclusion:
         explanation,
         mismatch,
         place,
-        _component(explanation, found),
+        _component(explanation, found, generic),
         found,
         candidates,
         nothing,
@@ -192,25 +194,26 @@ def _spread(program: Program, chosen: np.ndarray) -> float:
 
 
 def _described(
-    explanation: Explanation, place: Place, unknown: float, doubtful: list[Found]
+    explanation: Explanation, place: Place, seen: str | None, unknown: float, doubtful: list[Found]
 ) -> tuple[list[Found], tuple[Program, Fit], Remainder | None, HeldOut, HeldOut]:
     """What enters the model where something is unmodelled, and the scores of the base model and of it.
 
     Doubtful effects do if what was left out needs them, a smooth term if it is predicted better with it.
     """
-    found = [_unmodelled(unknown, doubtful, explanation)]
-    model, final = (explanation.program, explanation.base), (explanation.program, explanation.final)
-    before = after = averaged([(*model, 1.0)])
+    alone = [_unmodelled(unknown, doubtful, explanation)]
+    program = explanation.program
+    before = averaged([(program, explanation.base, 1.0)])
+    options = [(before, alone, explanation.base, None)]
     if doubtful:
-        score = averaged([(*final, 1.0)])
+        score = averaged([(program, explanation.final, 1.0)])
         if score.reduced_chi2 - 1.0 < HELPS * max(before.reduced_chi2 - 1.0, 0.0):
-            found, model, after = [*found, *doubtful], final, score
-    rest = remainder(*model, place)
-    if rest is not None:
-        score = averaged([(*model, 1.0, rest.corrected)])
-        if score.reduced_chi2 < after.reduced_chi2:
-            return found, model, rest, before, score
-    return found, model, None, before, after
+            options.append((score, [*alone, *doubtful], explanation.final, None))
+    for _, found, fit, _ in tuple(options):
+        rest = remainder(program, fit, place, seen)
+        if rest is not None:
+            options.append((averaged([(program, fit, 1.0, rest.corrected)]), found, fit, rest))
+    after, found, fit, rest = min(options, key=lambda option: option[0].reduced_chi2)
+    return found, (program, fit), rest, before, after
 
 
 def _members(explanation: Explanation) -> list[tuple[str, Program, Fit, float, Correction | None]]:
@@ -279,13 +282,14 @@ def _unmodelled(unknown: float, found: list[Found], explanation: Explanation) ->
     )
 
 
-def _component(explanation: Explanation, found: list[Found]) -> str:
+def _component(explanation: Explanation, found: list[Found], generic: Generic | None) -> str:
     """Where a report locates the misfit; springs of an actuator by their number."""
     if not found:
         return "none"
     named = [f.slug for f in found if f.slug != UNMODELLED]
     if not named or found[0].slug == UNMODELLED:
-        return _guess(explanation)
+        softened = generic is not None and generic.quantity == WALL and generic.bayes > NAMELESS
+        return "elastomer" if softened else _guess(explanation)
     component = CATALOGUE[named[0]].component
     if component == "spring" and explanation.program.kind == "wire":
         return "wire"

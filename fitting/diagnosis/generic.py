@@ -1,5 +1,5 @@
 """A correction without a name, raced against the named ones: a smooth function of one driver, added to one
-output.
+output or to the silicone's stiffness.
 
 It is a Gaussian process, linear in its numbers, so that one derivative of the base model serves every
 driver, output and fold, and its evidence is a closed form. Slow drift of every recording by itself competes
@@ -12,11 +12,12 @@ from functools import cache, partial
 
 import numpy as np
 
-from .drift import DRIFTS, drift_columns, outputs_of
+from .drift import DRIFTS, drift_columns
 from .evaluation import Evaluation
 from .folds import deciding
 from .locate import drivers_of, knots_of
 from .noise import lasting
+from .places import acts, hats, responses
 from .program import Program
 from .refit import Fit
 
@@ -33,7 +34,7 @@ class Generic:
     """How well a nameless correction explains a campaign.
 
     Attributes:
-        quantity: output that it adds to.
+        quantity: output that it adds to, or the stiffness whose relative change it is; see `places`.
         driver: what it is a function of; the pair is that of largest evidence.
         bayes: log Bayes factor over the base model; the number of corrections tried is counted, and it is
             deflated by what they leave, as those of effects are.
@@ -100,7 +101,7 @@ def _best(
         nominal: misfit of the nominal base model, to first order, (values,).
         A: its derivatives by base constants, whose priors are of unit size, (values, constants).
         drift: slow courses of unit size, (values, courses).
-        columns: derivatives by a correction's values at its knots, (values, knots), by output and driver.
+        columns: derivatives by a correction's values at its knots, (values, knots), by place and driver.
         w: 1 where a value counts, 0 elsewhere.
     """
     highest, found, without, adrift = -np.inf, None, -np.inf, nominal
@@ -140,45 +141,32 @@ def _factor(count: int, smooth: float) -> np.ndarray:
     return np.linalg.cholesky(np.exp(-0.5 * (apart / smooth) ** 2) + 1e-6 * np.eye(count))
 
 
-def hats(program: Program, k: int, j: int, driver: np.ndarray, knots: np.ndarray) -> np.ndarray:
-    """Whitened hat functions of a driver in channel j of recording k, shape (knots, values)."""
-    channel = program.channels[k][j]
-    x = np.clip(np.nan_to_num(driver[k]), knots[0], knots[-1])
-    columns = np.stack([np.interp(x, knots, row) for row in np.eye(len(knots))])
-    return channel.whitened(np.where(np.isfinite(channel.sigma), columns, 0.0))
-
-
 def _columns(
     program: Program, base: Fit, here: Evaluation
 ) -> tuple[dict[tuple[str, str], np.ndarray], np.ndarray]:
     """What nameless corrections and drift do to the misfit, less what hidden courses explain of it.
 
     Returns:
-        Hat functions in 1-sigmas of the noise, (values, knots), by output and driver; and slow courses of
+        Hat functions in 1-sigmas of the noise, (values, knots), by place and driver; and slow courses of
         every recording's outputs, (values, courses).
     """
-    followed, outputs = program.followed(here), outputs_of(program)
+    followed, places = program.followed(here), responses(program, base)
     drivers, found = drivers_of(program, base), {}
 
-    def seen(quantity: str, count: int, columns: Callable[[int, int], np.ndarray]) -> list[np.ndarray]:
-        """Columns by number of recording and channel, as they add to one output, by recording."""
+    def seen(columns: Callable[[int, int], np.ndarray]) -> np.ndarray:
+        """Columns by number of recording and channel, of all recordings."""
         parts = []
         for k, channels in enumerate(program.channels):
-            own = [
-                columns(k, j) if c.quantity == quantity else np.zeros((count, len(c.measured)))
-                for j, c in enumerate(channels)
-            ]
-            added = np.concatenate(own, axis=1)
+            added = np.concatenate([columns(k, j) for j in range(len(channels))], axis=1)
             parts.append((followed[k].projected(added)[0] if followed[k] else added).T)
-        return parts
+        return np.concatenate(parts)
 
     bent = {name: knots_of(np.nan_to_num(values[program.fitted]), KNOTS) for name, values in drivers.items()}
     for name, knots in bent.items():
-        if knots is not None:
-            columns = partial(hats, program, driver=drivers[name], knots=knots)
-            for quantity in outputs:
-                whole = np.concatenate(seen(quantity, len(knots), columns))
+        for place, response in places.items() if knots is not None else ():
+            if acts(place, name, program.kind):
+                whole = seen(partial(hats, program, response=response, driver=drivers[name], knots=knots))
                 size = np.sqrt(np.sum(whole**2) / max(np.count_nonzero(whole.any(axis=1)), 1))
                 if size > 0.0:
-                    found[quantity, name] = whole / size
+                    found[place, name] = whole / size
     return found, drift_columns(program, here)

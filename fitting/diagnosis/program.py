@@ -249,6 +249,21 @@ class Program:
         whole = replace(first, slopes=slopes)
         return self._evaluated(u, columns, whole, search, again=bool(rest))
 
+    def slopes(self, here: Evaluation, columns: np.ndarray) -> dict[str, np.ndarray]:
+        """Derivatives of the outputs by some unknowns where hidden courses stay as they are, by quantity.
+
+        Args:
+            here: an evaluation.
+            columns: indices of unknowns, any number.
+
+        Returns:
+            SI per scaled unit, (columns, recordings of the stack, rows); NaN where the model has no answer.
+        """
+        stacked, width = with_courses(self.stacked, here.courses), self._compiled.width
+        chunks = [columns[first : first + width] for first in range(0, len(columns), width)]
+        runs = [self._run(here.u, chunk, stacked) for chunk in chunks]
+        return {name: np.concatenate([run.slopes[name] for run in runs]) for name in runs[0].slopes}
+
     def _begun(self, stacked: Rows, near: Evaluation, u: np.ndarray) -> Rows:
         """Recordings whose searches for hidden courses begin with those of an evaluation, foretold at `u`."""
         if self.pace.shape[1]:
