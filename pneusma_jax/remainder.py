@@ -129,7 +129,6 @@ class Unmodelled(Effect):
         """Value of one row, of which `_course` makes a rate or a largest one; NaN if it is not known."""
         name, unknown = self.driver, jnp.asarray(jnp.nan)
         stem, _, number = name.rpartition("_")
-        solved = at["solved"]
         if name in ("time", "temperature"):
             return at[name] if name in at else unknown
         if name in ("pressure", "pressure_rate"):
@@ -138,6 +137,7 @@ class Unmodelled(Effect):
             return self._strain(at)
         if stem == "current":
             return (at["currents"] if "currents" in at else {}).get(int(number), unknown)
+        solved = at["solved"]  # which a slot before the row is solved does not know
         if stem == "xi0":
             found = dict(zip(at["actuator"].spring_numbers, solved.springs, strict=True))
             return found[int(number)].xi0 if int(number) in found else unknown

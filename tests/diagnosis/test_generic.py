@@ -6,10 +6,14 @@ from diagnosis_coupons import NOISE, curve, write
 
 from fitting.diagnosis.conclude import NAMELESS
 from fitting.diagnosis.generic import race
-from fitting.diagnosis.locate import knots_of
+from fitting.diagnosis.locate import Place, knots_of
 from fitting.diagnosis.program import Program
+from fitting.diagnosis.remainder import remainder
 from fitting.diagnosis.trials import reduced, settled_fit
 from fitting.recordings import read_campaign
+from pneusma_jax.coupon import simulate_coupon
+from pneusma_jax.remainder import unmodelled
+from pneusma_jax.silicone import load_silicone
 
 
 def raced(folder, law):
@@ -68,3 +72,25 @@ def test_a_chi_square_beyond_chance_contradicts_the_model_only_with_a_signature_
     assert verdict(True, True)
     assert not verdict(False, True) and not verdict(True, False)
     assert not verdict(True, True, 0.95)  # recordings for validation see nothing of it
+
+
+def test_a_silicone_that_cures_is_a_stiffness_that_goes_with_time(tmp_path):
+    """Not a drifting force: where nothing pulls, nothing changes. Its remainder is what was done to it."""
+    grown = lambda size: np.linspace(0.0, 120.0, size) / (np.linspace(0.0, 120.0, size) + 60.0)  # noqa: E731
+    folder = write(tmp_path / "c", lambda e: curve(e) * (0.9 + 0.3 * grown(e.size)))
+    program, base = settled_fit(Program.of(read_campaign(folder), "elastomer"))
+    found = race(program, base)
+    assert (found.quantity, found.driver) == ("silicone_stiffness", "time")
+    assert found.bayes > NAMELESS and found.left_out < 1.3
+    rest = remainder(program, base, Place(["time"], {}, [], None), found.quantity)
+    assert rest.quantity == "silicone_stiffness"
+    stiffness = float(program.unknowns.items[0].value(base.u[0]))
+    late = np.array([10.0, 60.0, 110.0])
+    told = stiffness * (1.0 + np.interp(late, rest.knots, rest.values))
+    assert np.allclose(told, 0.9 + 0.3 * late / (late + 60.0), rtol=0.02)
+    effect = unmodelled(rest.knots, rest.values, "elastomer", rest.quantity, rest.driver)
+    plain = load_silicone("dragon_skin_10_fast")
+    seen = simulate_coupon(plain, np.full(3, 0.4), time=late, effects=(effect,)).seen
+    change = np.interp(late, rest.knots, rest.values)
+    assert np.allclose(seen["stress"], plain(np.full(3, 0.4)) * (1.0 + change), rtol=1e-12)
+    assert np.allclose(seen["unmodelled_silicone_stiffness"], change, rtol=1e-12)
