@@ -11,7 +11,7 @@ from pneusma_jax.remainder import WALL
 from .designs import best_design
 from .drift import DRIFTS
 from .evaluation import Evaluation
-from .explain import LEVEL, Explanation
+from .explain import LEVEL
 from .generic import Generic, race
 from .locate import Place, locate
 from .probabilities import (
@@ -27,6 +27,7 @@ from .program import Program
 from .prove import Correction, HeldOut, averaged, held_out
 from .refit import Fit
 from .remainder import Remainder, beside, remainder
+from .stages import Explanation
 from .trials import floor, foretold, reduced
 from .words import separating
 
@@ -44,6 +45,10 @@ and more."""
 LEFT, SIGNIFICANT = 0.15, 3.0
 """Excess of a reduced chi-square over 1 that counts as left over: this much, and as many of its standard
 deviations."""
+OVER, BESIDE = 0.3, 0.25
+"""Excess of a reduced chi-square over 1, of what was fitted or of what was not, from which named effects
+leave something unmodelled, if it is also more than the share that a right form may leave; and its probability
+at least: of models that left as much one in four stood for something else."""
 HELPS = 0.5
 """Share of the misfit of what was left out that a doubtful effect may leave to stay in the model."""
 FAINT = 1.4
@@ -118,6 +123,8 @@ def conclude(explanation: Explanation) -> Conclusion:
     if not mismatch:  # no candidate survived being fitted; what is left is judged as a whole
         explanation.p_value = max(explanation.p_value, _tail(program, _steady(base[0], generic)))
         explanation.p_is_bound = False
+    over = named and unknown <= 0.5 and _over(base, last, limits)
+    unknown = max(unknown, BESIDE) if over else unknown
     candidates, nothing = probabilities(explanation, mismatch, unknown)
     unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
     found = effects_found(explanation, unknown) if named else []
@@ -132,11 +139,13 @@ def conclude(explanation: Explanation) -> Conclusion:
         members.insert(0, (UNMODELLED, *model, share, rest and rest.corrected))
     else:
         before, after = held_out(explanation)
-        if named and last[0] > limits[0]:
+        if named and (over or last[0] > limits[0]):
             rest = beside(program, explanation.final)
         if rest is not None:
             after = averaged([(program, explanation.final, 1.0, rest.corrected)])
             members = [(*member[:4], rest.corrected) for member in members]
+        if over:
+            found.append(_left_over(explanation, unknown, last, found))
     return Conclusion(
         explanation,
         mismatch,
@@ -262,6 +271,26 @@ def _unknown(base: list[float], last: list[float], floors: list[float], limits: 
             share = (after - noise) / max(before - noise, 1e-6)
             worst = max(worst, (share - NOTHING_LEFT) / (MUCH_LEFT - NOTHING_LEFT))
     return float(np.clip(worst, 0.01, 0.97))
+
+
+def _over(base: list[float], last: list[float], limits: list[float]) -> bool:
+    """Whether named effects leave more than noise and than a right form may: their model does not hold."""
+    return any(
+        after > max(1.0 + OVER, limit) and after - 1.0 > NOTHING_LEFT * (before - 1.0)
+        for before, after, limit in zip(base, last, limits, strict=True)
+    )
+
+
+def _left_over(explanation: Explanation, unknown: float, last: list[float], found: list[Found]) -> Found:
+    """What named effects leave, as an entry of its own beside them."""
+    program, names = explanation.program, [f.slug for f in found]
+    masks = program.fitted, program.unseen
+    excess = [(left - 1.0) * program.observations(mask) for left, mask in zip(last, masks, strict=True)]
+    text = (
+        f"{' and '.join(names)} {'leaves' if len(names) == 1 else 'leave'} more than noise: the form is not "
+        "quite nature's, or something else acts as well or instead."
+    )
+    return Found(UNMODELLED, float(unknown), float(0.5 * max(excess)), {}, names, text)
 
 
 def _unmodelled(unknown: float, found: list[Found], explanation: Explanation) -> Found:

@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .explain import Explanation
 from .program import Program
 from .refit import Fit
+from .stages import Explanation
 
 INTERNAL = ("gamma_", "ohms_", "taken", "slope_", "memory_")
 """Beginnings of the names of drivers that reports do not use."""

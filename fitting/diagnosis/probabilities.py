@@ -6,8 +6,9 @@ import numpy as np
 
 from pneusma_jax.effects import CATALOGUE
 
-from .explain import CLOSE, Explanation, Stage
+from .choose import CLOSE
 from .program import Program
+from .stages import Explanation, Stage
 from .trials import Trial, reduced
 
 UNMODELLED = "unmodelled"

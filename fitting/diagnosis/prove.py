@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .evaluation import Evaluation
-from .explain import Explanation
 from .folds import ROUNDS, Masks, folds
 from .program import Program
 from .refit import Fit, Refitter
 from .side_by_side import side_by_side
+from .stages import Explanation
 
 Correction = Callable[[Evaluation, Masks], Evaluation]
 """Of a prediction, from what is weighed of its misfit."""

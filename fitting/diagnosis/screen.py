@@ -155,19 +155,9 @@ def _shapes(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> list[np.ndarr
             shapes = unknowns.shapes(slug)
             u[unknowns.amplitudes(slug)] = 0.0
             for place, k in enumerate(shapes):
-                item = unknowns.items[k]
-                low, high = float(item.value(item.low)), float(item.value(item.high))
-                typical = float(item.value(item.start))
                 share = ((trial if place == 0 else rng.permutation(SHAPES)[trial]) + 0.5) / SHAPES
-                if trial == 0:
-                    value = typical
-                elif low > 0.0 and high / low > 8.0:
-                    value = low * (high / low) ** share
-                elif low >= 0.0 and typical > 0.0 and high / typical > 8.0:
-                    value = typical * 10.0 ** (2.0 * share - 1.0)
-                else:
-                    value = low + (high - low) * share
-                u[k] = item.scaled(value)
+                item = unknowns.items[k]
+                u[k] = item.at_share(share) if trial else item.start
         points.append(u)
     return points
 

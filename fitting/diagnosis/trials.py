@@ -24,6 +24,9 @@ PROMISING = 2
 """Candidates that stay because the screen ranks them first, however they began."""
 PURSUED = 3
 """Candidates that are fitted to the end, from two starts each."""
+OTHER_SHAPES = (0.15, 0.5, 0.85)
+"""Shares of the range of its shapes from which such an effect is fitted, too, where fits are quick: a time
+constant or a width has optima of its own."""
 TO_THE_END = 40
 """Most trial steps of such a fit."""
 FAINTER = 0.1
@@ -194,6 +197,9 @@ def trials_of(
     kept = ahead(PURSUED)
     progress(f"fitting {', '.join(kept)} to the end")
     jobs = [(slug, start, TO_THE_END) for slug in kept for start in (best[slug], starts[slug][1])]
+    if not program.hidden:
+        elsewhere = {slug: _reshaped(program.unknowns, slug, best) for slug in kept}
+        jobs += [(slug, start, TO_THE_END) for slug in kept for start in elsewhere[slug]]
     for slug, fit in side_by_side(fitted, jobs):
         if fit.objective < best[slug].objective:
             best[slug] = fit
@@ -221,6 +227,19 @@ def _starts(unknowns: Unknowns, score: Score) -> list[np.ndarray]:
     idle = (first[own] == 0.0) & (typical != 0.0)  # an amplitude at zero never tells its shapes
     first[own[idle]] = 0.02 * typical[idle]
     return [first, nominal]
+
+
+def _reshaped(unknowns: Unknowns, slug: str, best: dict[str, Fit]) -> list[np.ndarray]:
+    """The best fit of a candidate so far with its shapes elsewhere, at typical strength."""
+    shapes, own, found = unknowns.shapes(slug), unknowns.amplitudes(slug), []
+    for share in OTHER_SHAPES if shapes.size else ():
+        u = best[slug].u.copy()
+        u[shapes] = [unknowns.items[k].at_share(share) for k in shapes]
+        typical = np.array([unknowns.items[k].start for k in own])
+        signs = np.where(u[own] < 0.0, -1.0, 1.0)
+        u[own] = np.clip(signs * np.abs(typical), unknowns.low[own], unknowns.high[own])
+        found.append(u)
+    return found
 
 
 def _fainter(unknowns: Unknowns, slug: str, current: np.ndarray, start: np.ndarray) -> np.ndarray:

@@ -65,6 +65,17 @@ class Unknown:
             return float(np.log(value / self.reference) / self.scale)
         return (value - self.reference) / self.scale
 
+    def at_share(self, share: float) -> float:
+        """Scaled number a share [1] of the way from what is low for it to what is high, about its typical
+        value where its bounds are decades from it."""
+        low, high = float(self.value(self.low)), float(self.value(self.high))
+        typical = float(self.value(self.start))
+        if low > 0.0 and high / low > 8.0:
+            return self.scaled(low * (high / low) ** share)
+        if low >= 0.0 and typical > 0.0 and high / typical > 8.0:
+            return self.scaled(typical * 10.0 ** (2.0 * share - 1.0))
+        return self.scaled(low + (high - low) * share)
+
     def spread(self, u: float, sd: float) -> float:
         """Standard deviation in SI of a scaled one."""
         return abs(self.scale * sd * (float(self.value(u)) if self.logarithmic else 1.0))

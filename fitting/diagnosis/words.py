@@ -87,6 +87,8 @@ def _verdict(conclusion: Conclusion) -> list[str]:
             *_not_fitted(conclusion),
         ]
     names = [f.slug for f in conclusion.found]
+    over = names[-1:] == ["unmodelled"] and len(names) > 1 and names[0] != "unmodelled"
+    names = names[:-1] if over else names
     if names and names[0] == "unmodelled":
         lead = "The recordings contradict the base model, and no effect that is known here explains them."
     elif len(names) == 1:
@@ -119,6 +121,7 @@ def _verdict(conclusion: Conclusion) -> list[str]:
     return [
         lead,
         f"{with_it} the misfit of {held} falls from a reduced chi-square of {values}.",
+        *([f"That is more than noise: {conclusion.found[-1].text}"] if over else []),
         _by_chance(chance),
     ]
 

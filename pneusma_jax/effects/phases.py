@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array
 
 from ..chain import Effect, Known
+from ._saturation import settled
 from ._spec import Spec
 from ._springs import branch, each, law_of, law_stress, solved_springs, zeros
 
@@ -272,13 +273,14 @@ class SelfHeatingRate(Effect):
 
 
 class CyclicShakedown(Effect):
-    """Irreversible strain that grows with cycles, `(1 - exp(-N / cycles))` times `strain` [1].
+    """Irreversible strain that grows with cycles, `settled(N / cycles, slowness)` times `strain` [1].
 
-    It is added to the residual strain after the base rule; `plastic` [1] is a part that neither law nor
-    resistivity feel, so that both see less strain; `shift` [1] one that unloads in every state; `apparent`
-    [1] what the resistivity alone does not see; and `resistivity` [1] what the resistance gains. N counts the
-    elongation's path over twice the largest stretch of the test (a spring or wire whose length is
-    prescribed), else the fraction's path over two: heat cycles.
+    It comes to its end exponentially where `slowness` [1] is 0, ever more slowly where it is larger. It is
+    added to the residual strain after the base rule; `plastic` [1] is a part that neither law nor resistivity
+    feel, so that both see less strain; `shift` [1] one that unloads in every state; `apparent` [1] what the
+    resistivity alone does not see; and `resistivity` [1] what the resistance gains. N counts the elongation's
+    path over twice the largest stretch of the test (a spring or wire whose length is prescribed), else the
+    fraction's path over two: heat cycles.
     """
 
     strain: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -287,6 +289,7 @@ class CyclicShakedown(Effect):
     apparent: Array = eqx.field(converter=jnp.asarray, default=0.0)
     resistivity: Array = eqx.field(converter=jnp.asarray, default=0.0)
     cycles: Array = eqx.field(converter=jnp.asarray, default=3.0)
+    slowness: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "cyclic_shakedown"
     component: ClassVar[str] = "spring"
@@ -300,6 +303,7 @@ class CyclicShakedown(Effect):
         "apparent": Spec(0.0, 0.0, 0.03, 4e-3, "1", "strain that the resistivity does not see", kinds="AS"),
         "resistivity": Spec(0.0, -0.05, 0.05, 0.01, "1", "relative change of the resistance", kinds="AS"),
         "cycles": Spec(3.0, 0.3, 50.0, 3.0, "1", "cycles in which two thirds of it come", True),
+        "slowness": Spec(0.0, 0.0, 3.0, 0.5, "1", "lateness of the rest; 0 exponential, 1 hyperbolic", True),
     }
 
     def begin(self, at: Known) -> dict[int, tuple]:
@@ -307,7 +311,7 @@ class CyclicShakedown(Effect):
         return each(at, zeros(3))
 
     def _progress(self, at: Known, memory: dict) -> Array:
-        return -jnp.expm1(-memory[at["number"]][2] / self.cycles)
+        return settled(memory[at["number"]][2] / self.cycles, self.slowness)
 
     def stress(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.stress`."""

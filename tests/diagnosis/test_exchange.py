@@ -5,8 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.diagnosis import explain
-from fitting.diagnosis.explain import Explanation, Stage, _exchanged, _pruned
+from fitting.diagnosis import exchange, explain
+from fitting.diagnosis.exchange import exchanged, pruned
+from fitting.diagnosis.stages import Explanation, Stage
 from fitting.diagnosis.trials import Trial
 
 SLUGS = ("gravity", "thick_wall", "tip_contact", "wrap_friction")
@@ -29,8 +30,8 @@ def searched(monkeypatch):
             assert near == "here"  # hidden courses begin with those of the model that it came from
             return fit(slugs, objectives[slugs])
 
-    monkeypatch.setattr(explain, "Refitter", Refitter)
-    monkeypatch.setattr(explain, "inflation_of", lambda program, fit: 2.0)
+    monkeypatch.setattr(exchange, "Refitter", Refitter)
+    monkeypatch.setattr(exchange, "inflation_of", lambda program, fit: 2.0)
     unknowns = SimpleNamespace(of=lambda names: np.array([SLUGS.index(n) for n in names]), neutral=np.zeros(4))
     first = Stage(None, None, [Trial(s, fit([s], 500.0), 100.0 - 10.0 * k, 0.0) for k, s in enumerate(SLUGS)])
     second = Stage(None, None, [Trial("wrap_friction", fit(("gravity", "wrap_friction"), 200.0), 50.0, 0.0)])
@@ -41,7 +42,7 @@ def searched(monkeypatch):
 def test_a_rival_that_fits_much_better_takes_the_place(searched):
     program, current, stages, objectives = searched
     objectives |= {("thick_wall", "wrap_friction"): 60.0, ("tip_contact", "wrap_friction"): 190.0}
-    found = _exchanged(program, current, stages)
+    found = exchanged(program, current, stages)
     assert found.slugs == ("thick_wall", "wrap_friction")
     assert stages[0].chosen == "thick_wall" and stages[0].entered.left_out == 3.0
     assert [(t.slug, t.bayes) for t in stages[0].trials] == [
@@ -54,18 +55,20 @@ def test_a_rival_that_fits_much_better_takes_the_place(searched):
 def test_one_that_fits_a_little_better_does_not(searched):
     program, current, stages, objectives = searched
     objectives |= {("thick_wall", "wrap_friction"): 190.0, ("tip_contact", "wrap_friction"): 300.0}
-    found = _exchanged(program, current, stages)
-    assert found is current and stages[0].chosen == "gravity" and len(stages[0].trials) == 4
+    found = exchanged(program, current, stages)
+    assert found is current and stages[0].chosen == "gravity"
+    beside = [(t.slug, t.bayes) for t in stages[0].trials]  # what each is worth now, beside the second
+    assert beside == [("thick_wall", 105.0), ("gravity", 100.0), ("tip_contact", 50.0)]
 
 
 def test_an_effect_that_another_made_idle_is_dropped_and_the_next_one_leads(searched):
     program, current, stages, objectives = searched
     objectives |= {("wrap_friction",): 210.0}
-    rest = _pruned(program, current)
+    rest = pruned(program, current)
     assert rest.slugs == ("wrap_friction",)
     assert Explanation(program, None, rest, stages, 0.0, True).leading is stages[1]
     objectives[("wrap_friction",)] = 300.0
-    assert _pruned(program, current) is current
+    assert pruned(program, current) is current
     assert Explanation(program, None, current, stages, 0.0, True).leading is stages[0]
 
 
@@ -81,7 +84,8 @@ def test_all_recordings_are_fitted_where_those_to_fit_name_nothing(monkeypatch, 
     monkeypatch.setattr(explain, "settled_fit", lambda program: (program, None))
     monkeypatch.setattr(explain, "Refitter", lambda program: None)
     monkeypatch.setattr(explain, "screen", lambda *_: SimpleNamespace(p_value=chance))
-    monkeypatch.setattr(explain, "_search", lambda *_: Explanation(program, None, final, [], chance, True))
+    found = Explanation(program, None, final, [], chance, True)
+    monkeypatch.setattr(explain._Search, "whole", lambda *_: found)
     monkeypatch.setattr(explain, "_contradicted", lambda _: contradicted)
     monkeypatch.setattr(explain, "_together", lambda *a: seen.append(a))
     assert explain.explain(program, None).final is final

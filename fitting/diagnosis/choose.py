@@ -1,0 +1,86 @@
+"""Which candidate enters a model, if any may: evidence, and what recordings that are left out say."""
+
+
+from .drift import explained_by_drift
+from .folds import gain, left_out
+from .program import Program
+from .refit import Fit
+from .stages import Stage
+from .trials import Trial, inflation_of, reduced, surprise
+
+CERTAIN = 8.0
+"""Log Bayes factor from which an effect enters the model; the number of candidates is already counted."""
+FIRST_SHARE = 0.1
+"""Of the misfit of recordings left out in turn, what the first effect must take away."""
+SHARE = 0.45
+"""The same for a further effect: the imperfect form of a true effect leaves a remainder that something else
+fits."""
+OF_ALL = 0.025
+"""Of the base model's own misfit, what a further effect must take away."""
+PREDICTS = 5.0
+"""Log-likelihood of recordings left out in turn that every effect must gain, deflated as log Bayes factors
+are."""
+WORSE = 3.0
+"""Log-likelihood of recordings that were not fitted, deflated, that an effect may cost."""
+DEARER = 0.05
+"""The same as a share of what recordings left out in turn gain: the imperfect form of a strong effect drags
+constants along that a recording without it shows."""
+FAINT = 1.2
+"""Reduced chi-square of left-out recordings up to which no effect is believed that ends at a bound."""
+LESS = 0.75
+"""Reduced chi-square of left-out recordings up to which none is: the base model predicts them better than the
+noise would let it."""
+CLOSE = 4.0
+"""Log Bayes factor within which two explanations are not told apart."""
+BEHIND = 0.2, 0.1
+"""Share of the best log Bayes factor by which the first and a further effect may be behind: if left-out
+recordings refute what explains the fitted ones best, what explains them much worse is no better a guess."""
+ENOUGH = 1.1
+"""Reduced chi-square at which nothing is left to explain."""
+
+
+def choice(program: Program, current: Fit, stage: Stage, original: float) -> Trial | None:
+    """The trial that enters the model, if any may.
+
+    Args:
+        program: of the campaign.
+        current: model so far.
+        stage: with the trials, best first; what is left out is scored as far as it is asked for.
+        original: the base model's score on recordings left out; NaN for the first effect.
+    """
+    first, before = not current.slugs, None
+    behind = max(CLOSE, BEHIND[0 if first else 1] * stage.trials[0].bayes) if stage.trials else 0.0
+    for trial in stage.trials:
+        if trial.bayes < CERTAIN or (not first and trial.stopped):
+            continue
+        if stage.trials[0].bayes - trial.bayes > behind:
+            break
+        if before is None:
+            before = left_out(program, current)
+            stage.left_out = float(before.sum())
+        if first and stage.left_out < (FAINT if trial.stopped else LESS):
+            continue
+        drifting = explained_by_drift(program, current, trial.fit) / inflation_of(program, trial.fit)
+        if trial.bayes - drifting < CERTAIN:
+            continue
+        gained, share = gain(before, left_out(program, trial.fit))
+        trial.left_out = stage.left_out - gained
+        count = program.observations(program.fitted)
+        if 0.5 * count * gained / inflation_of(program, trial.fit) < PREDICTS:
+            continue
+        if share < (FIRST_SHARE if first else SHARE):
+            continue
+        if not first and gained < OF_ALL * (original - 1.0):
+            continue
+        lost = surprise(program, trial.fit, program.unseen) - surprise(program, current, program.unseen)
+        if lost / inflation_of(program, trial.fit) > WORSE and lost > DEARER * 0.5 * count * gained:
+            continue
+        return trial
+    return None
+
+
+def much_left(program: Program, current: Fit, base: Fit) -> bool:
+    """Whether a further effect could take away enough to be believed."""
+    left = reduced(program, current, program.fitted)
+    original = reduced(program, base, program.fitted)
+    return left >= ENOUGH and left - 1.0 >= OF_ALL * (original - 1.0)

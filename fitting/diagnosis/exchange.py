@@ -1,0 +1,81 @@
+"""Effects of a model exchanged for others, or dropped, once further ones are there."""
+
+from dataclasses import replace
+from functools import partial
+
+from .choose import CERTAIN
+from .program import Program
+from .refit import Fit, Refitter
+from .side_by_side import side_by_side
+from .stages import Stage
+from .trials import Trial, inflation_of
+
+POLISHING = 40
+"""Most trial steps of a model that was chosen."""
+RIVALS = 3
+"""Rivals of an effect that are tried in its place once another one is there."""
+
+
+def polished(program: Program, fit: Fit) -> Fit:
+    """A chosen model fitted once more: from nominal base constants, too, in case the others held it back."""
+    home = fit.u.copy()
+    home[program.unknowns.base] = 0.0
+    again = lambda start: Refitter(program).fit(fit.slugs, start, POLISHING)  # noqa: E731
+    options = side_by_side(again, (fit, home))
+    return min([fit, *options], key=lambda f: f.objective)
+
+
+def exchanged(program: Program, fit: Fit, stages: list[Stage]) -> Fit:
+    """The model with an earlier effect exchanged for a rival that fits clearly better beside the others:
+    alone, an effect may have stood for two.
+
+    The stage in which the effect was found is told anew: what it and its rivals are worth beside the others.
+    """
+    for slug in fit.slugs[:-1]:
+        stage = next(s for s in stages if s.chosen == slug)
+        rivals = [t for t in stage.trials if t.slug not in fit.slugs and t.bayes > CERTAIN][:RIVALS]
+        others = side_by_side(partial(_instead, program, fit, slug), rivals)
+        found = {slug: fit} | {rival.slug: other for rival, other in zip(rivals, others, strict=True)}
+        best = min(found, key=lambda name: found[name].objective)
+        inflation = inflation_of(program, found[best])
+        _retold(stage, found, inflation)
+        if (fit.objective - found[best].objective) / inflation > CERTAIN:
+            stage.chosen, fit = best, found[best]
+    return fit
+
+
+def _retold(stage: Stage, found: dict[str, Fit], inflation: float) -> None:
+    """Trials of a stage by what each is worth beside the effects that came later, best first."""
+    entered = stage.entered
+    stage.trials = [
+        replace(
+            trial,
+            fit=found[trial.slug],
+            bayes=entered.bayes + (found[entered.slug].objective - found[trial.slug].objective) / inflation,
+            left_out=entered.left_out,
+        )
+        for trial in stage.trials
+        if trial.slug in found
+    ]
+    stage.trials.sort(key=lambda trial: -trial.bayes)
+
+
+def _instead(program: Program, fit: Fit, slug: str, rival: Trial) -> Fit:
+    """A model with a rival in the place of one of its effects."""
+    start, old, new = fit.u.copy(), program.unknowns.of([slug]), program.unknowns.of([rival.slug])
+    start[old], start[new] = program.unknowns.neutral[old], rival.fit.u[new]
+    slugs = tuple(rival.slug if s == slug else s for s in fit.slugs)
+    return Refitter(program).fit(slugs, start, POLISHING, fit.evaluation)
+
+
+def pruned(program: Program, fit: Fit) -> Fit:
+    """Drop effects whose absence costs nothing once the others are there."""
+    for slug in fit.slugs[:-1]:
+        rest = tuple(s for s in fit.slugs if s != slug)
+        start = fit.u.copy()
+        own = program.unknowns.of([slug])
+        start[own] = program.unknowns.neutral[own]
+        without = Refitter(program).fit(rest, start, near=fit.evaluation)
+        if (without.objective - fit.objective) / inflation_of(program, fit) < CERTAIN:
+            return without
+    return fit
