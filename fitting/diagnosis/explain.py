@@ -10,14 +10,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .choose import BEHIND, CERTAIN, CLOSE, choice, much_left
+from .choose import BEHIND, CERTAIN, CLOSE, PREDICTS, choice, much_left
 from .exchange import exchanged, polished, pruned
 from .folds import left_out
 from .program import Program
 from .refit import Fit, Refitter
 from .screen import Screen, screen
 from .stages import Explanation, Stage
-from .trials import Trial, fair, floor, foretold, reduced, settled_fit, surprise, trials_of
+from .trials import Trial, fair, floor, foretold, inflation_of, reduced, settled_fit, surprise, trials_of
 
 MOST_EFFECTS = 3
 DETOURS = 2
@@ -172,21 +172,45 @@ class _Search:
         behind = max(CLOSE, BEHIND[0] * tried[0].bayes)
         first = explanation.stages[0]
         rivals = [t for t in tried if t.slug not in final.slugs and tried[0].bayes - t.bayes < behind]
-        for rival in [t for t in rivals if t.bayes > CERTAIN][: self.effort * DETOURS]:
+        rivals = [t for t in rivals if t.bayes > CERTAIN][: self.effort * DETOURS]
+        worth, best_so_far = self._as_it_is(explanation) if rivals else (0.0, final)
+        for rival in rivals:
             self.progress(f"looking for a second effect beside {rival.slug}")
-            begun = replace(first, trials=list(tried), chosen=rival.slug)
-            stage = self._stage(program, rival.fit)
-            if stage.screen.p_value > LEVEL:
+            stage = self._seconded(program, rival.fit)
+            best = _second(stage)
+            if best is None or rival.bayes + best.bayes < worth + CERTAIN:
                 continue
-            best = self._step(program, stage, first.left_out)
-            if best is None:
-                continue
-            begun.entered.left_out = stage.left_out
-            stages = [begun, stage]
+            stage.chosen, stage.left_out = best.slug, first.left_out
+            stages = [replace(first, trials=list(tried), chosen=rival.slug), stage]
             found = self._settled(program, stage, best, stages)
-            worth = sum(s.entered.bayes for s in explanation.stages if s.chosen in explanation.final.slugs)
-            if rival.bayes + best.bayes > worth + CERTAIN and _predicts(program, found, explanation.final):
+            more = rival.bayes + best.bayes - worth
+            if len(found.slugs) > 1 and _surpasses(program, best_so_far, found, more):
                 explanation.stages, explanation.final = stages, found
+                worth, best_so_far = rival.bayes + best.bayes, found
+
+    def _seconded(self, program: Program, fit: Fit) -> Stage:
+        """A further stage and its trials, whatever may enter."""
+        stage = self._stage(program, fit)
+        if stage.screen.p_value <= LEVEL:
+            stage.trials = trials_of(program, fit, stage.screen, self.progress, self.effort)
+        return stage
+
+    def _as_it_is(self, explanation: Explanation) -> tuple[float, Fit]:
+        """Log Bayes factor of what was found, and its fit; of one effect alone with the best second one, as
+        rivals have it."""
+        program, final = explanation.program, explanation.final
+        found = [s for s in explanation.stages if s.chosen in final.slugs]
+        worth = sum(s.entered.bayes for s in found)
+        if len(found) > 1:
+            return worth, final
+        last = explanation.stages[-1]
+        second = _second(last if last.base is final else self._seconded(program, final))
+        return (worth + second.bayes, second.fit) if second else (worth, final)
+
+
+def _second(stage: Stage) -> Trial | None:
+    """The trial of largest evidence, if that is certain and within physical bounds."""
+    return next((t for t in stage.trials if t.bayes > CERTAIN and not t.stopped), None)
 
 
 def _noticed(program: Program, fit: Fit) -> bool:
@@ -198,10 +222,12 @@ def _noticed(program: Program, fit: Fit) -> bool:
     return False
 
 
-def _predicts(program: Program, fit: Fit, other: Fit) -> bool:
-    """Whether a model predicts recordings left out in turn better than another one, and those that were never
-    fitted not worse."""
-    if np.sum(left_out(program, fit)) >= np.sum(left_out(program, other)):
+def _surpasses(program: Program, old: Fit, new: Fit, more: float) -> bool:
+    """Whether another explanation is clearly better: by evidence, of which it has `more`, on recordings left
+    out in turn, and on those that were never fitted."""
+    if more < CERTAIN:
         return False
-    lost = surprise(program, fit, program.unseen) - surprise(program, other, program.unseen)
-    return lost <= 0.0
+    gained = float(np.sum(left_out(program, old)) - np.sum(left_out(program, new)))
+    if 0.5 * program.observations(program.fitted) * gained / inflation_of(program, new) < PREDICTS:
+        return False
+    return surprise(program, new, program.unseen) <= surprise(program, old, program.unseen)
