@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis import trials
-from fitting.diagnosis.conclude import MOST_DRIFT, _steady, _unknown
+from fitting.diagnosis.conclude import MOST_DRIFT, _left_over, _over, _steady, _unknown
 from fitting.diagnosis.generic import Generic
 from fitting.diagnosis.probabilities import effects_found
 from fitting.diagnosis.screen import _held
@@ -134,6 +134,26 @@ def test_no_trial_is_credited_with_a_kink_that_the_model_so_far_was_shut_in_by(m
 def test_a_name_that_leaves_a_quarter_of_a_misfit_gives_way(left, first):
     unknown = _unknown([9.0, 9.0], [1.0, left], [1.0, 1.0], [1.2, 1.2])
     assert (unknown > 0.5) == (first == "unmodelled")
+
+
+@pytest.mark.parametrize(("before", "after", "over"), [
+    ([3.0, 5.0], [1.02, 1.5], True),  # what was not fitted is missed by an eighth of its misfit
+    ([3.0, 5.0], [1.02, 1.25], False),  # it is not, to 0.3
+    ([3.0, 5.0], [1.5, 1.0], True),  # what was fitted is missed
+    ([3.0, 60.0], [1.02, 3.5], False),  # a right form may leave a twentieth
+    ([3.0, 1.0], [1.02, 1.25], False),
+])  # fmt: skip
+def test_a_model_that_does_not_hold_leaves_something_unmodelled(before, after, over):
+    assert _over(before, after, [1.15, 1.15]) is over
+
+
+def test_what_a_named_effect_leaves_is_said_beside_it():
+    program = SimpleNamespace(fitted=np.array([True, False]), unseen=np.array([False, True]), observations=lambda m: 100.0)
+    explanation = SimpleNamespace(program=program)
+    found = _left_over(explanation, 0.3, [1.1, 1.6], [SimpleNamespace(slug="gravity")])
+    assert (found.slug, found.probability, found.confusable) == ("unmodelled", 0.3, ["gravity"])
+    assert found.bayes == pytest.approx(0.5 * 0.6 * 100.0)
+    assert found.text.startswith("gravity leaves more than noise")
 
 
 def test_base_constants_at_a_bound_absorb_nothing():

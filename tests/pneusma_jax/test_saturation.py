@@ -1,0 +1,39 @@
+"""How what cycles leave behind comes to its end: exponential, hyperbolic and everything between."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from pneusma_jax.effects import find_effect
+from pneusma_jax.effects._saturation import LEAST, settled
+
+X = jnp.array([0.0, 0.1, 1.0, 4.0, 30.0])
+
+
+def test_known_courses():
+    np.testing.assert_allclose(settled(X, 0.0), 1.0 - np.exp(-X), rtol=1e-14)
+    np.testing.assert_allclose(settled(X, 1.0), X / (1.0 + X), rtol=1e-14)
+    np.testing.assert_allclose(settled(X, 2.0), 1.0 - 1.0 / np.sqrt(1.0 + 2.0 * X), rtol=1e-14)
+
+
+def test_its_rate_falls_as_the_power_of_what_is_to_come():
+    for q in (0.0, 0.4, 1.0, 2.5):
+        rate = jax.vmap(jax.grad(settled), (0, None))(X, q)
+        np.testing.assert_allclose(rate, (1.0 - settled(X, q)) ** (1.0 + q), rtol=1e-9, atol=1e-14)
+
+
+@pytest.mark.parametrize("q", [0.0, 0.5 * LEAST, 2.0 * LEAST, 1.0])
+def test_its_derivative_by_slowness_is_finite_and_right_where_the_form_changes(q):
+    found = jax.vmap(jax.grad(settled, argnums=1), (0, None))(X, q)
+    step = 1e-3
+    around = [settled(X, q + k * step) for k in (-1, 1)]
+    np.testing.assert_allclose(found, (around[1] - around[0]) / (2.0 * step), atol=2e-3)
+    assert np.all(np.isfinite(found)) and found[0] == 0.0
+
+
+def test_a_slow_shakedown_leaves_less_early_and_as_much_in_the_end():
+    quick, slow = (find_effect("cyclic_shakedown")(shift=0.01, cycles=1.0, slowness=q) for q in (0.0, 1.0))
+    memory = {1: (jnp.asarray(1.0), jnp.asarray(0.0), jnp.asarray(2.0))}
+    early = [float(effect._progress({"number": 1}, memory)) for effect in (quick, slow)]
+    assert early[0] == pytest.approx(1.0 - np.exp(-2.0)) and early[1] == pytest.approx(2.0 / 3.0)
