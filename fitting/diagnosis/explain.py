@@ -20,9 +20,9 @@ from .stages import Explanation, Stage
 from .trials import Trial, fair, floor, foretold, inflation_of, reduced, settled_fit, surprise, trials_of
 
 MOST_EFFECTS = 3
-DETOURS = 2
+DETOURS = 1, 2
 """Rivals of the first effect from which a second one is looked for, too, where what was found leaves more
-than noise: alone, an effect may have stood for two."""
+than noise: alone, an effect may have stood for two; with hidden courses, whose fits are slow, and without."""
 NOISE = 0.05, 2.0
 """Excess of a reduced chi-square over 1 up to which it is noise: this much, and as many of its standard
 deviations."""
@@ -172,7 +172,7 @@ class _Search:
         behind = max(CLOSE, BEHIND[0] * tried[0].bayes)
         first = explanation.stages[0]
         rivals = [t for t in tried if t.slug not in final.slugs and tried[0].bayes - t.bayes < behind]
-        rivals = [t for t in rivals if t.bayes > CERTAIN][: self.effort * DETOURS]
+        rivals = [t for t in rivals if t.bayes > CERTAIN][: self.effort * DETOURS[not program.hidden]]
         worth, best_so_far = self._as_it_is(explanation) if rivals else (0.0, final)
         for rival in rivals:
             self.progress(f"looking for a second effect beside {rival.slug}")

@@ -24,7 +24,7 @@ class World:
         self.noticed = True
         self.program = SimpleNamespace(
             unknowns=SimpleNamespace(slugs=("both", "one", "two")), fitted=np.array([True]), unseen=np.array([False]),
-            observations=lambda mask: 200.0,
+            observations=lambda mask: 200.0, hidden=False,
         )  # fmt: skip
         tried = [Trial("both", fit("both"), 100.0, 0.0), Trial("one", fit("one"), 90.0, 0.0), Trial("far", fit("far"), 40.0, 0.0)]
         stage = Stage(fit(), SimpleNamespace(p_value=0.001), list(tried), 3.0, "both")
