@@ -181,10 +181,13 @@ class _Search:
             if best is None or rival.bayes + best.bayes < worth + CERTAIN:
                 continue
             stage.chosen, stage.left_out = best.slug, first.left_out
-            stages = [replace(first, trials=list(tried), chosen=rival.slug), stage]
+            stages = [replace(first, trials=[replace(t) for t in tried], chosen=rival.slug), stage]
             found = self._settled(program, stage, best, stages)
             more = rival.bayes + best.bayes - worth
-            if len(found.slugs) > 1 and _surpasses(program, best_so_far, found, more):
+            left = _surpassing(program, best_so_far, found, more) if len(found.slugs) > 1 else None
+            if left is not None:
+                for told in stages:
+                    told.entered.left_out = left
                 explanation.stages, explanation.final = stages, found
                 worth, best_so_far = rival.bayes + best.bayes, found
 
@@ -222,12 +225,14 @@ def _noticed(program: Program, fit: Fit) -> bool:
     return False
 
 
-def _surpasses(program: Program, old: Fit, new: Fit, more: float) -> bool:
-    """Whether another explanation is clearly better: by evidence, of which it has `more`, on recordings left
-    out in turn, and on those that were never fitted."""
+def _surpassing(program: Program, old: Fit, new: Fit, more: float) -> float | None:
+    """Reduced chi-square of recordings left out in turn by another explanation, if that is clearly better: by
+    evidence, of which it has `more`, on those recordings, and on those that were never fitted."""
     if more < CERTAIN:
-        return False
-    gained = float(np.sum(left_out(program, old)) - np.sum(left_out(program, new)))
+        return None
+    left = float(np.sum(left_out(program, new)))
+    gained = float(np.sum(left_out(program, old))) - left
     if 0.5 * program.observations(program.fitted) * gained / inflation_of(program, new) < PREDICTS:
-        return False
-    return surprise(program, new, program.unseen) <= surprise(program, old, program.unseen)
+        return None
+    better = surprise(program, new, program.unseen) <= surprise(program, old, program.unseen)
+    return left if better else None
