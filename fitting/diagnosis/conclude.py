@@ -123,7 +123,7 @@ def conclude(explanation: Explanation) -> Conclusion:
     if not mismatch:  # no candidate survived being fitted; what is left is judged as a whole
         explanation.p_value = max(explanation.p_value, _tail(program, _steady(base[0], generic)))
         explanation.p_is_bound = False
-    over = named and unknown <= 0.5 and _over(base, last, limits)
+    over = named and unknown <= 0.5 and _over(alone, last, floors)
     unknown = max(unknown, BESIDE) if over else unknown
     candidates, nothing = probabilities(explanation, mismatch, unknown)
     unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
@@ -146,6 +146,7 @@ def conclude(explanation: Explanation) -> Conclusion:
             members = [(*member[:4], rest.corrected) for member in members]
         if over:
             found.append(_left_over(explanation, unknown, last, found))
+        found.sort(key=lambda f: -f.probability)
     return Conclusion(
         explanation,
         mismatch,
@@ -273,11 +274,11 @@ def _unknown(base: list[float], last: list[float], floors: list[float], limits: 
     return float(np.clip(worst, 0.01, 0.97))
 
 
-def _over(base: list[float], last: list[float], limits: list[float]) -> bool:
+def _over(base: list[float], last: list[float], floors: list[float]) -> bool:
     """Whether named effects leave more than noise and than a right form may: their model does not hold."""
     return any(
-        after > max(1.0 + OVER, limit) and after - 1.0 > NOTHING_LEFT * (before - 1.0)
-        for before, after, limit in zip(base, last, limits, strict=True)
+        after > noise + OVER and after - noise > NOTHING_LEFT * (before - noise)
+        for before, after, noise in zip(base, last, floors, strict=True)
     )
 
 

@@ -33,19 +33,28 @@ def exchanged(program: Program, fit: Fit, stages: list[Stage]) -> Fit:
     """
     for slug in fit.slugs[:-1]:
         stage = next(s for s in stages if s.chosen == slug)
-        rivals = [t for t in stage.trials if t.slug not in fit.slugs and t.bayes > CERTAIN][:RIVALS]
-        others = side_by_side(partial(_instead, program, fit, slug), rivals)
-        found = {slug: fit} | {rival.slug: other for rival, other in zip(rivals, others, strict=True)}
+        found = _beside(program, fit, stage)
         best = min(found, key=lambda name: found[name].objective)
         inflation = inflation_of(program, found[best])
-        _retold(stage, found, inflation)
         if (fit.objective - found[best].objective) / inflation > CERTAIN:
+            _retold(stage, found, inflation)
             stage.chosen, fit = best, found[best]
     return fit
 
 
+def retold(program: Program, fit: Fit, stage: Stage) -> None:
+    """Tell a stage anew: what its effect and the effect's rivals are worth beside the others of a model."""
+    _retold(stage, _beside(program, fit, stage), inflation_of(program, fit))
+
+
+def _beside(program: Program, fit: Fit, stage: Stage) -> dict[str, Fit]:
+    """A model, and those with a rival in the place of the effect of a stage, by that effect."""
+    rivals = [t for t in stage.trials if t.slug not in fit.slugs and t.bayes > CERTAIN][:RIVALS]
+    others = side_by_side(partial(_instead, program, fit, stage.chosen), rivals)
+    return {stage.chosen: fit} | {t.slug: other for t, other in zip(rivals, others, strict=True)}
+
+
 def _retold(stage: Stage, found: dict[str, Fit], inflation: float) -> None:
-    """Trials of a stage by what each is worth beside the effects that came later, best first."""
     entered = stage.entered
     stage.trials = [
         replace(

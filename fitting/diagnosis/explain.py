@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .choose import BEHIND, CERTAIN, CLOSE, PREDICTS, choice, much_left
-from .exchange import exchanged, polished, pruned
+from .exchange import exchanged, polished, pruned, retold
 from .folds import left_out
 from .program import Program
 from .refit import Fit, Refitter
@@ -172,43 +172,45 @@ class _Search:
         behind = max(CLOSE, BEHIND[0] * tried[0].bayes)
         first = explanation.stages[0]
         rivals = [t for t in tried if t.slug not in final.slugs and tried[0].bayes - t.bayes < behind]
-        rivals = [t for t in rivals if t.bayes > CERTAIN][: self.effort * DETOURS[not program.hidden]]
-        worth, best_so_far = self._as_it_is(explanation) if rivals else (0.0, final)
+        rivals = [t for t in rivals if t.bayes > CERTAIN and not t.stopped]
+        rivals = rivals[: self.effort * DETOURS[not program.hidden]]
+        incumbents = self._as_it_is(explanation) if rivals else []
         for rival in rivals:
             self.progress(f"looking for a second effect beside {rival.slug}")
             stage = self._seconded(program, rival.fit)
             best = _second(stage)
-            if best is None or rival.bayes + best.bayes < worth + CERTAIN:
+            if best is None or rival.bayes + best.bayes < max(worth for worth, _ in incumbents) + CERTAIN:
                 continue
             stage.chosen, stage.left_out = best.slug, first.left_out
-            stages = [replace(first, trials=[replace(t) for t in tried], chosen=rival.slug), stage]
-            found = self._settled(program, stage, best, stages)
-            more = rival.bayes + best.bayes - worth
-            left = _surpassing(program, best_so_far, found, more) if len(found.slugs) > 1 else None
-            if left is not None:
-                for told in stages:
-                    told.entered.left_out = left
-                explanation.stages, explanation.final = stages, found
-                worth, best_so_far = rival.bayes + best.bayes, found
+            begun = replace(first, trials=[replace(t) for t in tried], chosen=rival.slug)
+            found = self._settled(program, stage, best, [begun, stage])
+            left = _surpassing(program, [fit for _, fit in incumbents], found)
+            if left is not None and len(found.slugs) > 1:
+                begun.entered.left_out = stage.entered.left_out = left
+                retold(program, found, begun)
+                explanation.stages, explanation.final = [begun, stage], found
+                incumbents = [(rival.bayes + best.bayes, found)]
 
     def _seconded(self, program: Program, fit: Fit) -> Stage:
         """A further stage and its trials, whatever may enter."""
         stage = self._stage(program, fit)
         if stage.screen.p_value <= LEVEL:
             stage.trials = trials_of(program, fit, stage.screen, self.progress, self.effort)
+            stage.base = fair(program, fit, stage.trials)
         return stage
 
-    def _as_it_is(self, explanation: Explanation) -> tuple[float, Fit]:
-        """Log Bayes factor of what was found, and its fit; of one effect alone with the best second one, as
-        rivals have it."""
+    def _as_it_is(self, explanation: Explanation) -> list[tuple[float, Fit]]:
+        """What was found with its log Bayes factor; one effect alone also with its best second one, as rivals
+        have it."""
         program, final = explanation.program, explanation.final
         found = [s for s in explanation.stages if s.chosen in final.slugs]
-        worth = sum(s.entered.bayes for s in found)
-        if len(found) > 1:
-            return worth, final
-        last = explanation.stages[-1]
-        second = _second(last if last.base is final else self._seconded(program, final))
-        return (worth + second.bayes, second.fit) if second else (worth, final)
+        as_it_is = [(sum(s.entered.bayes for s in found), final)]
+        if len(found) == 1:
+            last = explanation.stages[-1]
+            second = _second(last if last.base.slugs == final.slugs else self._seconded(program, final))
+            if second is not None:
+                as_it_is.append((as_it_is[0][0] + second.bayes, polished(program, second.fit)))
+        return as_it_is
 
 
 def _second(stage: Stage) -> Trial | None:
@@ -225,14 +227,20 @@ def _noticed(program: Program, fit: Fit) -> bool:
     return False
 
 
-def _surpassing(program: Program, old: Fit, new: Fit, more: float) -> float | None:
-    """Reduced chi-square of recordings left out in turn by another explanation, if that is clearly better: by
-    evidence, of which it has `more`, on those recordings, and on those that were never fitted."""
-    if more < CERTAIN:
-        return None
-    left = float(np.sum(left_out(program, new)))
-    gained = float(np.sum(left_out(program, old))) - left
-    if 0.5 * program.observations(program.fitted) * gained / inflation_of(program, new) < PREDICTS:
-        return None
-    better = surprise(program, new, program.unseen) <= surprise(program, old, program.unseen)
-    return left if better else None
+def _surpassing(program: Program, others: list[Fit], new: Fit) -> float | None:
+    """Reduced chi-square of recordings left out in turn by an explanation, if it is clearly better than each
+    of others: it fits better, predicts those recordings better, and those never fitted not worse.
+
+    It must not owe that to a single fold, in which another one may have gone astray.
+    """
+    inflation, count = inflation_of(program, new), program.observations(program.fitted)
+    mine = left_out(program, new)
+    for old in others:
+        if (old.objective - new.objective) / inflation < CERTAIN:
+            return None
+        gains = left_out(program, old) - mine
+        if 0.5 * count * gains.sum() / inflation < PREDICTS or gains.sum() - gains.max() < 0.0:
+            return None
+        if surprise(program, new, program.unseen) > surprise(program, old, program.unseen):
+            return None
+    return float(mine.sum())

@@ -82,7 +82,7 @@ def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
     for slug in fit.slugs:
         stage = next(stage for stage in explanation.stages if stage.chosen == slug)
         trial = stage.entered
-        rivals = [t for t in stage.trials if t.slug != slug]
+        rivals = [t for t in stage.trials if t.slug not in fit.slugs]
         weights = weights_of(np.array([trial.bayes, 0.0, *(t.bayes for t in rivals)]))
         probability = float(weights[0]) * (1.0 - unknown)
         probability = min(probability, max(_share(explanation, stage) / IMPERFECT, DOUBTFUL))

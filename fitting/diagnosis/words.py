@@ -87,8 +87,8 @@ def _verdict(conclusion: Conclusion) -> list[str]:
             *_not_fitted(conclusion),
         ]
     names = [f.slug for f in conclusion.found]
-    over = names[-1:] == ["unmodelled"] and len(names) > 1 and names[0] != "unmodelled"
-    names = names[:-1] if over else names
+    over = [f.text for f in conclusion.found[1:] if f.slug == "unmodelled"]
+    names = [name for name in names if not over or name != "unmodelled"]
     if names and names[0] == "unmodelled":
         lead = "The recordings contradict the base model, and no effect that is known here explains them."
     elif len(names) == 1:
@@ -120,8 +120,8 @@ def _verdict(conclusion: Conclusion) -> list[str]:
         with_it += f" and, for what it leaves, {smooth}, which explains nothing,"
     return [
         lead,
+        *over,
         f"{with_it} the misfit of {held} falls from a reduced chi-square of {values}.",
-        *([f"That is more than noise: {conclusion.found[-1].text}"] if over else []),
         _by_chance(chance),
     ]
 

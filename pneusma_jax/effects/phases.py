@@ -302,7 +302,7 @@ class CyclicShakedown(Effect):
         "shift": Spec(0.0, 0.0, 0.03, 4e-3, "1", "strain after many cycles that unloads in every state"),
         "apparent": Spec(0.0, 0.0, 0.03, 4e-3, "1", "strain that the resistivity does not see", kinds="AS"),
         "resistivity": Spec(0.0, -0.05, 0.05, 0.01, "1", "relative change of the resistance", kinds="AS"),
-        "cycles": Spec(3.0, 0.3, 50.0, 3.0, "1", "cycles in which two thirds of it come", True),
+        "cycles": Spec(3.0, 0.3, 50.0, 3.0, "1", "cycles in which two thirds or half of it come", True),
         "slowness": Spec(0.0, 0.0, 3.0, 0.5, "1", "lateness of the rest; 0 exponential, 1 hyperbolic", True),
     }
 

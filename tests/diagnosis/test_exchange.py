@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis import exchange, explain
-from fitting.diagnosis.exchange import exchanged, pruned
+from fitting.diagnosis.exchange import exchanged, pruned, retold
 from fitting.diagnosis.stages import Explanation, Stage
 from fitting.diagnosis.trials import Trial
 
@@ -56,7 +56,14 @@ def test_one_that_fits_a_little_better_does_not(searched):
     program, current, stages, objectives = searched
     objectives |= {("thick_wall", "wrap_friction"): 190.0, ("tip_contact", "wrap_friction"): 300.0}
     found = exchanged(program, current, stages)
-    assert found is current and stages[0].chosen == "gravity"
+    assert found is current and stages[0].chosen == "gravity" and len(stages[0].trials) == 4
+    assert [t.bayes for t in stages[0].trials] == [100.0, 90.0, 80.0, 70.0]
+
+
+def test_a_stage_may_be_told_anew_without_an_exchange(searched):
+    program, current, stages, objectives = searched
+    objectives |= {("thick_wall", "wrap_friction"): 190.0, ("tip_contact", "wrap_friction"): 300.0}
+    retold(program, current, stages[0])
     beside = [(t.slug, t.bayes) for t in stages[0].trials]  # what each is worth now, beside the second
     assert beside == [("thick_wall", 105.0), ("gravity", 100.0), ("tip_contact", 50.0)]
 

@@ -73,9 +73,11 @@ WORDS = {
     "masked_named_first": ("Masked effect named first", ""),
     "masked_covered": ("Masked effect in the reported set", ""),
     "outside_unmodelled": ("Outside the catalogue: called unmodelled", "at least 85 %"),
+    "outside_unmodelled_first": ("... and called that first, before any name", ""),
     "outside_where_right": ("... with the right component or driver", "at least 75 %"),
     "modelled": ("Named right: model holds on recordings not fitted", "at least 90 %"),
     "base_back": ("Named right: base back within 2 sigma", "most"),
+    "right_with_unmodelled": ("Named right: `unmodelled` stands beside the name", ""),
     "errors": ("Diagnoses that failed", ""),
 }
 
@@ -88,8 +90,8 @@ def table(line):
     )
     out = [head, "", "| What | Rate | 95 % interval | Goal |", "|---|---|---|---|"]
     for key, (words, goal) in WORDS.items():
-        found = line["rates"][key]
-        if found["n"]:
+        found = line["rates"].get(key)  # older lines lack some
+        if found and found["n"]:
             out.append(f"| {words} | {_share(found)} | {_interval(found)} | {goal} |")
     return "\n".join([*out, "", *_methods(line), *_times(line)])
 

@@ -57,10 +57,12 @@ def rates(rows):
         "masked_covered": of(masked, "covered"),
         "masked_confident_wrong": of(masked, "wrong"),
         "outside_unmodelled": of(outside, "top"),
+        "outside_unmodelled_first": rate(r["first"] == "unmodelled" for r in outside),
         "outside_where_right": of(outside, "where_right"),
         "outside_confident_wrong": of(outside, "wrong"),
         "modelled": of(right, "modelled"),
         "base_back": rate(r["base_sd"] is not None and r["base_sd"] <= 2.0 for r in right),
+        "right_with_unmodelled": rate("unmodelled" in r["said"] for r in right),
         "errors": rate("error" in r for r in rows),
     }
 
