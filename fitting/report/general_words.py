@@ -130,7 +130,15 @@ def how_it_was_fitted(result: GeneralCharacterisation) -> list[str]:
         f"correlated over {fit.correlation_time:.1f} samples; standard errors multiplied by "
         f"{fit.inflation:.2g}.",
         _priors(result),
+        *_specimens(result),
     ]
+
+
+def _specimens(result: GeneralCharacterisation) -> list[str]:
+    """Whose the numbered names are."""
+    numbers = sorted({int(name.rpartition("__")[2]) for name in result.fitted if "__" in name})
+    owners = [f"__{k} for {result.campaign.specimens()[k - 1]}" for k in numbers]
+    return [f"Numbers of single specimens end in {', '.join(owners)}."] if owners else []
 
 
 def _priors(result: GeneralCharacterisation) -> str:
