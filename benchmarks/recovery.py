@@ -164,7 +164,7 @@ def report(kind: str, done: list[dict]) -> None:
             )
         print(f"    all parameters together: 90 % intervals hold {_held(every):.1f} %")
         if uninformed:
-            print(f"    without {', '.join(uninformed)}, which the data do not inform: {_held(informed):.1f} %")
+            print(f"    those that the data inform: {_held(informed):.1f} % (not {', '.join(uninformed)})")
 
 
 def main() -> None:

@@ -42,10 +42,6 @@ def verdict(batch: Batch) -> list[str]:
     return said
 
 
-def _labelled(name: str, p: Pooled) -> str:
-    return name if p.unit == "1" else f"{name} [{p.unit}]"
-
-
 def specimen_table(batch: Batch) -> TextTable:
     """Every estimate of every campaign."""
     names = list(dict.fromkeys(n for member in batch.done for n in member.result.parameters))
@@ -72,7 +68,8 @@ def pooled_table(batch: Batch) -> TextTable:
     for name, p in batch.pooled.items():
         mean = format_estimate(p.mean, p.mean_sd).replace("+/-", "±")
         ends = f"{numbered(p.next_low)} to {numbered(p.next_high)}"
-        rows.append([_labelled(name, p), str(len(p.values)), mean, numbered(p.spread), ends, numbered(p.differ)])
+        label = name if p.unit == "1" else f"{name} [{p.unit}]"
+        rows.append([label, str(len(p.values)), mean, numbered(p.spread), ends, numbered(p.differ)])
     header = ["constant", "specimens", "mean", "spread (sd)", "a further specimen, 90 %", "p of being alike"]
     return TextTable(header, rows)
 
@@ -205,5 +202,5 @@ def _summary_csv(batch: Batch) -> str:
         [n, len(p.values), p.mean, p.mean_sd, p.spread, p.next_low, p.next_high, p.differ, p.unit]
         for n, p in batch.pooled.items()
     ]
-    header = ["constant", "specimens", "mean", "mean_sd", "spread", "next_low", "next_high", "p_alike", "unit"]
-    return csv_text(header, rows)
+    header = ["constant", "specimens", "mean", "mean_sd", "spread", "next_low", "next_high", "p_alike"]
+    return csv_text([*header, "unit"], rows)

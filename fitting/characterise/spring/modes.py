@@ -42,8 +42,8 @@ def other_modes(joint: Joint) -> list[Mode]:
 
     A distance of d standard deviations should cost d^2 of chi-square. Where it costs next to nothing, the
     data do not choose: either there is a second minimum, or a curved valley between the two. A fit that
-    stalled is another parameter set that explains the tests all the same. One in which no parameter differs by
-    more than its standard error is nobody's other parameter set, however stiff the direction between them.
+    stalled is another parameter set that explains the tests all the same. One in which no parameter differs
+    by more than its standard error is nobody's other parameter set, however stiff the direction between.
 
     Args:
         joint: with all its starts, and the errors of its best fit alone, not yet `spanned`.
