@@ -9,7 +9,7 @@ import pytest
 from fitting.characterise.spring import profiles as profiling
 from fitting.characterise.spring.joint import Joint, Start, lead, spanned
 from fitting.characterise.spring.modes import apart, other_modes
-from fitting.characterise.spring.next_test import _reach
+from fitting.characterise.spring.next_test import _reach, _sentence
 from fitting.characterise.spring.profiles import lower_end, profile
 from fitting.least_squares.covariance import Uncertainty
 from fitting.models.spring import GEOMETRY
@@ -71,6 +71,19 @@ def test_a_profile_is_told_in_the_unit_of_files_with_its_open_end(ends, said):
         profiles={"G_m": profile},
     )
     assert words._profiled(result, "G_m") == said
+
+
+def test_the_next_test_names_each_constant_once():
+    """The best test, and for two other constants the best that shrinks each of them most."""
+
+    def candidate(text, name, gain):
+        return SimpleNamespace(text=text, information=gain, shrinks=((name, 0.5),) if name else ())
+
+    found = [candidate("pull one", "a", 5.0), candidate("pull two", "b", 4.0), candidate("pull three", "b", 3.0)]
+    found += [candidate("pull four", "", 2.5), candidate("pull five", "a", 2.0), candidate("pull six", "c", 1.0)]
+    said = _sentence(found)
+    assert said.startswith("Pull one") and said.count("For b") == said.count("For c") == 1
+    assert "pull two" in said and "pull six" in said and not any(f"pull {n}" in said for n in ("three", "four", "five"))
 
 
 class Names(list):
