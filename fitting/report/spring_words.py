@@ -97,8 +97,8 @@ def warnings(result: SpringCharacterisation) -> list[str]:
             )
         if profile.curved:
             said.append(
-                f"The misfit over {name} is no parabola: its standard error misleads, the profile says "
-                f"{_profiled(result, name)}."
+                f"Over {name} the misfit does not rise as its standard error says, which spans other fits or "
+                f"takes it for a parabola: the profile says {_profiled(result, name)}."
             )
     said += [blind_sentence(score) for score in result.scores if score.blind > BLIND_SHARE]
     return said
