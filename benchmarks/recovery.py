@@ -31,6 +31,8 @@ BINS = 10
 FIRST_SEED = 1000
 FEWEST, MOST_R_HAT = 400, 1.05
 """Effective samples, and R-hat, from and to which a chain counts."""
+HARDLY = 0.95
+"""Error over that of the prior, median over campaigns, from which the data do not inform a parameter."""
 WISHES = {
     "spring": {"interval_s": 2.0},
     "spring_open": {"interval_s": 2.0, "spread": "prior"},
@@ -78,6 +80,12 @@ def one_campaign(kind: str, seed: int, steps: int) -> dict:
         record = json.loads((Path(folder) / "made" / "truth.json").read_text())
         fit = characterise(Path(folder) / "made", **OPTIONS.get(kind, {}))
     entry = {"seed": seed, "z": {}, "laplace": {}, "emcee": {}, "seconds": 0.0}
+    entry["ended"] = bool((fit.joint if KINDS.get(kind, kind) == "spring" else fit.fit).result.success)
+    entry["of_prior"] = {
+        name: float(p.standard_error / p.prior.sd)
+        for name, p in fit.fitted.items()
+        if p.prior is not None and p.standard_error is not None
+    }
     real = truths(record, list(fit.parameters))
     for name, truth in real.items():
         e = fit.parameters[name]
@@ -103,6 +111,11 @@ def _enough(entry: dict) -> bool:
     return entry["effective"] >= FEWEST and entry["r_hat"] < MOST_R_HAT
 
 
+def _held(places: list[float]) -> float:
+    """Percentage of truths within the intervals."""
+    return 100.0 * float(np.mean(np.abs(np.array(places) - 0.5) < 0.5 * LEVEL))
+
+
 def report(kind: str, done: list[dict]) -> None:
     """Print bias, coverage and calibration of each parameter."""
     from scipy.stats import chisquare
@@ -110,6 +123,14 @@ def report(kind: str, done: list[dict]) -> None:
     names = list(done[0]["z"])
     seconds = np.median([entry["seconds"] for entry in done])
     print(f"{kind}: {len(done)} campaigns, {seconds:.1f} s each (median)")
+    stalled = [entry["seed"] for entry in done if not entry.get("ended", True)]
+    if stalled:
+        print(f"  {len(stalled)} fits say that they did not end well, seeds {stalled}")
+    uninformed = [
+        name
+        for name in names
+        if np.median([entry.get("of_prior", {}).get(name, 0.0) for entry in done]) > HARDLY
+    ]
     for method in ("laplace", "emcee"):
         usable = [e for e in done if e[method] and (method == "laplace" or _enough(e))]
         if not usable:
@@ -122,7 +143,7 @@ def report(kind: str, done: list[dict]) -> None:
                 f"    (of {tried}; {asked} converged as the command asks, median {effective:.0f} effective "
                 "samples)"
             )
-        every = []
+        every, informed = [], []
         for name in names:
             told = [e for e in usable if np.isfinite(e[method].get(name, np.nan))]  # not those at a bound
             if len(told) < 2:
@@ -130,6 +151,7 @@ def report(kind: str, done: list[dict]) -> None:
             z = np.array([e["z"][name] for e in told])
             place = np.array([e[method][name] for e in told])
             every += list(place)
+            informed += [] if name in uninformed else list(place)
             inside = int(np.sum(np.abs(place - 0.5) < 0.5 * LEVEL))
             low, high = clopper_pearson(inside, len(told))
             counts = np.histogram(place, bins=BINS, range=(0.0, 1.0))[0]
@@ -140,8 +162,9 @@ def report(kind: str, done: list[dict]) -> None:
                 f"{100 * inside / len(told):.0f} % ({100 * low:.0f} to {100 * high:.0f} %), ranks "
                 f"uniform p = {p:.3f}"
             )
-        inside = int(np.sum(np.abs(np.array(every) - 0.5) < 0.5 * LEVEL))
-        print(f"    all parameters together: 90 % intervals hold {100 * inside / len(every):.1f} %")
+        print(f"    all parameters together: 90 % intervals hold {_held(every):.1f} %")
+        if uninformed:
+            print(f"    those that the data inform: {_held(informed):.1f} % (not {', '.join(uninformed)})")
 
 
 def main() -> None:

@@ -152,6 +152,7 @@ def _line(error: Exception) -> str:
 def _pooled(done: Sequence[Member]) -> tuple[dict[str, Pooled], list[str]]:
     """Constants by name, each over the specimens that inform it under the same law."""
     columns: dict[tuple[str, str], dict[str, tuple[float, float]]] = {}
+    units: dict[str, str] = {}
     left_out = []
     for member in done:
         told, law = _told(member.result), member.result.law
@@ -164,6 +165,7 @@ def _pooled(done: Sequence[Member]) -> tuple[dict[str, Pooled], list[str]]:
                 left_out.append(f"{specimen}: {stem} is {why}")
                 continue
             columns.setdefault((law, stem), {})[specimen] = value, sd
+            units[stem] = estimate.unit
     laws: dict[str, set[str]] = {}
     for law, stem in columns:
         laws.setdefault(stem, set()).add(law)
@@ -171,7 +173,7 @@ def _pooled(done: Sequence[Member]) -> tuple[dict[str, Pooled], list[str]]:
     for (law, stem), found in columns.items():
         if len(found) > 1:
             name = stem if len(laws[stem]) == 1 else f"{stem} ({law})"
-            pooled[name] = pool(list(found), *np.array(list(found.values())).T)
+            pooled[name] = pool(list(found), *np.array(list(found.values())).T, units[stem])
         elif len(laws[stem]) > 1:
             left_out.append(f"{next(iter(found))}: {stem} is of {law}, which no other specimen follows")
     return pooled, left_out

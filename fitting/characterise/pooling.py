@@ -33,6 +33,7 @@ class Pooled:
         shrunk, shrunk_sd: the specimens' own values, partially pooled, shape (n,).
         next_low, next_high: where a further specimen's constant lies with 90 % probability.
         differ: p-value of the estimates being this different if the specimens were alike (Cochran's Q).
+        unit: of the estimates.
     """
 
     names: tuple[str, ...]
@@ -46,6 +47,7 @@ class Pooled:
     next_low: float
     next_high: float
     differ: float
+    unit: str = "1"
 
 
 def without_priors(
@@ -76,12 +78,13 @@ def without_priors(
     return found, np.where(told, unit * sd, np.inf)
 
 
-def pool(names: Sequence[str], values: Sequence[float], sd: Sequence[float]) -> Pooled:
+def pool(names: Sequence[str], values: Sequence[float], sd: Sequence[float], unit: str = "1") -> Pooled:
     """Random-effects summary of one constant.
 
     Args:
         names: of the specimens, two or more.
         values, sd: their estimates and standard errors, positive, shape (n,).
+        unit: of both.
 
     Raises:
         ValueError: if there are fewer than two, or an error is not a positive number.
@@ -100,8 +103,9 @@ def pool(names: Sequence[str], values: Sequence[float], sd: Sequence[float]) -> 
     reach = float(student.ppf(0.5 + 0.5 * LEVEL, freedom) * np.hypot(tau, mean_sd))
     differ = _alike(x, s)
     return Pooled(
-        tuple(names), x, s, mean, mean_sd, float(tau), shrunk, shrunk_sd, mean - reach, mean + reach, differ
-    )
+        tuple(names), x, s, mean, mean_sd, float(tau), shrunk, shrunk_sd, mean - reach, mean + reach, differ,
+        unit,
+    )  # fmt: skip
 
 
 def _spread(x: np.ndarray, s: np.ndarray) -> float:

@@ -68,7 +68,8 @@ def pooled_table(batch: Batch) -> TextTable:
     for name, p in batch.pooled.items():
         mean = format_estimate(p.mean, p.mean_sd).replace("+/-", "±")
         ends = f"{numbered(p.next_low)} to {numbered(p.next_high)}"
-        rows.append([name, str(len(p.values)), mean, numbered(p.spread), ends, numbered(p.differ)])
+        label = name if p.unit == "1" else f"{name} [{p.unit}]"
+        rows.append([label, str(len(p.values)), mean, numbered(p.spread), ends, numbered(p.differ)])
     header = ["constant", "specimens", "mean", "spread (sd)", "a further specimen, 90 %", "p of being alike"]
     return TextTable(header, rows)
 
@@ -113,8 +114,8 @@ def figures(batch: Batch) -> dict[str, Figure]:
             panel.errorbar(p.values, places, xerr=p.sd, fmt="o", color=house.GREY, markersize=4)
             panel.plot(p.shrunk, places, "D", color=house.BLUE, markersize=4)
             panel.set_yticks(list(places), p.names)
-            panel.invert_yaxis()
-            panel.set_title(name, loc="left")
+            panel.set_ylim(len(p.values) - 0.5, -0.5)
+            panel.set_xlabel(f"{name} [{p.unit}]")
         for panel in panels[len(shown) :]:
             panel.set_visible(False)
     return {"specimens": figure}
@@ -169,6 +170,7 @@ def _json(batch: Batch) -> dict[str, Any]:
                 "mean": p.mean,
                 "mean_sd": p.mean_sd,
                 "spread": p.spread,
+                "unit": p.unit,
                 "next_90": [p.next_low, p.next_high],
                 "p_alike": p.differ,
                 "specimens": _own(p),
@@ -197,8 +199,8 @@ def _specimens_csv(batch: Batch) -> str:
 
 def _summary_csv(batch: Batch) -> str:
     rows = [
-        [n, len(p.values), p.mean, p.mean_sd, p.spread, p.next_low, p.next_high, p.differ]
+        [n, len(p.values), p.mean, p.mean_sd, p.spread, p.next_low, p.next_high, p.differ, p.unit]
         for n, p in batch.pooled.items()
     ]
     header = ["constant", "specimens", "mean", "mean_sd", "spread", "next_low", "next_high", "p_alike"]
-    return csv_text(header, rows)
+    return csv_text([*header, "unit"], rows)

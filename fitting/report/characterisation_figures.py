@@ -156,13 +156,16 @@ def held_out_figure(analysis: Analysis) -> Figure:
     """Error where a law was fitted and on what follows, over the range; and in gaps of the curve."""
     drawing, (inside, following, gaps) = _axes(3, 10.5, 4.2)
     for name, held in analysis.held.items():
-        colour, label = COLOURS[name], analysis.fits[name].law.label
+        look = {"color": COLOURS[name], "ms": 4, "lw": 1.2}
+        if name == analysis.choice.chosen:
+            look |= {"ms": 6, "lw": 3.0, "zorder": 1.5}  # under a law that does the same, and seen beside it
         partial = [r for r in held.ranges if r.following is not None]
         reach = np.array([r.reach for r in held.ranges])
-        inside.plot(reach, _errors(held.ranges, "inside"), "o-", ms=4, color=colour, label=label)
-        following.plot([r.reach for r in partial], _errors(partial, "following"), "o-", ms=4, color=colour)
+        label = analysis.fits[name].law.label
+        inside.plot(reach, _errors(held.ranges, "inside"), "o-", label=label, **look)
+        following.plot([r.reach for r in partial], _errors(partial, "following"), "o-", **look)
         middle = [0.5 * (low + high) for low, high, _ in held.bands]
-        gaps.plot(middle, [s.rmse / 1e3 for *_, s in held.bands], "o-", ms=4, color=colour)
+        gaps.plot(middle, [s.rmse / 1e3 for *_, s in held.bands], "o-", **look)
     for axes, title in ((inside, "where it was fitted"), (following, "on the next range of stretch")):
         axes.set_yscale("log")
         _range_axis(axes, reach)

@@ -68,6 +68,6 @@ def _parameters(result: GeneralCharacterisation) -> Figure:
             panel.plot([-1.0, 1.0], [k, k], color=house.GREY, linewidth=5, alpha=0.4, solid_capstyle="butt")
             panel.errorbar(away, k, xerr=error, fmt="o", color=house.BLUE, markersize=4)
         panel.set_yticks(range(len(entries)), [entry.name for entry in entries])
-        panel.invert_yaxis()
+        panel.set_ylim(len(entries) - 0.4, -0.6)
         panel.set_xlabel("distance from the prior's mean [prior standard deviations]")
     return figure

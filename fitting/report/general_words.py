@@ -122,15 +122,24 @@ def how_it_was_fitted(result: GeneralCharacterisation) -> list[str]:
     fit = result.fit
     ends = ", ".join(f"{x:.1f}" for x in fit.starts)
     return [
-        f"Least squares over all recordings with role = fit from {len(fit.starts)} starts; chi-square: "
-        f"{ends}. "
+        f"Least squares over all recordings with role = fit from {len(fit.starts)} "
+        f"start{'' if len(fit.starts) == 1 else 's'}; chi-square: {ends}. "
         f"{fit.result.status.value}",
         f"Reduced chi-square {fit.reduced_chi_square:.3g} over the noise as stated or estimated; "
         "residuals are "
         f"correlated over {fit.correlation_time:.1f} samples; standard errors multiplied by "
         f"{fit.inflation:.2g}.",
         _priors(result),
+        *_specimens(result),
     ]
+
+
+def _specimens(result: GeneralCharacterisation) -> list[str]:
+    """Whose the numbered names are."""
+    numbers = sorted({int(name.rpartition("__")[2]) for name in result.fitted if "__" in name})
+    specimens = list(result.campaign.specimens())
+    owners = [f"__{k} for {specimens[k - 1]}" for k in numbers]
+    return [f"Numbers of single specimens end in {', '.join(owners)}."] if owners else []
 
 
 def _priors(result: GeneralCharacterisation) -> str:

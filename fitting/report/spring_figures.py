@@ -73,6 +73,7 @@ def _laws(result: SpringCharacterisation) -> Figure:
         right.set_ylabel("resistivity [ohm/m]")
         for panel in (left, right):
             panel.set_xlabel("shear strain [1]")
+            panel.locator_params(axis="x", nbins=5)
             house.legend_above(panel)
     return figure
 

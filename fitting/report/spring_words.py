@@ -71,10 +71,9 @@ def mode_sentence(mode: Mode) -> str:
         for name, change in mode.different
     )
     return (
-        f"Two parameter sets fit equally well: from {mode.start} the fit ends {mode.distance:.0f} "
-        "standard deviations "
-        f"away ({changes}) with a chi-square only {mode.worse_by:+.1f} off. These tests do not choose "
-        f"between them.{'' if mode.converged else ' (That fit stalled before its end.)'}"
+        f"Two parameter sets fit equally well: from {mode.start} the fit ends elsewhere ({changes}) with a "
+        f"chi-square only {mode.worse_by:+.1f} off. These tests do not choose between them."
+        f"{'' if mode.converged else ' (That fit stalled before its end.)'}"
     )
 
 
@@ -97,14 +96,25 @@ def warnings(result: SpringCharacterisation) -> list[str]:
                 "the fit is not at its end, and neither its values nor its errors are to be trusted."
             )
         if profile.curved:
-            low, high = profile.interval()
-            ends = f"{low:.4g} to {high:.4g}" if np.isfinite(low + high) else "open at one end"
             said.append(
-                f"The misfit over {name} is no parabola: its standard error misleads, the profile says "
-                f"{ends} (SI)."
+                f"Over {name} the misfit does not rise as its standard error says, which spans other fits or "
+                f"takes it for a parabola: the profile says {_profiled(result, name)}."
             )
     said += [blind_sentence(score) for score in result.scores if score.blind > BLIND_SHARE]
     return said
+
+
+def _profiled(result: SpringCharacterisation, name: str) -> str:
+    """What a profile leaves of a parameter, in its unit of files."""
+    entry = result.parameters[name]
+    scale = entry.value / (result.fitted[name].value or 1.0)
+    low, high = (end * scale for end in result.profiles[name].interval())
+    unit = "" if entry.unit == "1" else f" {entry.unit}"
+    if np.isfinite(low) and np.isfinite(high):
+        return f"{low:.4g} to {high:.4g}{unit}"
+    if np.isfinite(low):
+        return f"{low:.4g}{unit} or more"
+    return f"{high:.4g}{unit} or less" if np.isfinite(high) else "anything within its range"
 
 
 def blind_sentence(score: Score) -> str:

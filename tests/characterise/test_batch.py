@@ -149,6 +149,10 @@ def test_a_batch_is_summarised_across_specimens(batch):
     report = json.loads(batch.documents()["report.json"])
     assert report["schema"] == "pneusma-characterisation-batch/1"
     assert report["pooled"]["T_mid"]["mean"] == pytest.approx(middle.mean)
+    assert report["pooled"]["T_mid"]["unit"] == middle.unit == "degC"
+    assert "T_mid [degC]" in batch.report() and "T_mid,3," in batch.documents()["summary.csv"]
+    panels = [panel.get_xlabel() for panel in batch.plot()["specimens"].axes if panel.get_visible()]
+    assert all(label.endswith("]") for label in panels)
     assert report["campaigns"][1]["problem"] and report["campaigns"][1]["parameters"] is None
 
 

@@ -72,6 +72,7 @@ def test_a_tubes_wall_and_silicone_are_known_only_together(tube):
     kinds = {(e["kind"], *e["parameters"]) for e in tube.identifiability}
     assert ("loose_direction", "wall_thickness__1", "silicone_stiffness__1") in kinds
     assert "cannot be separated" in tube.verdict[-1]
+    assert "end in __1 for A, __2 for B." in " ".join(tube.report().split())
     for number, specimen in enumerate("AB", start=1):
         own = truth("tube")["specimens"][specimen]
         product = own["silicone_stiffness"]["value"] * own["geometry"]["wall_thickness_mm"]["value"]

@@ -8,12 +8,13 @@ import pytest
 
 from fitting.characterise.spring import profiles as profiling
 from fitting.characterise.spring.joint import Joint, Start, lead, spanned
-from fitting.characterise.spring.modes import other_modes
-from fitting.characterise.spring.next_test import _reach
+from fitting.characterise.spring.modes import apart, other_modes
+from fitting.characterise.spring.next_test import _reach, _sentence
 from fitting.characterise.spring.profiles import lower_end, profile
 from fitting.least_squares.covariance import Uncertainty
 from fitting.models.spring import GEOMETRY
 from fitting.parameters import Parameters
+from fitting.report import spring_words as words
 
 NAMES = ("x", "y")
 
@@ -47,6 +48,42 @@ def test_a_worse_fit_a_near_one_and_one_known_already_are_no_other_modes():
     near, worse, again = ended(-0.99, 10.0, True), ended(2.0, 30.0, True), ended(1.001, 10.1, True)
     found = other_modes(joint_of(ended(-1.0, 10.0, True), ended(1.0, 10.0, True), near, worse, again))
     assert [mode.start for mode in found] == ["start 1"]
+
+
+def test_a_fit_that_differs_by_less_than_every_standard_error_is_no_other_mode():
+    """Across a stiff direction such a fit is far off in the metric, and yet nobody's other parameter set."""
+    stiff = Uncertainty(dict.fromkeys(NAMES, 1.0), NAMES, np.array([[1.0, 1.0 - 1e-8], [1.0 - 1e-8, 1.0]]), np.eye(2), (), 1.0)
+    joint = joint_of(ended(0.0, 10.0, True), ended(0.9, 10.0, True))
+    joint.result.uncertainty = stiff
+    assert apart(stiff, {"x": 0.0, "y": 0.0}, {"x": 0.9, "y": 0.0})[0] > 100.0
+    assert not other_modes(joint)
+
+
+@pytest.mark.parametrize(
+    "ends, said",
+    [((1.0, 2.0), "1 to 2 GPa"), ((1.0, np.inf), "1 GPa or more"), ((-np.inf, 2.0), "2 GPa or less")],
+)
+def test_a_profile_is_told_in_the_unit_of_files_with_its_open_end(ends, said):
+    profile = SimpleNamespace(interval=lambda: tuple(1e9 * end for end in ends))
+    result = SimpleNamespace(
+        parameters={"G_m": SimpleNamespace(value=1.5, unit="GPa")},
+        fitted={"G_m": SimpleNamespace(value=1.5e9)},
+        profiles={"G_m": profile},
+    )
+    assert words._profiled(result, "G_m") == said
+
+
+def test_the_next_test_names_each_constant_once():
+    """The best test, and for two other constants the best that shrinks each of them most."""
+
+    def candidate(text, name, gain):
+        return SimpleNamespace(text=text, information=gain, shrinks=((name, 0.5),) if name else ())
+
+    found = [candidate("pull one", "a", 5.0), candidate("pull two", "b", 4.0), candidate("pull three", "b", 3.0)]
+    found += [candidate("pull four", "", 2.5), candidate("pull five", "a", 2.0), candidate("pull six", "c", 1.0)]
+    said = _sentence(found)
+    assert said.startswith("Pull one") and said.count("For b") == said.count("For c") == 1
+    assert "pull two" in said and "pull six" in said and not any(f"pull {n}" in said for n in ("three", "four", "five"))
 
 
 class Names(list):

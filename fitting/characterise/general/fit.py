@@ -118,8 +118,11 @@ def fit_campaign(
     progress("fit")
     further = (starts, seed, progress)
     ends = tuple(float(x) for x in result.start_chi_squares)
-    result, more = _searched(model, recordings, rows, result, *further)
-    rows, result = _decided(model, recordings, rows, result)
+    more: tuple[float, ...] = ()
+    first, (rows, result) = (rows, result), _decided(model, recordings, rows, result)
+    if missed(result):  # noise of drivers does not explain it; and at false values it is not known, either
+        result, more = _searched(model, recordings, *first, *further)
+        rows, result = _decided(model, recordings, first[0], result)
     if result.status is Status.STALLED:
         result, near = _searched(model, recordings, rows, result, *further)
         more += near
@@ -133,6 +136,11 @@ def fit_campaign(
         fit = replace(fit, result=result, inflation=factor)
         progress("errors")
     return fit
+
+
+def missed(result: FitResult) -> bool:
+    """Whether what is left is more than noise."""
+    return (result.reduced_chi_square or np.inf) > MISFIT
 
 
 def _searched(
@@ -152,11 +160,11 @@ def _searched(
     """
     ends: list[float] = []
     for draw in range(1, DRAWS + 1):
-        missed = (result.reduced_chi_square or np.inf) > MISFIT
-        if starts < 2 or not (missed or result.status is Status.STALLED):
+        astray = missed(result)
+        if starts < 2 or not (astray or result.status is Status.STALLED):
             break
         begin = _at(result.parameters, result)
-        fresh = starts if missed else _about(result, starts - 1, seed + draw)
+        fresh = starts if astray else _about(result, starts - 1, seed + draw)
         other = _fit(model, recordings, rows, begin, fresh, seed + draw)
         ends += [float(x) for x in other.start_chi_squares[1:]]
         progress("further starts")

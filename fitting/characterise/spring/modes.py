@@ -42,7 +42,8 @@ def other_modes(joint: Joint) -> list[Mode]:
 
     A distance of d standard deviations should cost d^2 of chi-square. Where it costs next to nothing, the
     data do not choose: either there is a second minimum, or a curved valley between the two. A fit that
-    stalled is another parameter set that explains the tests all the same.
+    stalled is another parameter set that explains the tests all the same. One in which no parameter differs
+    by more than its standard error is nobody's other parameter set, however stiff the direction between.
 
     Args:
         joint: with all its starts, and the errors of its best fit alone, not yet `spanned`.
@@ -57,7 +58,7 @@ def other_modes(joint: Joint) -> list[Mode]:
             continue
         worse = result.chi_square - best.chi_square
         distance, different = apart(errors, best.values, result.values)
-        if worse > EQUAL or distance < max(APART, 2.0 * np.sqrt(max(worse, 0.0))):
+        if worse > EQUAL or not different or distance < max(APART, 2.0 * np.sqrt(max(worse, 0.0))):
             continue
         if any(apart(errors, known.values, result.values)[0] < APART for known in found):
             continue

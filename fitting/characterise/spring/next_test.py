@@ -198,11 +198,13 @@ def _sentence(candidates: Sequence[Candidate]) -> str:
     helped = ", ".join(f"{name} to {100.0 * ratio:.0f} %" for name, ratio in best.shrinks)
     text = f"{best.text[0].upper()}{best.text[1:]}: expected information {best.information:.1f} nats"
     text += f"; it would shrink the error of {helped} of what it is." if helped else "."
-    others = [
-        c for c in candidates[1:] if c.shrinks and (not best.shrinks or c.shrinks[0][0] != best.shrinks[0][0])
-    ]
-    for candidate in others[:2]:
-        name, ratio = candidate.shrinks[0]
+    first: dict[str, Candidate] = {}  # that shrinks a constant most of all, the most informative
+    for candidate in candidates:
+        if candidate.shrinks:
+            first.setdefault(candidate.shrinks[0][0], candidate)
+    others = [(name, candidate) for name, candidate in first.items() if candidate is not best]
+    for name, candidate in others[:2]:
+        ratio = candidate.shrinks[0][1]
         text += (
             f" For {name} ({100.0 * ratio:.0f} % left): {candidate.text} ({candidate.information:.1f} nats)."
         )

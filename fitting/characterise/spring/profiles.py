@@ -40,7 +40,7 @@ class Profile:
 
     @property
     def curved(self) -> bool:
-        """The profile is no parabola: its standard error misleads."""
+        """The profile is not the parabola of the standard error, which misleads or spans other fits, too."""
         centre = self.value[np.argmin(self.rise)]
         wanted = ((self.value - centre) / self.sd) ** 2
         away = wanted > 0.5
