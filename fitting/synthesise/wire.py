@@ -15,7 +15,8 @@ from .wishes import Synthetic, Wishes
 
 STRESSES_MPA = (50.0, 100.0, 200.0, 150.0, 250.0, 300.0, 75.0)  # the last of those used is for validation
 STRESSES = 4
-HOT_WIDTHS, COLD_WIDTHS = 9.0, 7.0  # of the transformation, to either side of its middle, that a cycle spans
+HOT_WIDTHS, COLD_WIDTHS = 9.0, 7.0  # of the table: what a cycle spans, to either side of its middle
+COVERED = 5.0  # of the wire's own: a laboratory that sees it go on goes further
 RATE = 0.25  # kelvin per second
 INTERVAL_S = 2.0
 NOISE = {"strain": 1e-4, "temperature_degC": 0.1}
@@ -38,6 +39,8 @@ def synthesise_wire(wishes: Wishes) -> Synthetic:
     interval = wishes.interval_s or INTERVAL_S
     middle, width = table.quantities["T_mid"].value, table.quantities["T_width"].value
     warm, cool = middle + HOT_WIDTHS * width, middle - COLD_WIDTHS * width
+    around = COVERED * float(wire.T_width)
+    warm, cool = max(warm, float(wire.T_mid) + around), min(cool, float(wire.T_mid) - around)
     half = max(2, round((warm - cool) / RATE / interval))
     temperature = np.interp(np.arange(2 * half + 1), [0, half, 2 * half], [warm, cool, warm])
     time = interval * np.arange(len(temperature))

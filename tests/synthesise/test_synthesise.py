@@ -153,6 +153,16 @@ def test_the_set_point_is_held_at_low_strain_and_lost_at_high_strain(campaign):
     assert lost >= 2  # those nearest the cold end
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_cycles_of_a_wire_go_through_its_transformation(seed):
+    made = synthesise("wire", seed=seed, spread="prior", tests=1, interval_s=20.0)
+    wire = true_alloy(made.truth, WireAlloy)
+    for recording in made.recordings:
+        temperature = recording.si("temperature")
+        for end, side in ((temperature.max(), 1.0), (temperature.min(), -1.0)):
+            assert side * (end - float(wire.T_mid)) > 4.5 * float(wire.T_width)
+
+
 def test_the_true_wire_explains_its_cycles():
     made = synthesise("wire", seed=2, noise={"temperature_degC": 0.0})
     wire = true_alloy(made.truth, WireAlloy)
