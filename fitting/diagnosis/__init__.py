@@ -10,8 +10,10 @@ Rooms, in the order in which they are used:
 - `compiled`, `program`, `evaluation`, `courses`, `search`: one compiled function for everything (its laws are
   in `fitting.models.with_effects`), a campaign, what its runs say once hidden courses are found;
 - `refit`: least squares of base constants and effects within physical bounds;
-- `screen`, `trials`, `folds`, `explain`: scores of all effects against chance, co-refits and their evidence,
-  recordings left out in turn, one effect after the other;
+- `screen`, `trials`, `folds`: scores of all effects against chance, co-refits and their evidence, recordings
+  left out in turn;
+- `choose`, `exchange`, `explain`, `stages`: which candidate enters, which earlier one gives way, one effect
+  after the other and from rivals of the first; what a search went through;
 - `places`, `generic`, `remainder`: nameless corrections, to race against and for what is unmodelled;
 - `locate`, `prove`, `probabilities`, `conclude`, `designs`: drivers and rows, held-out scores, the verdict,
   the next experiment;

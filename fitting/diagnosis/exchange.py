@@ -3,6 +3,8 @@
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
+
 from .choose import CERTAIN
 from .program import Program
 from .refit import Fit, Refitter
@@ -37,14 +39,14 @@ def exchanged(program: Program, fit: Fit, stages: list[Stage]) -> Fit:
         best = min(found, key=lambda name: found[name].objective)
         inflation = inflation_of(program, found[best])
         if (fit.objective - found[best].objective) / inflation > CERTAIN:
-            _retold(stage, found, inflation)
+            _retold(stage, found, inflation, best)
             stage.chosen, fit = best, found[best]
     return fit
 
 
 def retold(program: Program, fit: Fit, stage: Stage) -> None:
     """Tell a stage anew: what its effect and the effect's rivals are worth beside the others of a model."""
-    _retold(stage, _beside(program, fit, stage), inflation_of(program, fit))
+    _retold(stage, _beside(program, fit, stage), inflation_of(program, fit), stage.chosen)
 
 
 def _beside(program: Program, fit: Fit, stage: Stage) -> dict[str, Fit]:
@@ -54,14 +56,15 @@ def _beside(program: Program, fit: Fit, stage: Stage) -> dict[str, Fit]:
     return {stage.chosen: fit} | {t.slug: other for t, other in zip(rivals, others, strict=True)}
 
 
-def _retold(stage: Stage, found: dict[str, Fit], inflation: float) -> None:
+def _retold(stage: Stage, found: dict[str, Fit], inflation: float, chosen: str) -> None:
+    """Trials beside the others, best first; `chosen` inherits the score on recordings left out."""
     entered = stage.entered
     stage.trials = [
         replace(
             trial,
             fit=found[trial.slug],
             bayes=entered.bayes + (found[entered.slug].objective - found[trial.slug].objective) / inflation,
-            left_out=entered.left_out,
+            left_out=entered.left_out if trial.slug == chosen else np.nan,
         )
         for trial in stage.trials
         if trial.slug in found
