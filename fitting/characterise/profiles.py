@@ -29,6 +29,8 @@ class Profile:
         name: of the parameter.
         value: where it was held, SI, ascending, shape (points,).
         rise: of chi-square, priors included, above its least value, shape (points,).
+        stopped: where the others stopped before their end, at a kink of the law's memory: the rise is an
+            upper limit there; shape (points,).
         sd: standard error that a parabola would have, SI.
         below: by how much chi-square is less at its least than at the fit; more than chance says that the fit
             had not reached its end.
@@ -38,6 +40,7 @@ class Profile:
     name: str
     value: np.ndarray
     rise: np.ndarray
+    stopped: np.ndarray
     sd: float
     below: float = 0.0
     lowest: Mapping[str, float] = field(default_factory=dict)
@@ -50,9 +53,20 @@ class Profile:
     @property
     def curved(self) -> bool:
         """The profile is not the parabola of the standard error, which misleads or spans other fits, too."""
+        off = self._off
+        return bool(np.any(off < -CURVED) or np.any(off[~self.stopped] > CURVED))
+
+    @property
+    def unsure(self) -> bool:
+        """Fits that stopped early leave open whether the profile is that parabola."""
+        return not self.curved and bool(np.any(self._off[self.stopped] > CURVED))
+
+    @property
+    def _off(self) -> np.ndarray:
+        """Relative departure from the parabola, 0 next to its centre, shape (points,)."""
         wanted = self.parabola
         away = wanted > 0.5
-        return bool(np.any(np.abs(self.rise[away] / wanted[away] - 1.0) > CURVED))
+        return np.where(away, self.rise / np.where(away, wanted, 1.0) - 1.0, 0.0)
 
     def interval(self, rise: float = 1.0) -> tuple[float, float]:
         """Ends of the values whose chi-square rises by less than `rise`; infinite where the profile never
@@ -92,7 +106,7 @@ def followed(
     entry = parameters[name]
     if entry.standard_error is None:
         raise InputError(f"{name} has no standard error, so there is nothing to profile it over")
-    found, results = [(entry.value, 0.0)], {}
+    found, results = [(entry.value, 0.0, False)], {}
     least = fit(values, {}).chi_square
     if least is None:
         raise InputError(f"the model has no answer at the fit, so {name} cannot be profiled")
@@ -101,20 +115,20 @@ def followed(
         at = dict(values)
         for step in sorted((s for s in STEPS if s * side > 0.0), key=abs):
             value = float(np.clip(entry.value + step * entry.standard_error, entry.min, entry.max))
-            if any(value == known for known, _ in found):
+            if any(value == known for known, _, _ in found):
                 continue
             moved = value - at[name]
             start = {n: at[n] + moved * slope for n, slope in follow.items()}
-            result = fit({**at, **start}, {name: value})
-            if not result.success or result.chi_square is None:
+            result = _lowest([{**at, **start}, at], lambda begin, pin={name: value}: fit(begin, pin))
+            if result is None:
                 break
-            found.append((value, result.chi_square - least))
+            found.append((value, result.chi_square - least, not result.success))
             at = results[value] = result.values
     found.sort()
-    value, rise = np.array(found).T
+    value, rise, stopped = (np.array(column) for column in zip(*found, strict=True))
     below = max(-float(rise.min()), 0.0)
     lowest = results.get(float(value[np.argmin(rise)]), {})
-    return Profile(name, value, rise + below, float(entry.standard_error), below, lowest)
+    return Profile(name, value, rise + below, stopped, float(entry.standard_error), below, lowest)
 
 
 def lower_end(found: Mapping[str, Profile]) -> tuple[str, Mapping[str, float]] | None:
@@ -131,6 +145,20 @@ def loosest(parameters: Parameters, names: Sequence[str], count: int) -> list[st
         if entry.standard_error is not None and entry.prior is not None:
             share[name] = entry.standard_error / entry.prior.sd
     return sorted(share, key=share.get, reverse=True)[:count]
+
+
+def _lowest(
+    starts: Sequence[Mapping[str, float]], fit: Callable[[Mapping[str, float]], FitResult]
+) -> FitResult | None:
+    """The first fit that ends well, else the lowest of those that stopped early; None if there is none."""
+    found = []
+    for start in starts:
+        result = fit(start)
+        if result.chi_square is not None:
+            found.append(result)
+            if result.success:
+                return result
+    return min(found, key=lambda r: r.chi_square, default=None)
 
 
 def _followers(uncertainty: Uncertainty, name: str) -> dict[str, float]:

@@ -15,7 +15,7 @@ from . import figures as house
 
 CAPTION = (
     "Chi-square above its least value over one parameter when all others follow it; dashed: the "
-    "parabola of its standard error."
+    "parabola of its standard error. Open: the others stopped at a kink, so that it may lie lower."
 )
 
 
@@ -36,6 +36,10 @@ def figure(result: Profiled) -> Figure:
             centre = profile.value[np.argmin(profile.rise)]
             fine = np.linspace(profile.value.min(), profile.value.max(), 60)
             panel.plot(_in_file(profile.value, unit), profile.rise, "o-", color=house.BLUE)
+            late = profile.stopped
+            panel.plot(
+                _in_file(profile.value[late], unit), profile.rise[late], "o", color="white", mec=house.BLUE
+            )
             panel.plot(_in_file(fine, unit), ((fine - centre) / profile.sd) ** 2, "--", color=house.GREY)
             panel.set_xlabel(f"{name} [{unit}]")
             panel.set_ylabel("rise of chi-square [1]")
@@ -56,6 +60,11 @@ def warnings(result: Profiled) -> list[str]:
                 f"Over {name} the misfit does not rise as its standard error says, which spans other fits or "
                 f"takes it for a parabola: the profile says {interval(result, name)}."
             )
+        if profile.unsure:
+            said.append(
+                f"Where {name} is held elsewhere the others stop at kinks of the misfit: whether its "
+                f"standard error holds is not known; the profile leaves at least {interval(result, name)}."
+            )
     return said
 
 
@@ -75,7 +84,7 @@ def document(result: Profiled) -> dict[str, Any]:
     """Numbers of every profile, as `report.json` has them."""
     return {
         name: {"value_SI": list(p.value), "rise": list(p.rise), "interval_68_SI": list(p.interval()),
-               "curved": p.curved, "below_the_fit": p.below}
+               "stopped": [bool(x) for x in p.stopped], "curved": p.curved, "below_the_fit": p.below}
         for name, p in result.profiles.items()
     }  # fmt: skip
 
