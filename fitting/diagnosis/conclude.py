@@ -107,7 +107,7 @@ def conclude(explanation: Explanation) -> Conclusion:
     program = explanation.program
     masks = program.fitted, program.unseen
     base, alone = ([f(program, explanation.base, mask) for mask in masks] for f in (foretold, reduced))
-    last = [foretold(program, explanation.final, mask) for mask in masks]
+    last, kept = ([f(program, explanation.final, mask) for mask in masks] for f in (foretold, reduced))
     floors = [floor(program, explanation.final, mask) for mask in masks]
     named = bool(explanation.final.slugs)
     if min(base) > GROSS and explanation.p_value > LEVEL:
@@ -123,7 +123,7 @@ def conclude(explanation: Explanation) -> Conclusion:
     if not mismatch:  # no candidate survived being fitted; what is left is judged as a whole
         explanation.p_value = max(explanation.p_value, _tail(program, _steady(base[0], generic)))
         explanation.p_is_bound = False
-    over = named and unknown <= 0.5 and _over(alone, last, floors)
+    over = named and unknown <= 0.5 and (_over(alone, last, floors) or _idle(alone, kept, floors))
     unknown = max(unknown, BESIDE) if over else unknown
     candidates, nothing = probabilities(explanation, mismatch, unknown)
     unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
@@ -280,6 +280,13 @@ def _over(base: list[float], last: list[float], floors: list[float]) -> bool:
         after > noise + OVER and after - noise > NOTHING_LEFT * (before - noise)
         for before, after, noise in zip(base, last, floors, strict=True)
     )
+
+
+def _idle(base: list[float], last: list[float], floors: list[float]) -> bool:
+    """Whether named effects leave recordings that were not fitted more than half of what they are missed by,
+    whatever the uncertainty of the constants could excuse: the names help nobody there."""
+    before, after, noise = base[1], last[1], floors[1]
+    return after > noise + OVER and after - noise > HELPS * (before - noise)
 
 
 def _left_over(explanation: Explanation, unknown: float, last: list[float], found: list[Found]) -> Found:

@@ -174,12 +174,16 @@ class _Search:
         rivals = [t for t in tried if t.slug not in final.slugs and tried[0].bayes - t.bayes < behind]
         rivals = [t for t in rivals if t.bayes > CERTAIN and not t.stopped]
         rivals = rivals[: self.effort * DETOURS[not program.hidden]]
-        incumbents = self._as_it_is(explanation) if rivals else []
+        incumbents = [(_worth(explanation), final)]
         for rival in rivals:
             self.progress(f"looking for a second effect beside {rival.slug}")
             stage = self._seconded(program, rival.fit)
             best = _second(stage)
-            if best is None or rival.bayes + best.bayes < max(worth for worth, _ in incumbents) + CERTAIN:
+            if best is None or rival.bayes + best.bayes < incumbents[0][0] + CERTAIN:
+                continue
+            if len(incumbents) == 1:
+                incumbents += self._with_its_second(explanation)
+            if rival.bayes + best.bayes < max(worth for worth, _ in incumbents) + CERTAIN:
                 continue
             stage.chosen, stage.left_out = best.slug, first.left_out
             begun = replace(first, trials=[replace(t) for t in tried], chosen=rival.slug)
@@ -199,18 +203,22 @@ class _Search:
             stage.base = fair(program, fit, stage.trials)
         return stage
 
-    def _as_it_is(self, explanation: Explanation) -> list[tuple[float, Fit]]:
-        """What was found with its log Bayes factor; one effect alone also with its best second one, as rivals
-        have it."""
+    def _with_its_second(self, explanation: Explanation) -> list[tuple[float, Fit]]:
+        """One effect that was found alone with its best second one, as rivals have it: log Bayes factor and
+        fit; none where two were found, or there is no second one."""
         program, final = explanation.program, explanation.final
-        found = [s for s in explanation.stages if s.chosen in final.slugs]
-        as_it_is = [(sum(s.entered.bayes for s in found), final)]
-        if len(found) == 1:
-            last = explanation.stages[-1]
-            second = _second(last if last.base.slugs == final.slugs else self._seconded(program, final))
-            if second is not None:
-                as_it_is.append((as_it_is[0][0] + second.bayes, polished(program, second.fit)))
-        return as_it_is
+        if len(final.slugs) > 1:
+            return []
+        last = explanation.stages[-1]
+        second = _second(last if last.base.slugs == final.slugs else self._seconded(program, final))
+        if second is None:
+            return []
+        return [(_worth(explanation) + second.bayes, polished(program, second.fit))]
+
+
+def _worth(explanation: Explanation) -> float:
+    """Log Bayes factor of what was found."""
+    return sum(s.entered.bayes for s in explanation.stages if s.chosen in explanation.final.slugs)
 
 
 def _second(stage: Stage) -> Trial | None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis import trials
-from fitting.diagnosis.conclude import MOST_DRIFT, _left_over, _over, _steady, _unknown
+from fitting.diagnosis.conclude import MOST_DRIFT, _idle, _left_over, _over, _steady, _unknown
 from fitting.diagnosis.generic import Generic
 from fitting.diagnosis.probabilities import effects_found
 from fitting.diagnosis.screen import _held
@@ -146,6 +146,12 @@ def test_a_name_that_leaves_a_quarter_of_a_misfit_gives_way(left, first):
 def test_a_model_that_does_not_hold_leaves_something_unmodelled(before, after, over):
     assert _over(before, after, [1.0, 1.0]) is over
     assert not _over(before, after, [1.3, 3.4])  # neighbouring rows differ by as much
+
+
+@pytest.mark.parametrize(("before", "after", "idle"), [(3.9, 4.1, True), (9.0, 4.0, False), (1.2, 1.2, False)])
+def test_a_name_that_helps_no_recording_that_was_not_fitted_is_doubted(before, after, idle):
+    assert _idle([9.0, before], [1.0, after], [1.0, 1.0]) is idle
+    assert not _idle([9.0, before], [1.0, after], [1.0, 4.0])
 
 
 def test_what_a_named_effect_leaves_is_said_beside_it():
