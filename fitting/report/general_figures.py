@@ -7,12 +7,14 @@ from fitting.characterise.general.pipeline import GeneralCharacterisation
 from fitting.characterise.general.scores import Score
 
 from . import figures as house
+from . import profiles
 
 CAPTIONS = {
     "fit": "Every measured output (dots) and its prediction (lines).",
     "residuals": "Recording less model. Noise would scatter around zero; slow waves are what it lacks.",
     "parameters": "What was known before (grey, one sd of the prior) and what is known now (blue), "
     "in standard deviations of the prior from its mean.",
+    "profiles": profiles.CAPTION,
 }
 MOST_PANELS = 24
 
@@ -25,6 +27,8 @@ def captioned(result: GeneralCharacterisation) -> dict[str, tuple[Figure, str]]:
         "residuals": _panels(shown, _left),
         "parameters": _parameters(result),
     }
+    if result.profiles:
+        drawn["profiles"] = profiles.figure(result)
     return {name: (figure, CAPTIONS[name]) for name, figure in drawn.items()}
 
 

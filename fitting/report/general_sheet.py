@@ -12,7 +12,7 @@ from fitting.characterise.spring.alloy_table import KELVIN
 from fitting.characterise.spring.information import relative_to_prior
 from pneusma_jax.units import from_si
 
-from . import general_figures
+from . import general_figures, profiles
 from . import general_words as words
 from .characterisation_tables import TextTable
 from .sheet import Section, Sheet, numbered, parameter_rows
@@ -31,6 +31,7 @@ def sheet(result: GeneralCharacterisation) -> Sheet:
     subtitle = f"{words.WHAT[result.kind].capitalize()}, {count} recordings fitted"
     subtitle += f", {len(kept)} held out ({', '.join(kept)})" if kept else ""
     loose = tuple(e["text"] for e in result.identifiability)
+    drawn = ("parameters", "profiles")
     geometry = geometry_toml(result) if len(result.campaign.specimens()) == 1 else ""
     return Sheet(
         title=result.title,
@@ -45,7 +46,7 @@ def sheet(result: GeneralCharacterisation) -> Sheet:
             Section("Parameters", table=_parameters(result), note="± one standard error."),
             Section("The model", tuple(words.about_the_model(result)), _held(result), HELD_NOTE),
             Section("Errors, recording by recording", table=_scores(result), note=SCORE_NOTE),
-            Section("What these recordings cannot tell", loose or (NOTHING,), figures=("parameters",)),
+            Section("What these recordings cannot tell", loose or (NOTHING,), figures=drawn),
             Section("Which test next", (advice(result.repeats),)),
             Section("What the model leaves", figures=("residuals",)),
             Section("How it was fitted", tuple(words.how_it_was_fitted(result))),
@@ -147,6 +148,7 @@ def _more(result: GeneralCharacterisation) -> dict[str, Any]:
         "metrics_by_recording": per,
         **_model_json(result),
         "identifiability": result.identifiability,
+        "profiles": profiles.document(result),
         "next_test": {
             "text": advice(result.repeats),
             "candidates": [

@@ -5,6 +5,7 @@ from fitting.characterise.general.pipeline import GeneralCharacterisation
 from fitting.characterise.general.scores import overall
 from pneusma_jax.effects import find_effect
 
+from . import profiles
 from .figures import axis_label
 
 WHAT = {"spring": "spring", "wire": "wire", "tube": "tube", "actuator": "actuator", "elastomer": "silicone"}
@@ -114,7 +115,7 @@ def warnings(result: GeneralCharacterisation) -> list[str]:
         said.append(
             "Only one of the starts ended at the best fit: there may be a better one that none found."
         )
-    return said
+    return said + profiles.warnings(result)
 
 
 def how_it_was_fitted(result: GeneralCharacterisation) -> list[str]:

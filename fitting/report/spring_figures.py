@@ -7,6 +7,7 @@ from fitting.characterise.spring.pipeline import SpringCharacterisation
 from fitting.characterise.spring.scores import Score
 
 from . import figures as house
+from . import profiles
 
 CAPTIONS = {
     "fit": "Shear stress of every test (dots) and the model from resistance alone (lines).",
@@ -14,8 +15,7 @@ CAPTIONS = {
     "band is wide, resistance says little.",
     "laws": "The laws found: detwinned fraction of martensite, stress-induced fraction of austenite, and "
     "resistivity of the two phases over shear strain.",
-    "profiles": "Chi-square above its least value over one parameter when all others follow it; dashed: the "
-    "parabola of its standard error.",
+    "profiles": profiles.CAPTION,
 }
 
 
@@ -23,7 +23,7 @@ def captioned(result: SpringCharacterisation) -> dict[str, tuple[Figure, str]]:
     """Every figure with its caption, by name."""
     drawn = {"fit": _panels(result, _stress), "phase": _panels(result, _phase), "laws": _laws(result)}
     if result.profiles:
-        drawn["profiles"] = _profiles(result)
+        drawn["profiles"] = profiles.figure(result)
     return {name: (figure, CAPTIONS[name]) for name, figure in drawn.items()}
 
 
@@ -75,19 +75,4 @@ def _laws(result: SpringCharacterisation) -> Figure:
             panel.set_xlabel("shear strain [1]")
             panel.locator_params(axis="x", nbins=5)
             house.legend_above(panel)
-    return figure
-
-
-def _profiles(result: SpringCharacterisation) -> Figure:
-    with house.style():
-        figure = Figure(figsize=(3.8 * len(result.profiles), 3.2), layout="constrained")
-        panels = figure.subplots(1, len(result.profiles), squeeze=False).ravel()
-        for panel, (name, profile) in zip(panels, result.profiles.items(), strict=True):
-            scale = result.parameters[name].value / (result.fitted[name].value or 1.0)
-            centre = profile.value[np.argmin(profile.rise)]
-            fine = np.linspace(profile.value.min(), profile.value.max(), 60)
-            panel.plot(profile.value * scale, profile.rise, "o-", color=house.BLUE)
-            panel.plot(fine * scale, ((fine - centre) / profile.sd) ** 2, "--", color=house.GREY)
-            panel.set_xlabel(f"{name} [{result.parameters[name].unit}]")
-            panel.set_ylabel("rise of chi-square [1]")
     return figure

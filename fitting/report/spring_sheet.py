@@ -7,7 +7,7 @@ from fitting.characterise.spring.pipeline import SpringCharacterisation
 from fitting.characterise.spring.scores import Score, overall
 from pneusma_jax.units import from_si
 
-from . import spring_figures
+from . import profiles, spring_figures
 from . import spring_words as words
 from .characterisation_tables import TextTable
 from .sheet import Section, Sheet, numbered, parameter_rows
@@ -99,11 +99,7 @@ def _more(result: SpringCharacterisation) -> dict[str, Any]:
              "values": {n: float(from_si(v, result.fitted[n].unit)) for n, v in m.values.items()}}
             for m in result.modes
         ],
-        "profiles": {
-            name: {"value_SI": list(p.value), "rise": list(p.rise), "interval_68_SI": list(p.interval()),
-                   "curved": p.curved, "below_the_fit": p.below}
-            for name, p in result.profiles.items()
-        },
+        "profiles": profiles.document(result),
         "next_test": {
             "text": result.next_test.text,
             "candidates": [

@@ -1,13 +1,13 @@
 """What tests of a spring on a stand say about its alloy, in sentences that a laboratory can act on."""
 
-import numpy as np
 
 from fitting.characterise.general.fit import OVERSTATED
-from fitting.characterise.spring.joint import ALIKE, MISFIT, lead
+from fitting.characterise.spring.joint import MISFIT, lead
 from fitting.characterise.spring.modes import Mode
 from fitting.characterise.spring.pipeline import SpringCharacterisation
 from fitting.characterise.spring.scores import Score, overall
 
+from . import profiles
 from .general_words import lasting_sentence, overstated_sentence
 
 OTHER_RULE = (
@@ -89,32 +89,9 @@ def warnings(result: SpringCharacterisation) -> list[str]:
             f"chi-square larger by {ahead:.3g}: there may be a better one, and standard errors span what was "
             "found. --starts tries more."
         )
-    for name, profile in result.profiles.items():
-        if profile.below > ALIKE:
-            said.append(
-                f"Where {name} is held elsewhere the others reach a chi-square lower by {profile.below:.2g}: "
-                "the fit is not at its end, and neither its values nor its errors are to be trusted."
-            )
-        if profile.curved:
-            said.append(
-                f"Over {name} the misfit does not rise as its standard error says, which spans other fits or "
-                f"takes it for a parabola: the profile says {_profiled(result, name)}."
-            )
+    said += profiles.warnings(result)
     said += [blind_sentence(score) for score in result.scores if score.blind > BLIND_SHARE]
     return said
-
-
-def _profiled(result: SpringCharacterisation, name: str) -> str:
-    """What a profile leaves of a parameter, in its unit of files."""
-    entry = result.parameters[name]
-    scale = entry.value / (result.fitted[name].value or 1.0)
-    low, high = (end * scale for end in result.profiles[name].interval())
-    unit = "" if entry.unit == "1" else f" {entry.unit}"
-    if np.isfinite(low) and np.isfinite(high):
-        return f"{low:.4g} to {high:.4g}{unit}"
-    if np.isfinite(low):
-        return f"{low:.4g}{unit} or more"
-    return f"{high:.4g}{unit} or less" if np.isfinite(high) else "anything within its range"
 
 
 def blind_sentence(score: Score) -> str:

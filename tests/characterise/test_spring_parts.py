@@ -6,15 +6,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from fitting.characterise.profiles import lower_end
 from fitting.characterise.spring import profiles as profiling
 from fitting.characterise.spring.joint import Joint, Start, lead, spanned
 from fitting.characterise.spring.modes import apart, other_modes
 from fitting.characterise.spring.next_test import _reach, _sentence
-from fitting.characterise.spring.profiles import lower_end, profile
+from fitting.characterise.spring.profiles import profile
 from fitting.least_squares.covariance import Uncertainty
 from fitting.models.spring import GEOMETRY
 from fitting.parameters import Parameters
-from fitting.report import spring_words as words
+from fitting.report import profiles as shown
 
 NAMES = ("x", "y")
 
@@ -70,7 +71,7 @@ def test_a_profile_is_told_in_the_unit_of_files_with_its_open_end(ends, said):
         fitted={"G_m": SimpleNamespace(value=1.5e9)},
         profiles={"G_m": profile},
     )
-    assert words._profiled(result, "G_m") == said
+    assert shown.interval(result, "G_m") == said
 
 
 def test_the_next_test_names_each_constant_once():

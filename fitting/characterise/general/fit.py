@@ -8,8 +8,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fitting.characterise.pins import pin_table, pinned_residual_of
+from fitting.characterise.profiles import ALIKE
 from fitting.least_squares import FitResult, Status, fit_least_squares
-from fitting.models import Model, Rows, model_of, observations, predictor_of, residual_of, silenced, stack
+from fitting.models import Model, Rows, model_of, observations, predictor_of, silenced, stack
 from fitting.noise import correlation_time, inflation_of
 from fitting.parameters import Parameters
 from fitting.recordings import Recording
@@ -27,6 +29,8 @@ NEAR = 0.1
 """Standard deviations of the priors by which starts are scattered about a fit that stopped at a kink."""
 SAME = 0.05
 """Change of chi-square below which two rounds of decisions agree."""
+PINNED = 0.01
+"""1-sigma of a pin, as a share of the parameter's standard error."""
 
 
 @dataclass(frozen=True)
@@ -126,13 +130,60 @@ def fit_campaign(
     if result.status is Status.STALLED:
         result, near = _searched(model, recordings, rows, result, *further)
         more += near
+    return _settled(model, recordings, rows, result, ends + more, progress)
+
+
+def fit_pinned(fit: GeneralFit, values: Mapping[str, float], pins: Mapping[str, float]) -> FitResult:
+    """The fit from other values on with some parameters held, noise and decisions as they were at it.
+
+    Args:
+        fit: any.
+        values: to start from, SI; what is missing starts from the fit.
+        pins: parameters that are held, with their values, SI; they have a standard error.
+    """
+    rows, known = inflated(fit.rows, fit.inflation), fit.result.parameters
+    held = {name: (value, PINNED * known[name].standard_error) for name, value in pins.items()}
+    return _fit(fit.model, fit.recordings, rows, _at(known, {**values, **pins}), 1, 0, held)
+
+
+def gone_on(
+    fit: GeneralFit, values: Mapping[str, float], progress: Callable[[str], None] = lambda _: None
+) -> GeneralFit:
+    """The fit from other values on, decided and with errors anew; the same where it ends no lower.
+
+    Args:
+        fit: any.
+        values: to start from, SI.
+        progress: called with a word for each fit that is done.
+    """
+    rows = list(fit.rows)
+    result = _fit(fit.model, fit.recordings, rows, _at(fit.result.parameters, values), 1, 0)
+    before = _fit(fit.model, fit.recordings, rows, _at(fit.result.parameters, fit.result.values), 1, 0)
+    ends = (*fit.starts, float(np.nan if result.chi_square is None else result.chi_square))
+    progress("fit from elsewhere")
+    if not (result.chi_square or np.inf) < (before.chi_square or np.inf) - ALIKE:
+        return replace(fit, starts=ends)
+    rows, result = _decided(fit.model, fit.recordings, rows, result)
+    return _settled(fit.model, fit.recordings, rows, result, ends, progress)
+
+
+def _settled(
+    model: Model,
+    recordings: tuple[Recording, ...],
+    rows: Sequence[Rows],
+    result: FitResult,
+    ends: tuple[float, ...],
+    progress: Callable[[str], None],
+) -> GeneralFit:
+    """A fit with errors that know about misfit and serial correlation."""
     reduced = float(result.reduced_chi_square or np.nan)
-    fit = GeneralFit(recordings, tuple(rows), model, result, ends + more, reduced, 1.0, 1.0)
+    fit = GeneralFit(recordings, tuple(rows), model, result, ends, reduced, 1.0, 1.0)
     misfits = _misfits(fit)
     fit = replace(fit, correlation_time=correlation_time(misfits))
     factor = inflation_of(reduced, misfits)
     if factor > 1.0:
-        result = _fit(model, recordings, inflated(rows, factor), _at(parameters, result), 1, seed)
+        begin = _at(result.parameters, result.values)
+        result = _fit(model, recordings, inflated(rows, factor), begin, 1, 0)
         fit = replace(fit, result=result, inflation=factor)
         progress("errors")
     return fit
@@ -163,7 +214,7 @@ def _searched(
         astray = missed(result)
         if starts < 2 or not (astray or result.status is Status.STALLED):
             break
-        begin = _at(result.parameters, result)
+        begin = _at(result.parameters, result.values)
         fresh = starts if astray else _about(result, starts - 1, seed + draw)
         other = _fit(model, recordings, rows, begin, fresh, seed + draw)
         ends += [float(x) for x in other.start_chi_squares[1:]]
@@ -197,7 +248,7 @@ def _decided(
         return rows, result
     for _ in range(ROUNDS):
         rows = model.decided(result.values, rows)
-        before, result = result, _fit(model, recordings, rows, _at(result.parameters, result), 1, 0)
+        before, result = result, _fit(model, recordings, rows, _at(result.parameters, result.values), 1, 0)
         if before.chi_square is None or abs((result.chi_square or 0.0) - before.chi_square) < SAME:
             break
     return rows, result
@@ -210,12 +261,13 @@ def _fit(
     parameters: Parameters,
     starts: int | Sequence[Mapping[str, float]],
     seed: int,
+    held: Mapping[str, tuple[float, float]] | None = None,
 ) -> FitResult:
     used = fitted_only(recordings, rows)
     return fit_least_squares(
-        residual_of(model),
+        pinned_residual_of(model),
         parameters,
-        data=stack(used),
+        data={"rows": stack(used), "pins": pin_table(parameters, held)},
         use_priors=True,
         observations=getattr(model, "observations", observations)(used),
         rtol=RTOL,
@@ -225,10 +277,10 @@ def _fit(
     )
 
 
-def _at(parameters: Parameters, result: FitResult) -> Parameters:
-    """Parameters that start from what was found."""
+def _at(parameters: Parameters, values: Mapping[str, float]) -> Parameters:
+    """Parameters that start from values, brought inside their bounds."""
     moved = parameters.copy()
-    for name, value in result.values.items():
+    for name, value in values.items():
         entry = moved[name]
         entry.set(value=float(np.clip(value, entry.min, entry.max)))
     return moved

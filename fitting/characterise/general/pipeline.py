@@ -1,13 +1,15 @@
 """From a campaign of wires, tubes or actuators to their constants."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from fitting.augmented import AugmentedModel
+from fitting.characterise.profiles import Profile, lower_end
 from fitting.characterise.result import Characterisation, Estimate
 from fitting.characterise.spring.alloy_table import KELVIN, estimate
 from fitting.characterise.spring.information import Information, with_errors
@@ -21,7 +23,8 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.precision import require_float64
 from pneusma_jax.units import to_si
 
-from .fit import GeneralFit, fit_campaign
+from .fit import GeneralFit, fit_campaign, gone_on
+from .profiles import profiles, worth_profiling
 from .scores import Score, scores
 from .told import Repeat, cannot_tell, informed, repeats
 
@@ -31,6 +34,8 @@ if TYPE_CHECKING:
 STARTS = 3
 WIRE_STARTS = 8
 """A wire whose constants are all open has minima of its own beside every kink of its residual strain."""
+PROFILES = {"wire": 3, "tube": 2, "actuator": 0, "spring": 0, "elastomer": 0}
+"""Loosest parameters whose profiles are made by default: each takes four more fits."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +49,7 @@ class GeneralCharacterisation(Characterisation):
         start: values of the free parameters before it, SI.
         told: what the recordings say.
         identifiability: what they do not say, in words.
+        profiles: profile likelihoods by parameter.
         scores: every recording beside its prediction.
         repeats: what measuring each once more would add.
         options: tables that the campaign was fitted from.
@@ -57,6 +63,7 @@ class GeneralCharacterisation(Characterisation):
     start: dict[str, float]
     told: Information
     identifiability: list[dict[str, Any]]
+    profiles: dict[str, Profile]
     scores: tuple[Score, ...]
     repeats: tuple[Repeat, ...]
     options: dict[str, str | Path]
@@ -103,7 +110,7 @@ class GeneralCharacterisation(Characterisation):
         return sheet(self).text()
 
     def plot(self) -> dict[str, Figure]:
-        """Figures by name: `fit`, `residuals`, `parameters`."""
+        """Figures by name: `fit`, `residuals`, `parameters`, `profiles`."""
         from fitting.report.general_figures import captioned
 
         return {name: figure for name, (figure, _) in captioned(self).items()}
@@ -148,6 +155,7 @@ def characterise_general(
     *,
     adjust: Mapping[str, Mapping[str, Any]] | None = None,
     starts: int = STARTS,
+    profile: int | Sequence[str] = 0,
     seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
     model: Augmented | None = None,
@@ -160,6 +168,7 @@ def characterise_general(
         kind: of those that are fitted.
         adjust: changes to free parameters by name, in the unit of files; see `characterise_spring`.
         starts: of the fit in all.
+        profile: parameters to profile, or how many of the loosest that the recordings inform.
         seed: of the scattered ones.
         progress: called with a word for each step that is done.
         model: model on disk, of this kind; the base model by default.
@@ -187,9 +196,16 @@ def characterise_general(
         rows = model.prepared(start, rows)
     progress("read")
     fit = fit_campaign(recordings, rows, parameters, starts, seed, progress, predictor)
-    told, each = informed(fit)
-    fit = replace(fit, result=with_errors(fit.result, lambda _: told))
+    fit, told, each = _with_information(fit)
     progress("information")
+    wanted = worth_profiling(fit, told, profile) if isinstance(profile, int) else list(profile)
+    profiled = profiles(fit, wanted)
+    lower = lower_end(profiled)
+    if lower:  # the fit had not reached its end
+        fit, told, each = _with_information(gone_on(fit, lower[1], progress))
+        profiled = profiles(fit, _still_open(fit, wanted))
+    if wanted:
+        progress("profiles")
     return GeneralCharacterisation(
         campaign=campaign,
         identify=_identifies(recordings),
@@ -199,12 +215,24 @@ def characterise_general(
         identifiability=cannot_tell(
             told, fit.result.parameters, start, model and model.absent(fit.result.parameters)
         ),
+        profiles=profiled,
         scores=tuple(scores(fit)),
         repeats=tuple(repeats(fit, told, each)),
         options=dict(options),
         seed=seed,
         model=model,
     )
+
+
+def _with_information(fit: GeneralFit) -> tuple[GeneralFit, Information, list[np.ndarray]]:
+    """A fit with standard errors, what all its recordings say, and each of them; SI."""
+    told, each = informed(fit)
+    return replace(fit, result=with_errors(fit.result, lambda _: told)), told, each
+
+
+def _still_open(fit: GeneralFit, names: Sequence[str]) -> list[str]:
+    """Parameters that have not stopped at a bound."""
+    return [name for name in names if fit.result.parameters[name].standard_error is not None]
 
 
 def _identifies(recordings: list[Recording]) -> bool:
@@ -230,6 +258,7 @@ def characterise_wire(
     base: str | Path | None = None,
     adjust: Mapping[str, Mapping[str, Any]] | None = None,
     starts: int = WIRE_STARTS,
+    profile: int | Sequence[str] = PROFILES["wire"],
     seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
 ) -> GeneralCharacterisation:
@@ -238,9 +267,9 @@ def characterise_wire(
     Args:
         campaign: recordings of kind wire, with temperature.
         base: alloy to start from where it is to be identified.
-        adjust, starts, seed, progress: see there.
+        adjust, starts, profile, seed, progress: see there.
     """
-    common = {"adjust": adjust, "starts": starts, "seed": seed, "progress": progress}
+    common = {"adjust": adjust, "starts": starts, "profile": profile, "seed": seed, "progress": progress}
     return characterise_general(campaign, "wire", **common, **_given(base=base))
 
 
@@ -250,6 +279,7 @@ def characterise_tube(
     material: str | Path | None = None,
     adjust: Mapping[str, Mapping[str, Any]] | None = None,
     starts: int = STARTS,
+    profile: int | Sequence[str] = PROFILES["tube"],
     seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
 ) -> GeneralCharacterisation:
@@ -258,9 +288,9 @@ def characterise_tube(
     Args:
         campaign: recordings of kind tube.
         material: silicone to start from.
-        adjust, starts, seed, progress: see there.
+        adjust, starts, profile, seed, progress: see there.
     """
-    common = {"adjust": adjust, "starts": starts, "seed": seed, "progress": progress}
+    common = {"adjust": adjust, "starts": starts, "profile": profile, "seed": seed, "progress": progress}
     return characterise_general(campaign, "tube", **common, **_given(material=material))
 
 
@@ -271,6 +301,7 @@ def characterise_actuator(
     material: str | Path | None = None,
     adjust: Mapping[str, Mapping[str, Any]] | None = None,
     starts: int = 1,
+    profile: int | Sequence[str] = PROFILES["actuator"],
     seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
 ) -> GeneralCharacterisation:
@@ -280,9 +311,9 @@ def characterise_actuator(
         campaign: recordings of kind actuator, of one design.
         base: alloy to start from where it is to be identified.
         material: silicone to start from.
-        adjust, starts, seed, progress: see there.
+        adjust, starts, profile, seed, progress: see there.
     """
-    common = {"adjust": adjust, "starts": starts, "seed": seed, "progress": progress}
+    common = {"adjust": adjust, "starts": starts, "profile": profile, "seed": seed, "progress": progress}
     return characterise_general(campaign, "actuator", **common, **_given(base=base, material=material))
 
 

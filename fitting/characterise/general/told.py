@@ -148,7 +148,7 @@ def _alone(
     """Parameters about which the recordings say next to nothing even if all others were known."""
     entries, covered = [], set()
     marginal = told.sd() / told.scale
-    best = 1.0 / np.sqrt((np.diag(told.matrix) + told.prior) * told.scale**2 + 1e-300)
+    best = told.alone() / told.scale
     for k, name in enumerate(told.names):
         if told.fixed[k] or best[k] < HARDLY:
             continue

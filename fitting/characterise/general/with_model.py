@@ -1,7 +1,7 @@
 """`--model`: a campaign fitted with a model on disk, its numbers and its effects."""
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ from fitting.models.registry import kind_of
 from fitting.recordings import Campaign
 from pneusma_jax.units import from_si
 
-from .pipeline import STARTS, characterise_general
+from .pipeline import PROFILES, STARTS, characterise_general
 
 STARTS_OF = {"spring": 1, "actuator": 1}
 """Fits in all, where the default takes minutes."""
@@ -27,6 +27,7 @@ def characterise_with(
     material: str | Path | None = None,
     adjust: Mapping[str, Mapping[str, Any]] | None = None,
     starts: int | None = None,
+    profile: int | Sequence[str] | None = None,
     seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Characterisation:
@@ -41,6 +42,7 @@ def characterise_with(
         base, material: alloy and silicone to start from, instead of the model's.
         adjust: changes to free parameters by name, those of effects too: `wrap_friction_constant`.
         starts: fits in all; fewer for springs and actuators by default.
+        profile: parameters to profile, or how many of the loosest; by default as many as without a model.
         seed: of the scattered ones.
         progress: called with a word for each step that is done.
 
@@ -52,13 +54,14 @@ def characterise_with(
     augmented = Augmented(kind, model)
     given = {"base": base, "material": material}
     if kind == "spring" and not augmented.acting:
-        return _staged(augmented, campaign, base, adjust, starts, seed, progress)
+        return _staged(augmented, campaign, base, adjust, starts, profile, seed, progress)
     return characterise_general(
         augmented.described(campaign),
         kind,
         model=augmented,
         adjust=adjust,
         starts=starts or STARTS_OF.get(kind, STARTS),
+        profile=PROFILES[kind] if profile is None else profile,
         seed=seed,
         progress=progress,
         **augmented.options(campaign, given),
@@ -71,6 +74,7 @@ def _staged(
     base: str | Path | None,
     adjust: Mapping[str, Mapping[str, Any]] | None,
     starts: int | None,
+    profile: int | Sequence[str] | None,
     seed: int,
     progress: Callable[[str], None],
 ) -> Characterisation:
@@ -95,7 +99,7 @@ def _staged(
         table = None
     else:
         table = model.table("alloy", named)
-    more = {} if starts is None else {"starts": starts}
+    more = {name: x for name, x in (("starts", starts), ("profile", profile)) if x is not None}
     return characterise_spring(
         moved, base=table, adjust=changes or None, seed=seed, progress=progress, **more
     )

@@ -55,6 +55,10 @@ class Information:
         """Standard deviations with the priors, shape (n,)."""
         return np.sqrt(np.maximum(np.diag(self.covariance(more)), 0.0))
 
+    def alone(self) -> np.ndarray:
+        """Standard deviations with the priors if all other parameters were known, shape (n,)."""
+        return self.scale / np.sqrt((np.diag(self.matrix) + self.prior) * self.scale**2 + 1e-300)
+
     def gain(self, more: np.ndarray) -> float:
         """Expected information of further data [nats]."""
         before, after = (

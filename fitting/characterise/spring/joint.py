@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from fitting.characterise.profiles import ALIKE
 from fitting.least_squares import FitResult
 from fitting.models import residual_of
 from fitting.models.spring import MARGIN, OUTPUTS
@@ -16,8 +17,6 @@ from .problem import Problem, values_of
 
 MISFIT = 1.3
 """Reduced chi-square from which what is left is more than noise."""
-ALIKE = 1.0
-"""Chi-square within which two fits are as good."""
 RETRIES = 6
 """Most fits from what the other tests say."""
 FEWEST = 3

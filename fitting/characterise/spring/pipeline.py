@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fitting.characterise.assumed import notices_of
+from fitting.characterise.profiles import Profile, loosest, lower_end
 from fitting.characterise.result import Characterisation, Estimate
 from fitting.models import model_of, priors
 from fitting.models.spring import ALLOY
@@ -28,7 +29,7 @@ from .memory_starts import memory_starts
 from .modes import Mode, other_modes
 from .next_test import NextTest, next_test
 from .problem import Problem
-from .profiles import Profile, loosest, lower_end, profiles
+from .profiles import profiles
 from .scores import Score, scores
 from .stages import Stage, run_stages
 from .stand_tests import LEVEL, Phase, StandTest, classify
@@ -201,7 +202,8 @@ def characterise_spring(
         more = _draws(single, MORE, np.random.default_rng([seed, 1]), "further draw")
         single = try_others(single, more, progress)
     joint = spanned(single)
-    wanted = loosest(joint, profile) if isinstance(profile, int) else list(profile)
+    free = list(joint.problem.parameters)
+    wanted = loosest(joint.parameters, free, profile) if isinstance(profile, int) else list(profile)
     profiled = profiles(joint, wanted)
     progress("profiles")
     lower = lower_end(profiled)

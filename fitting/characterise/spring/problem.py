@@ -14,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, PyTree
 
+from fitting.characterise.pins import pin_table, pinned_residual_of
 from fitting.least_squares import FitResult, fit_least_squares
 from fitting.models import Rows, residual_of, stack
 from fitting.models.spring import decided
@@ -32,11 +33,8 @@ PINNED = 1e-4
 """1-sigma of a pin, as a share of the parameter's prior."""
 
 
-def residual(values: Mapping[str, Array], data: PyTree) -> Array:
-    """Rows of all recordings, then the pins; `data` is what `Problem.data` gives."""
-    rows = jnp.ravel(residual_of("spring")(values, data["rows"]))
-    pins = [weight * (values[name] - target) for name, (target, weight) in data["pins"].items()]
-    return jnp.concatenate([rows, jnp.stack(pins)])
+residual = pinned_residual_of("spring")
+"""Rows of all recordings, then the pins; its data are what `Problem.data` gives."""
 
 
 @dataclass(frozen=True)
@@ -107,12 +105,7 @@ class Problem:
         share = counts * (self.stacked.extra["loading"] if loading else 1.0) / self.inflation
         weight = {name: w * share for name, w in self.stacked.weight.items()}
         rows = eqx.tree_at(lambda r: (r.weight, r.mask), self.stacked, (weight, self.stacked.mask & counts))
-        held = pins or {}
-        table = {}
-        for name in self.parameters.layout().free:
-            target, sd = held.get(name, (0.0, np.inf))
-            table[name] = (jnp.asarray(float(target)), jnp.asarray(1.0 / sd))
-        return {"rows": rows, "pins": table}
+        return {"rows": rows, "pins": pin_table(self.parameters, pins)}
 
     def settled(self, values: Mapping[str, float]) -> list[Rows]:
         """Every recording with its walk, what the rule decides at these values, and the noise as taken.
@@ -186,13 +179,10 @@ def solve(parameters: Parameters, data: PyTree) -> FitResult:
     )
 
 
-def fit_pinned(problem: Problem, data: PyTree, pins: Mapping[str, float]) -> FitResult:
-    """Fit with some parameters held at values, whatever else the data say."""
-    table = dict(data["pins"])
-    for name, value in pins.items():
-        sd = PINNED * scale_of(problem.parameters[name])
-        table[name] = (jnp.asarray(float(value)), jnp.asarray(1.0 / sd))
-    return solve(problem.at(pins).parameters, {**data, "pins": table})
+def fit_pinned(problem: Problem, data: PyTree, values: Mapping[str, float]) -> FitResult:
+    """Fit with some parameters held at values, and no others."""
+    held = problem.held(values, values)
+    return solve(problem.at(values).parameters, {**data, "pins": pin_table(problem.parameters, held)})
 
 
 def values_of(parameters: Parameters, values: Mapping[str, float] | None = None) -> dict[str, Array]:

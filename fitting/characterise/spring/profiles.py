@@ -1,63 +1,13 @@
-"""Profile likelihoods: the misfit over one parameter when all others follow it."""
+"""Profile likelihoods of springs: what the rule decided stays as it was at the fit."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 
-import numpy as np
-
+from fitting.characterise.profiles import Profile, followed
+from fitting.least_squares import FitResult
 from fitting.models.spring import decided
-from pneusma_jax.errors import InputError, nearest
 
-from .joint import ALIKE, Joint
+from .joint import Joint
 from .problem import fit_pinned, values_of
-
-STEPS = (-2.0, -1.0, 1.0, 2.0)
-"""Standard errors from the best value at which the others are refitted."""
-CURVED = 0.3
-"""Relative departure from a parabola from which the standard error misleads."""
-
-
-@dataclass(frozen=True)
-class Profile:
-    """Misfit over one parameter.
-
-    Attributes:
-        name: of the parameter.
-        value: where it was held, SI, ascending, shape (points,).
-        rise: of chi-square, priors included, above its least value, shape (points,).
-        sd: standard error that a parabola would have, SI.
-        below: by how much chi-square is less at its least than at the fit; more than chance says that the fit
-            had not reached its end.
-        lowest: free parameters there, SI; empty where the fit is the least.
-    """
-
-    name: str
-    value: np.ndarray
-    rise: np.ndarray
-    sd: float
-    below: float = 0.0
-    lowest: Mapping[str, float] = field(default_factory=dict)
-
-    @property
-    def curved(self) -> bool:
-        """The profile is not the parabola of the standard error, which misleads or spans other fits, too."""
-        centre = self.value[np.argmin(self.rise)]
-        wanted = ((self.value - centre) / self.sd) ** 2
-        away = wanted > 0.5
-        return bool(np.any(np.abs(self.rise[away] / wanted[away] - 1.0) > CURVED))
-
-    def interval(self, rise: float = 1.0) -> tuple[float, float]:
-        """Ends of the values whose chi-square rises by less than `rise`; infinite where the profile never
-        does.
-        """
-        root = np.sqrt(self.rise)
-        middle = int(np.argmin(self.rise))
-        low, high = root[: middle + 1][::-1], root[middle:]
-        values_low, values_high = self.value[: middle + 1][::-1], self.value[middle:]
-        limit = np.sqrt(rise)
-        lower = float(np.interp(limit, low, values_low)) if low.max() >= limit else -np.inf
-        upper = float(np.interp(limit, high, values_high)) if high.max() >= limit else np.inf
-        return lower, upper
 
 
 def profile(joint: Joint, name: str) -> Profile:
@@ -70,61 +20,13 @@ def profile(joint: Joint, name: str) -> Profile:
     Raises:
         InputError: if it is not free, or has no standard error.
     """
-    if name not in joint.problem.parameters:
-        raise InputError(f"there is no free parameter {name!r}, {nearest(name, joint.problem.parameters)}")
-    entry = joint.parameters[name]
-    if entry.standard_error is None:
-        raise InputError(f"{name} has no standard error, so there is nothing to profile it over")
     data = joint.problem.data()
     data["rows"] = decided(values_of(joint.problem.parameters, joint.values), data["rows"])
-    found, results = [(entry.value, 0.0)], {}
-    least = fit_pinned(joint.problem, data, {}).chi_square
-    if least is None:
-        raise InputError(f"the model has no answer at the fit, so {name} cannot be profiled")
-    follow = _followers(joint, name)
-    for side in (-1.0, 1.0):
-        at = dict(joint.values)
-        for step in sorted((s for s in STEPS if s * side > 0.0), key=abs):
-            value = float(np.clip(entry.value + step * entry.standard_error, entry.min, entry.max))
-            if any(value == known for known, _ in found):
-                continue
-            moved = value - at[name]
-            start = {n: at[n] + moved * slope for n, slope in follow.items()}
-            result = fit_pinned(joint.problem.at({**at, **start}), data, {name: value})
-            if not result.success or result.chi_square is None:
-                break
-            found.append((value, result.chi_square - least))
-            at = results[value] = result.values
-    found.sort()
-    value, rise = np.array(found).T
-    below = max(-float(rise.min()), 0.0)
-    lowest = results.get(float(value[np.argmin(rise)]), {})
-    return Profile(name, value, rise + below, float(entry.standard_error), below, lowest)
 
+    def fit(values: Mapping[str, float], pins: Mapping[str, float]) -> FitResult:
+        return fit_pinned(joint.problem.at(values), data, pins)
 
-def lower_end(found: Mapping[str, Profile]) -> tuple[str, Mapping[str, float]] | None:
-    """Parameter and place of the profile that fell furthest below the fit; None where none did."""
-    deepest = max(found.values(), key=lambda p: p.below, default=None)
-    return (deepest.name, deepest.lowest) if deepest and deepest.below > ALIKE else None
-
-
-def _followers(joint: Joint, name: str) -> dict[str, float]:
-    """How the other parameters move with one, by the covariance of the fit."""
-    names, covariance = joint.result.uncertainty.names, joint.result.uncertainty.covariance
-    if name not in names:
-        return {}
-    k = names.index(name)
-    return {n: float(covariance[i, k] / covariance[k, k]) for i, n in enumerate(names) if i != k}
-
-
-def loosest(joint: Joint, count: int) -> list[str]:
-    """Parameters that the tests leave most open, measured by their priors."""
-    share = {}
-    for name in joint.problem.parameters:
-        entry = joint.parameters[name]
-        if entry.standard_error is not None and entry.prior is not None:
-            share[name] = entry.standard_error / entry.prior.sd
-    return sorted(share, key=share.get, reverse=True)[:count]
+    return followed(name, joint.parameters, joint.values, joint.result.uncertainty, fit)
 
 
 def profiles(joint: Joint, names: Sequence[str]) -> dict[str, Profile]:
