@@ -83,33 +83,48 @@ class Profile:
 
 
 def followed(
-    name: str,
+    names: Sequence[str],
     parameters: Mapping[str, Parameter],
     values: Mapping[str, float],
     uncertainty: Uncertainty,
     fit: Pinned,
-) -> Profile:
-    """Profile likelihood of one parameter: from the best fit outwards, each point begun at its neighbour's.
+) -> dict[str, Profile]:
+    """Profile likelihoods: from the best fit outwards, each point begun at its neighbour's.
 
     Args:
-        name: of a free parameter with a standard error.
+        names: of free parameters with a standard error.
         parameters: at the best fit, SI.
         values: the same as numbers.
         uncertainty: of the best fit.
         fit: with parameters held; called once with none.
 
+    Returns:
+        By parameter.
+
     Raises:
-        InputError: if it is not free, has no standard error, or the model has no answer at the fit.
+        InputError: if one is not free, has no standard error, or the model has no answer at the fit.
     """
-    if name not in parameters:
-        raise InputError(f"there is no free parameter {name!r}, {nearest(name, parameters)}")
-    entry = parameters[name]
-    if entry.standard_error is None:
-        raise InputError(f"{name} has no standard error, so there is nothing to profile it over")
-    found, results = [(entry.value, 0.0, False)], {}
-    least = fit(values, {}).chi_square
+    for name in names:
+        if name not in parameters:
+            raise InputError(f"there is no free parameter {name!r}, {nearest(name, parameters)}")
+        if parameters[name].standard_error is None:
+            raise InputError(f"{name} has no standard error, so there is nothing to profile it over")
+    least = fit(values, {}).chi_square if names else 0.0
     if least is None:
-        raise InputError(f"the model has no answer at the fit, so {name} cannot be profiled")
+        raise InputError(f"the model has no answer at the fit, so {', '.join(names)} cannot be profiled")
+    return {name: _followed(parameters[name], name, values, uncertainty, fit, least) for name in names}
+
+
+def _followed(
+    entry: Parameter,
+    name: str,
+    values: Mapping[str, float],
+    uncertainty: Uncertainty,
+    fit: Pinned,
+    least: float,
+) -> Profile:
+    """Profile of one parameter over a fit whose chi-square is `least`."""
+    found, results = [(entry.value, 0.0, False)], {}
     follow = _followers(uncertainty, name)
     for side in (-1.0, 1.0):
         at = dict(values)

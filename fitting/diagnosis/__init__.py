@@ -15,8 +15,8 @@ Rooms, in the order in which they are used:
 - `choose`, `exchange`, `explain`, `stages`: which candidate enters, which earlier one gives way, one effect
   after the other and from rivals of the first; what a search went through;
 - `places`, `generic`, `remainder`: nameless corrections, to race against and for what is unmodelled;
-- `locate`, `prove`, `probabilities`, `conclude`, `designs`: drivers and rows, held-out scores, the verdict,
-  the next experiment;
+- `locate`, `prove`, `probabilities`, `judged`, `conclude`, `designs`: drivers and rows, held-out scores, how
+  what is left is judged, the verdict, the next experiment;
 - `check`: what `run` may be given, and what cannot be tested;
 - `words`, `document`, `figures`, `page`: the report.
 """

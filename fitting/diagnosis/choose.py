@@ -1,6 +1,5 @@
 """Which candidate enters a model, if any may: evidence, and what recordings that are left out say."""
 
-
 from .drift import explained_by_drift
 from .folds import gain, left_out
 from .program import Program

@@ -3,19 +3,29 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.stats import chi2
 
 from pneusma_jax.effects import CATALOGUE
 from pneusma_jax.remainder import WALL
 
 from .designs import best_design
-from .drift import DRIFTS
 from .evaluation import Evaluation
 from .explain import LEVEL
 from .generic import Generic, race
+from .judged import (
+    GROSS,
+    HELPS,
+    NAMELESS,
+    contradicted,
+    helps_nobody,
+    leaves_more,
+    limit_of,
+    refuted,
+    steady,
+    tail,
+    unexplained,
+)
 from .locate import Place, locate
 from .probabilities import (
-    NOTHING_LEFT,
     UNMODELLED,
     Found,
     effects_found,
@@ -31,39 +41,11 @@ from .stages import Explanation
 from .trials import floor, foretold, reduced
 from .words import separating
 
-ASTRAY = 3.5
-"""Standard deviations from nominal at which a base constant says that the explanation is wrong in form."""
-DOUBTFUL, REFUTED = 0.2, 0.6
-"""Probability of something unknown where a base constant is astray; and where left-out recordings are
-predicted worse than without the effects, or than half as well as by a nameless correction."""
+BESIDE = 0.25
+"""Probability of something unknown, at least, where named effects leave more than a right form may: of models
+that left as much one in four stood for something else."""
 LEAST_WEIGHT = 0.02
 """Probability from which an explanation takes part in averaged predictions."""
-MUCH_LEFT = 0.45
-"""Share of a misfit that no right explanation leaves, of what was fitted or of what was not. Right ones, in
-another form than nature's, left up to 0.19 of it and once 0.3; names that stood for something else 0.2 to 0.3
-and more."""
-LEFT, SIGNIFICANT = 0.15, 3.0
-"""Excess of a reduced chi-square over 1 that counts as left over: this much, and as many of its standard
-deviations."""
-OVER, BESIDE = 0.3, 0.25
-"""Excess of a reduced chi-square over 1, of what was fitted or of what was not, from which named effects
-leave something unmodelled, if it is also more than the share that a right form may leave; and its probability
-at least: of models that left as much one in four stood for something else."""
-HELPS = 0.5
-"""Share of the misfit of what was left out that a doubtful effect may leave to stay in the model."""
-FAINT = 1.4
-"""Reduced chi-square up to which a misfit that no effect explains, and no nameless correction either, is not
-held against the model; less what slow drift of the instruments explains."""
-MOST_DRIFT = 2.0 * DRIFTS[-1] ** 2
-"""Part of a reduced chi-square that drift may explain at most."""
-SURE = 3.5
-"""Standard deviations of a reduced chi-square over 1 from which the same, where the noise is stated, no
-chance makes a signature as strong and what was not fitted is not predicted as well as noise lets it."""
-NAMELESS = 12.0
-"""Log Bayes factor of a nameless correction from which a misfit that no effect explains is one."""
-GROSS = 4.0
-"""Reduced chi-square from which recordings contradict the model: fitted and left-out ones even where no
-signature of an effect stands out, either where one does."""
 
 
 @dataclass
@@ -111,20 +93,21 @@ def conclude(explanation: Explanation) -> Conclusion:
     floors = [floor(program, explanation.final, mask) for mask in masks]
     named = bool(explanation.final.slugs)
     if min(base) > GROSS and explanation.p_value > LEVEL:
-        explanation.p_value = _tail(program, base[0])
+        explanation.p_value = tail(program, base[0])
     generic = race(program, explanation.base)
-    mismatch = named or _misfits(explanation, base, generic)
-    limits = [1.0 + max(LEFT, SIGNIFICANT * _spread(program, mask)) for mask in masks]
-    unknown = _unknown(alone, last, floors, limits) if mismatch else 0.0
+    mismatch = named or contradicted(explanation, base, generic)
+    limits = [limit_of(program, mask) for mask in masks]
+    unknown = unexplained(alone, last, floors, limits) if mismatch else 0.0
     if named:
-        unknown = max(unknown, _refuted(explanation, generic, limits[0]))
+        unknown = max(unknown, refuted(explanation, generic, limits[0]))
     if mismatch and not named:
         unknown = max(unknown, 0.9)
     if not mismatch:  # no candidate survived being fitted; what is left is judged as a whole
-        explanation.p_value = max(explanation.p_value, _tail(program, _steady(base[0], generic)))
+        explanation.p_value = max(explanation.p_value, tail(program, steady(base[0], generic)))
         explanation.p_is_bound = False
-    over = named and unknown <= 0.5 and (_over(alone, last, floors) or _idle(alone, kept, floors))
-    unknown = max(unknown, BESIDE) if over else unknown
+    more = leaves_more(alone, last, floors) or helps_nobody(alone, kept, floors)
+    beyond = named and unknown <= 0.5 and more
+    unknown = max(unknown, BESIDE) if beyond else unknown
     candidates, nothing = probabilities(explanation, mismatch, unknown)
     unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
     found = effects_found(explanation, unknown) if named else []
@@ -139,12 +122,12 @@ def conclude(explanation: Explanation) -> Conclusion:
         members.insert(0, (UNMODELLED, *model, share, rest and rest.corrected))
     else:
         before, after = held_out(explanation)
-        if named and (over or last[0] > limits[0]):
+        if named and (beyond or last[0] > limits[0]):
             rest = beside(program, explanation.final)
         if rest is not None:
             after = averaged([(program, explanation.final, 1.0, rest.corrected)])
             members = [(*member[:4], rest.corrected) for member in members]
-        if over:
+        if beyond:
             found.append(_left_over(explanation, unknown, last, found))
         found.sort(key=lambda f: -f.probability)
     return Conclusion(
@@ -165,42 +148,6 @@ def conclude(explanation: Explanation) -> Conclusion:
         rest,
         generic,
     )
-
-
-def _misfits(explanation: Explanation, base: list[float], generic: Generic | None) -> bool:
-    """Whether recordings contradict the base model although no effect explains it.
-
-    Args:
-        explanation: of the campaign.
-        base: reduced chi-square of the base model, of what was fitted and, as `foretold`, of what scores.
-        generic: the best nameless correction.
-    """
-    program = explanation.program
-    if generic is not None and generic.bayes > NAMELESS:
-        return True
-    if explanation.p_value > LEVEL:
-        return False
-    sure = explanation.p_is_bound and program.noise_stated and base[1] > 1.0
-    chance = 1.0 + SURE * _spread(program, program.fitted)
-    steady = _steady(base[0], generic)
-    return min(steady, base[1]) > FAINT or max(base) > GROSS or (sure and steady > chance)
-
-
-def _steady(left: float, generic: Generic | None) -> float:
-    """What is left of a reduced chi-square less what slow drift of the instruments explains, of a size that
-    passes for noise."""
-    return left if generic is None else min(left, max(generic.adrift, left - MOST_DRIFT))
-
-
-def _tail(program: Program, reduced_chi2: float) -> float:
-    """Probability of a chi-square of the fitted recordings as large as this by chance."""
-    count = program.observations(program.fitted)
-    return float(chi2.sf(reduced_chi2 * count, count))
-
-
-def _spread(program: Program, chosen: np.ndarray) -> float:
-    """Standard deviation of the reduced chi-square of some recordings by chance."""
-    return float(np.sqrt(2.0 / max(program.observations(chosen), 1)))
 
 
 def _described(
@@ -243,50 +190,6 @@ def _members(explanation: Explanation) -> list[tuple[str, Program, Fit, float, C
         (t.slug, program, final if t.slug == stage.chosen else t.fit, float(w / total), None)
         for t, w in kept
     ]
-
-
-def _refuted(explanation: Explanation, generic: Generic | None, limit: float) -> float:
-    """Probability of something unknown, from what speaks against the effects that were found.
-
-    A nameless correction that predicts left-out recordings better does, where the effects leave more than
-    noise, a reduced chi-square of `limit`, of fitted ones, too.
-    """
-    program, fit = explanation.program, explanation.final
-    doubt = 0.0
-    if np.max(np.abs(fit.u[program.unknowns.base]), initial=0.0) > ASTRAY:
-        doubt = DOUBTFUL
-    entered = [stage.entered for stage in explanation.stages if stage.chosen]
-    before, after = explanation.stages[0].left_out, entered[-1].left_out
-    worse = after >= before
-    left = min(after, reduced(program, fit, program.fitted)) > limit
-    if generic is not None and left and after - 1.0 > NOTHING_LEFT * (before - 1.0):
-        worse |= generic.left_out - 1.0 < 0.5 * (after - 1.0)
-    return REFUTED if worse else doubt
-
-
-def _unknown(base: list[float], last: list[float], floors: list[float], limits: list[float]) -> float:
-    """Probability that what is left is none of the candidates, from how much is left over noise."""
-    worst = 0.0
-    for before, after, noise, limit in zip(base, last, floors, limits, strict=True):
-        if after > limit and before > noise:
-            share = (after - noise) / max(before - noise, 1e-6)
-            worst = max(worst, (share - NOTHING_LEFT) / (MUCH_LEFT - NOTHING_LEFT))
-    return float(np.clip(worst, 0.01, 0.97))
-
-
-def _over(base: list[float], last: list[float], floors: list[float]) -> bool:
-    """Whether named effects leave more than noise and than a right form may: their model does not hold."""
-    return any(
-        after > noise + OVER and after - noise > NOTHING_LEFT * (before - noise)
-        for before, after, noise in zip(base, last, floors, strict=True)
-    )
-
-
-def _idle(base: list[float], last: list[float], floors: list[float]) -> bool:
-    """Whether named effects leave recordings that were not fitted more than half of what they are missed by,
-    whatever the uncertainty of the constants could excuse: the names help nobody there."""
-    before, after, noise = base[1], last[1], floors[1]
-    return after > noise + OVER and after - noise > HELPS * (before - noise)
 
 
 def _left_over(explanation: Explanation, unknown: float, last: list[float], found: list[Found]) -> Found:

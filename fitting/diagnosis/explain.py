@@ -17,7 +17,18 @@ from .program import Program
 from .refit import Fit, Refitter
 from .screen import Screen, screen
 from .stages import Explanation, Stage
-from .trials import Trial, fair, floor, foretold, inflation_of, reduced, settled_fit, surprise, trials_of
+from .trials import (
+    Trial,
+    fair,
+    floor,
+    foretold,
+    inflation_of,
+    reduced,
+    settled_fit,
+    spread,
+    surprise,
+    trials_of,
+)
 
 MOST_EFFECTS = 3
 DETOURS = 1, 2
@@ -140,10 +151,14 @@ class _Search:
         self.progress(f"screening {len(program.unknowns.slugs) - len(current.slugs)} effects")
         return Stage(current, screen(Refitter(program), current, program.unknowns.slugs, self.rng), [])
 
-    def _step(self, program: Program, stage: Stage, original: float) -> Trial | None:
-        """The effect of a screened stage that may enter, if one may; the stage gets its trials."""
+    def _try(self, program: Program, stage: Stage) -> None:
+        """Fit the candidates of a screened stage, and weigh them against a fair model without them."""
         stage.trials = trials_of(program, stage.base, stage.screen, self.progress, self.effort)
         stage.base = fair(program, stage.base, stage.trials)
+
+    def _step(self, program: Program, stage: Stage, original: float) -> Trial | None:
+        """The effect of a screened stage that may enter, if one may; the stage gets its trials."""
+        self._try(program, stage)
         self.progress("predicting recordings left out in turn")
         best = choice(program, stage.base, stage, original)
         stage.chosen = best.slug if best else None
@@ -199,8 +214,7 @@ class _Search:
         """A further stage and its trials, whatever may enter."""
         stage = self._stage(program, fit)
         if stage.screen.p_value <= LEVEL:
-            stage.trials = trials_of(program, fit, stage.screen, self.progress, self.effort)
-            stage.base = fair(program, fit, stage.trials)
+            self._try(program, stage)
         return stage
 
     def _with_its_second(self, explanation: Explanation) -> list[tuple[float, Fit]]:
@@ -228,11 +242,10 @@ def _second(stage: Stage) -> Trial | None:
 
 def _noticed(program: Program, fit: Fit) -> bool:
     """Whether a model leaves more than noise of what was fitted or of what was not."""
-    for mask in (program.fitted, program.unseen):
-        count = max(program.observations(mask), 1)
-        if foretold(program, fit, mask) > 1.0 + max(NOISE[0], NOISE[1] * np.sqrt(2.0 / count)):
-            return True
-    return False
+    return any(
+        foretold(program, fit, mask) > 1.0 + max(NOISE[0], NOISE[1] * spread(program, mask))
+        for mask in (program.fitted, program.unseen)
+    )
 
 
 def _surpassing(program: Program, others: list[Fit], new: Fit) -> float | None:
@@ -242,13 +255,14 @@ def _surpassing(program: Program, others: list[Fit], new: Fit) -> float | None:
     It must not owe that to a single fold, in which another one may have gone astray.
     """
     inflation, count = inflation_of(program, new), program.observations(program.fitted)
-    mine = left_out(program, new)
+    if any((old.objective - new.objective) / inflation < CERTAIN for old in others):
+        return None
+    surprised = surprise(program, new, program.unseen)
+    if any(surprised > surprise(program, old, program.unseen) for old in others):
+        return None
+    mine = left_out(program, new)  # many fits: asked for last
     for old in others:
-        if (old.objective - new.objective) / inflation < CERTAIN:
-            return None
         gains = left_out(program, old) - mine
         if 0.5 * count * gains.sum() / inflation < PREDICTS or gains.sum() - gains.max() < 0.0:
-            return None
-        if surprise(program, new, program.unseen) > surprise(program, old, program.unseen):
             return None
     return float(mine.sum())

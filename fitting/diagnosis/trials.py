@@ -76,6 +76,11 @@ def reduced(program: Program, fit: Fit, chosen: np.ndarray) -> float:
     return fit.evaluation.chi2(chosen.astype(float)) / max(program.observations(chosen), 1)
 
 
+def spread(program: Program, chosen: np.ndarray) -> float:
+    """Standard deviation of the reduced chi-square of some recordings by chance."""
+    return float(np.sqrt(2.0 / max(program.observations(chosen), 1)))
+
+
 def foretold(program: Program, fit: Fit, chosen: np.ndarray) -> float:
     """`reduced`, less what the fit's own uncertainty leaves open in recordings that it has not seen: their
     misfit in units of the errors of its predictions, to first order, where no number leaves its bounds."""

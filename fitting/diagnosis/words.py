@@ -86,9 +86,8 @@ def _verdict(conclusion: Conclusion) -> list[str]:
             f"A misfit as large as this one would arise by chance with a probability of {chance}.",
             *_not_fitted(conclusion),
         ]
-    names = [f.slug for f in conclusion.found]
-    over = [f.text for f in conclusion.found[1:] if f.slug == "unmodelled"]
-    names = [name for name in names if not over or name != "unmodelled"]
+    over = [f for f in conclusion.found[1:] if f.slug == "unmodelled"]  # beside a name that comes first
+    names = [f.slug for f in conclusion.found if f not in over]
     if names and names[0] == "unmodelled":
         lead = "The recordings contradict the base model, and no effect that is known here explains them."
     elif len(names) == 1:
@@ -120,7 +119,7 @@ def _verdict(conclusion: Conclusion) -> list[str]:
         with_it += f" and, for what it leaves, {smooth}, which explains nothing,"
     return [
         lead,
-        *over,
+        *(f.text for f in over),
         f"{with_it} the misfit of {held} falls from a reduced chi-square of {values}.",
         _by_chance(chance),
     ]

@@ -75,6 +75,18 @@ class Parameters(Mapping[str, Parameter]):
         """An independent copy."""
         return copy.deepcopy(self)
 
+    def at(self, values: Mapping[str, float]) -> "Parameters":
+        """A copy at other values, brought inside the bounds.
+
+        Raises:
+            InputError: for a name that it does not have.
+        """
+        moved = self.copy()
+        for name, value in values.items():
+            entry = moved[name]
+            entry.set(value=float(np.clip(value, entry.min, entry.max)))
+        return moved
+
     def __getitem__(self, name: str) -> Parameter:
         if name not in self._entries:
             raise InputError(f"there is no parameter {name!r}; {nearest(name, self._entries)}")

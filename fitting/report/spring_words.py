@@ -1,6 +1,5 @@
 """What tests of a spring on a stand say about its alloy, in sentences that a laboratory can act on."""
 
-
 from fitting.characterise.general.fit import OVERSTATED
 from fitting.characterise.spring.joint import MISFIT, lead
 from fitting.characterise.spring.modes import Mode

@@ -7,6 +7,7 @@ import pytest
 
 from fitting.characterise.general import fit as general
 from fitting.least_squares import Status
+from fitting.parameters import Parameters
 
 STARTS = 8
 
@@ -23,14 +24,14 @@ def searching(monkeypatch):
             reduced = decided if rows[0] == "decided" else bare
             return SimpleNamespace(
                 chi_square=100.0 * reduced, reduced_chi_square=reduced, status=Status.CONVERGED, values={},
-                parameters={}, start_chi_squares=[100.0 * reduced] * (starts if isinstance(starts, int) else 1),
+                parameters=Parameters(), start_chi_squares=[100.0 * reduced] * (starts if isinstance(starts, int) else 1),
             )  # fmt: skip
 
         monkeypatch.setattr(general, "_fit", fitted)
         monkeypatch.setattr(general, "_misfits", lambda fit: [np.random.default_rng(0).standard_normal(100)])
         monkeypatch.setattr(general, "inflation_of", lambda reduced, misfits: 1.0)
         model = SimpleNamespace(decides=lambda rows: True, decided=lambda values, rows: ["decided"])
-        found = general.fit_campaign(["a recording"], ["bare"], {}, STARTS, 0, lambda word: None, model)
+        found = general.fit_campaign(["a recording"], ["bare"], Parameters(), STARTS, 0, lambda word: None, model)
         return found, [n for n in asked if n == STARTS]
 
     return of

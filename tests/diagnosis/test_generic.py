@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from diagnosis_coupons import NOISE, curve, write
 
-from fitting.diagnosis.conclude import NAMELESS
 from fitting.diagnosis.generic import race
+from fitting.diagnosis.judged import NAMELESS
 from fitting.diagnosis.locate import Place, knots_of
 from fitting.diagnosis.program import Program
 from fitting.diagnosis.remainder import remainder
@@ -62,12 +62,12 @@ def test_no_correction_bends_within_the_noise_of_a_driver_that_is_held():
 def test_a_chi_square_beyond_chance_contradicts_the_model_only_with_a_signature_and_a_stated_noise():
     from types import SimpleNamespace
 
-    from fitting.diagnosis.conclude import _misfits
+    from fitting.diagnosis.judged import contradicted
 
     def verdict(bound, stated, scored=1.1):
         program = SimpleNamespace(noise_stated=stated, fitted=np.ones(2, bool), observations=lambda chosen: 500)
         explanation = SimpleNamespace(program=program, p_value=0.001, p_is_bound=bound)
-        return _misfits(explanation, [1.3, scored], None)
+        return contradicted(explanation, [1.3, scored], None)
 
     assert verdict(True, True)
     assert not verdict(False, True) and not verdict(True, False)

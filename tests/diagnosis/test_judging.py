@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis import trials
-from fitting.diagnosis.conclude import MOST_DRIFT, _idle, _left_over, _over, _steady, _unknown
+from fitting.diagnosis.conclude import _left_over
 from fitting.diagnosis.generic import Generic
+from fitting.diagnosis.judged import MOST_DRIFT, helps_nobody, leaves_more, steady, unexplained
 from fitting.diagnosis.probabilities import effects_found
 from fitting.diagnosis.screen import _held
 from fitting.diagnosis.side_by_side import THREADS, Tally, side_by_side
@@ -60,9 +61,9 @@ def test_a_prediction_is_judged_by_the_density_that_it_gave_what_came():
 
 def test_drift_excuses_what_passes_for_noise_and_no_more():
     generic = Generic("stress", "time", 3.0, 1.0, 1.05)
-    assert _steady(1.5, generic) == pytest.approx(1.05)
-    assert _steady(3.9, generic) == pytest.approx(3.9 - MOST_DRIFT)
-    assert _steady(3.9, None) == 3.9
+    assert steady(1.5, generic) == pytest.approx(1.05)
+    assert steady(3.9, generic) == pytest.approx(3.9 - MOST_DRIFT)
+    assert steady(3.9, None) == 3.9
 
 
 @pytest.mark.parametrize("threads", ["1", "3"])
@@ -132,7 +133,7 @@ def test_no_trial_is_credited_with_a_kink_that_the_model_so_far_was_shut_in_by(m
 
 @pytest.mark.parametrize(("left", "first"), [(1.3, "name"), (2.1, "name"), (3.2, "unmodelled"), (6.0, "unmodelled")])
 def test_a_name_that_leaves_a_quarter_of_a_misfit_gives_way(left, first):
-    unknown = _unknown([9.0, 9.0], [1.0, left], [1.0, 1.0], [1.2, 1.2])
+    unknown = unexplained([9.0, 9.0], [1.0, left], [1.0, 1.0], [1.2, 1.2])
     assert (unknown > 0.5) == (first == "unmodelled")
 
 
@@ -144,14 +145,14 @@ def test_a_name_that_leaves_a_quarter_of_a_misfit_gives_way(left, first):
     ([3.0, 1.0], [1.02, 1.25], False),
 ])  # fmt: skip
 def test_a_model_that_does_not_hold_leaves_something_unmodelled(before, after, over):
-    assert _over(before, after, [1.0, 1.0]) is over
-    assert not _over(before, after, [1.3, 3.4])  # neighbouring rows differ by as much
+    assert leaves_more(before, after, [1.0, 1.0]) is over
+    assert not leaves_more(before, after, [1.3, 3.4])  # neighbouring rows differ by as much
 
 
 @pytest.mark.parametrize(("before", "after", "idle"), [(3.9, 4.1, True), (9.0, 4.0, False), (1.2, 1.2, False)])
 def test_a_name_that_helps_no_recording_that_was_not_fitted_is_doubted(before, after, idle):
-    assert _idle([9.0, before], [1.0, after], [1.0, 1.0]) is idle
-    assert not _idle([9.0, before], [1.0, after], [1.0, 4.0])
+    assert helps_nobody([9.0, before], [1.0, after], [1.0, 1.0]) is idle
+    assert not helps_nobody([9.0, before], [1.0, after], [1.0, 4.0])
 
 
 def test_what_a_named_effect_leaves_is_said_beside_it():

@@ -68,6 +68,14 @@ def test_setting_checks_and_leaves_nothing_half_changed():
     assert (parameter.value, parameter.min, parameter.max) == (5.0, 4.0, 6.0)
 
 
+def test_a_copy_at_other_values_stays_within_bounds_and_leaves_the_first_alone():
+    first = Parameters(Parameter("a", 1.0, min=0.0, max=2.0), Parameter("b", 3.0))
+    moved = first.at({"a": 5.0})
+    assert (moved["a"].value, moved["b"].value, first["a"].value) == (2.0, 3.0, 1.0)
+    with pytest.raises(InputError, match="no parameter 'c'"):
+        first.at({"c": 1.0})
+
+
 def test_a_prior_gives_the_bounds_that_are_not_stated():
     cut = Prior(1.0, 0.1, 0.6, 1.4)
     assert (Parameter("x", 1.0, prior=cut).min, Parameter("x", 1.0, prior=cut).max) == (0.6, 1.4)

@@ -123,10 +123,11 @@ def fit_campaign(
     further = (starts, seed, progress)
     ends = tuple(float(x) for x in result.start_chi_squares)
     more: tuple[float, ...] = ()
-    first, (rows, result) = (rows, result), _decided(model, recordings, rows, result)
+    undecided, first = rows, result
+    rows, result = _decided(model, recordings, undecided, first)
     if missed(result):  # noise of drivers does not explain it; and at false values it is not known, either
-        result, more = _searched(model, recordings, *first, *further)
-        rows, result = _decided(model, recordings, first[0], result)
+        result, more = _searched(model, recordings, undecided, first, *further)
+        rows, result = _decided(model, recordings, undecided, result)
     if result.status is Status.STALLED:
         result, near = _searched(model, recordings, rows, result, *further)
         more += near
@@ -143,7 +144,7 @@ def fit_pinned(fit: GeneralFit, values: Mapping[str, float], pins: Mapping[str, 
     """
     rows, known = inflated(fit.rows, fit.inflation), fit.result.parameters
     held = {name: (value, PINNED * known[name].standard_error) for name, value in pins.items()}
-    return _fit(fit.model, fit.recordings, rows, _at(known, {**values, **pins}), 1, 0, held)
+    return _fit(fit.model, fit.recordings, rows, known.at({**values, **pins}), 1, 0, held)
 
 
 def gone_on(
@@ -157,8 +158,8 @@ def gone_on(
         progress: called with a word for each fit that is done.
     """
     rows = list(fit.rows)
-    result = _fit(fit.model, fit.recordings, rows, _at(fit.result.parameters, values), 1, 0)
-    before = _fit(fit.model, fit.recordings, rows, _at(fit.result.parameters, fit.result.values), 1, 0)
+    result = _fit(fit.model, fit.recordings, rows, fit.result.parameters.at(values), 1, 0)
+    before = _fit(fit.model, fit.recordings, rows, fit.result.parameters.at(fit.result.values), 1, 0)
     ends = (*fit.starts, float(np.nan if result.chi_square is None else result.chi_square))
     progress("fit from elsewhere")
     if not (result.chi_square or np.inf) < (before.chi_square or np.inf) - ALIKE:
@@ -182,7 +183,7 @@ def _settled(
     fit = replace(fit, correlation_time=correlation_time(misfits))
     factor = inflation_of(reduced, misfits)
     if factor > 1.0:
-        begin = _at(result.parameters, result.values)
+        begin = result.parameters.at(result.values)
         result = _fit(model, recordings, inflated(rows, factor), begin, 1, 0)
         fit = replace(fit, result=result, inflation=factor)
         progress("errors")
@@ -214,7 +215,7 @@ def _searched(
         astray = missed(result)
         if starts < 2 or not (astray or result.status is Status.STALLED):
             break
-        begin = _at(result.parameters, result.values)
+        begin = result.parameters.at(result.values)
         fresh = starts if astray else _about(result, starts - 1, seed + draw)
         other = _fit(model, recordings, rows, begin, fresh, seed + draw)
         ends += [float(x) for x in other.start_chi_squares[1:]]
@@ -248,7 +249,7 @@ def _decided(
         return rows, result
     for _ in range(ROUNDS):
         rows = model.decided(result.values, rows)
-        before, result = result, _fit(model, recordings, rows, _at(result.parameters, result.values), 1, 0)
+        before, result = result, _fit(model, recordings, rows, result.parameters.at(result.values), 1, 0)
         if before.chi_square is None or abs((result.chi_square or 0.0) - before.chi_square) < SAME:
             break
     return rows, result
@@ -275,15 +276,6 @@ def _fit(
         starts=None if starts == 1 else starts,
         seed=seed,
     )
-
-
-def _at(parameters: Parameters, values: Mapping[str, float]) -> Parameters:
-    """Parameters that start from values, brought inside their bounds."""
-    moved = parameters.copy()
-    for name, value in values.items():
-        entry = moved[name]
-        entry.set(value=float(np.clip(value, entry.min, entry.max)))
-    return moved
 
 
 def _misfits(fit: GeneralFit) -> list[np.ndarray]:

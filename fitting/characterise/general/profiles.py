@@ -1,34 +1,31 @@
 """Profile likelihoods of wires, tubes and actuators: noise and decisions stay as they were at the fit."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from functools import partial
 
 from fitting.characterise.profiles import Profile, followed, loosest
 from fitting.characterise.spring.information import HARDLY, Information
-from fitting.least_squares import FitResult
 
 from .fit import GeneralFit, fit_pinned
 
 
-def profile(fit: GeneralFit, name: str) -> Profile:
-    """Profile likelihood of one parameter.
+def profiles(fit: GeneralFit, names: Sequence[str]) -> dict[str, Profile]:
+    """Profile likelihoods of several parameters, by name.
 
     Args:
         fit: with standard errors.
-        name: of a free parameter that has one.
+        names: of free parameters that have one.
 
     Raises:
-        InputError: if it is not free, or has no standard error.
+        InputError: if one is not free, or has no standard error.
     """
-
-    def held(values: Mapping[str, float], pins: Mapping[str, float]) -> FitResult:
-        return fit_pinned(fit, values, pins)
-
-    return followed(name, fit.result.parameters, fit.result.values, fit.result.uncertainty, held)
+    result = fit.result
+    return followed(names, result.parameters, result.values, result.uncertainty, partial(fit_pinned, fit))
 
 
-def profiles(fit: GeneralFit, names: Sequence[str]) -> dict[str, Profile]:
-    """Profiles of several parameters, by name."""
-    return {name: profile(fit, name) for name in names}
+def profile(fit: GeneralFit, name: str) -> Profile:
+    """Profile likelihood of one parameter; see `profiles`."""
+    return profiles(fit, [name])[name]
 
 
 def worth_profiling(fit: GeneralFit, told: Information, count: int) -> list[str]:

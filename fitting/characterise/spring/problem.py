@@ -67,12 +67,8 @@ class Problem:
 
     def at(self, values: Mapping[str, float]) -> "Problem":
         """The same problem started from other values, brought inside the bounds."""
-        parameters = self.parameters.copy()
-        for name, value in values.items():
-            if name in parameters:
-                entry = parameters[name]
-                entry.set(value=float(np.clip(value, entry.min, entry.max)))
-        return replace(self, parameters=parameters)
+        known = {name: value for name, value in values.items() if name in self.parameters}
+        return replace(self, parameters=self.parameters.at(known))
 
     def wandering(self, values: Mapping[str, float]) -> "Problem":
         """The same problem with the walks of the martensite fraction found anew at these values."""

@@ -10,15 +10,15 @@ from .joint import Joint
 from .problem import fit_pinned, values_of
 
 
-def profile(joint: Joint, name: str) -> Profile:
-    """Profile likelihood of one parameter.
+def profiles(joint: Joint, names: Sequence[str]) -> dict[str, Profile]:
+    """Profile likelihoods of several parameters, by name.
 
     Args:
         joint: the fit.
-        name: of a free parameter with a standard error.
+        names: of free parameters with a standard error.
 
     Raises:
-        InputError: if it is not free, or has no standard error.
+        InputError: if one is not free, or has no standard error.
     """
     data = joint.problem.data()
     data["rows"] = decided(values_of(joint.problem.parameters, joint.values), data["rows"])
@@ -26,9 +26,9 @@ def profile(joint: Joint, name: str) -> Profile:
     def fit(values: Mapping[str, float], pins: Mapping[str, float]) -> FitResult:
         return fit_pinned(joint.problem.at(values), data, pins)
 
-    return followed(name, joint.parameters, joint.values, joint.result.uncertainty, fit)
+    return followed(names, joint.parameters, joint.values, joint.result.uncertainty, fit)
 
 
-def profiles(joint: Joint, names: Sequence[str]) -> dict[str, Profile]:
-    """Profiles of several parameters, by name."""
-    return {name: profile(joint, name) for name in names}
+def profile(joint: Joint, name: str) -> Profile:
+    """Profile likelihood of one parameter; see `profiles`."""
+    return profiles(joint, [name])[name]
