@@ -6,7 +6,8 @@ no branch that is not taken can leak a NaN into a gradient.
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+import numpy as np
+from jaxtyping import Array, Float, PyTree
 
 Scalar = Float[Array, ""]
 TINY = 1e-12
@@ -59,6 +60,25 @@ def smoothstep(u: Array) -> Array:
     """Quintic step: 0 below 0, 1 above 1, with two continuous derivatives."""
     u = jnp.clip(u, 0.0, 1.0)
     return u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
+
+
+def begun_as(values: PyTree, varying: PyTree) -> PyTree:
+    """`values` unchanged, but batched and differentiated from the start by whatever `varying` is.
+
+    For what a scan begins with: JAX otherwise transforms the scan's body once to learn that a constant start
+    soon depends on the arguments, and a second time for good, at every level of `vmap` and `jvp`.
+    """
+    leaves = [jnp.asarray(leaf) for leaf in jax.tree.leaves(varying)]
+    firsts = [x.ravel()[:1] for x in leaves if jnp.issubdtype(x.dtype, jnp.inexact) and x.size]
+    if not firsts:
+        return values
+    any_of_them = jnp.sum(jnp.concatenate(firsts))
+
+    def begun(value: Array) -> Array:
+        value = jnp.asarray(value)
+        return jnp.where(np.zeros(value.shape, bool), any_of_them.astype(value.dtype), value)
+
+    return jax.tree.map(begun, values)
 
 
 def is_concrete(*values: object) -> bool:

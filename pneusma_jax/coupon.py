@@ -5,6 +5,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ._numerics import begun_as
 from .chain import Chain, Effect, Known, as_recorded
 from .silicone import SiliconeLaw
 from .train import strain_in_train
@@ -85,5 +86,6 @@ def simulate_coupon(
 
     memories = Chain.begin(effects, silicone=law).memories
     history = (strain, clock, jnp.diff(clock, prepend=clock[:1]), count)
-    _, (rows, seen) = jax.lax.scan(step, memories, history)
+    first = begun_as(memories, (law, effects, history))
+    _, (rows, seen) = jax.lax.scan(step, first, history)
     return CouponHistory(rows, as_recorded(effects, seen, clock))

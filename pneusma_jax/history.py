@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ._numerics import is_concrete
+from ._numerics import begun_as, is_concrete
 from .actuator import Actuator
 from .balance import Problem, start
 from .chain import Chain, Effect, Known, as_recorded
@@ -178,6 +178,7 @@ def _simulate(
     at_rest = Chain.begin(effects, pressure=pressure[0], states=states, **fixed, **begun)
     first = _first_carry(actuator, activations, states, at_rest.memories)
     history = (pressure, activations, time, interval, recorded)
+    first = begun_as(first, (actuator, effects, history))
     _, (rows, memories, temperatures, seen) = jax.lax.scan(step, first, history)
     return History(rows, memories, temperatures, as_recorded(effects, seen, time))
 
@@ -270,7 +271,8 @@ def simulate_spring(
     begun = jax.tree.map(lambda x: x[0], recorded)
     at_rest = Chain.begin(effects, spring=spring, number=1, states=(state,), **begun)
     history = (elongation, spread, clock, jnp.diff(clock, prepend=clock[:1]), recorded)
-    _, (responses, memories, seen) = jax.lax.scan(step, (state, at_rest.memories), history)
+    first = begun_as((state, at_rest.memories), (spring, effects, history))
+    _, (responses, memories, seen) = jax.lax.scan(step, first, history)
     return SpringHistory(responses, memories, as_recorded(effects, seen, clock))
 
 

@@ -14,6 +14,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ._linear import solve_small
+from ._numerics import begun_as
 from .actuator import Actuator
 from .balance import Problem, configuration, residual, spring_responses, start
 from .chain import Chain, Effect, Known, as_recorded
@@ -114,7 +115,8 @@ def track_history(
     at_start = Problem(actuator, pressure[0], guess or jax.tree.map(lambda x: x[0], activations), states)
     first = _settled(jax.lax.stop_gradient(at_start), start(actuator))
     unknowns = jnp.where(first.status == int(Status.converged), first.unknowns, start(actuator))
-    _, (found, seen, good) = jax.lax.scan(step, (unknowns, states, at_rest.memories), rows)
+    carried = begun_as((unknowns, states, at_rest.memories), (actuator, effects, rows))
+    _, (found, seen, good) = jax.lax.scan(step, carried, rows)
     return Track(found, as_recorded(effects, seen, time), good)
 
 

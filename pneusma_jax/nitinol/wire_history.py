@@ -5,7 +5,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .._numerics import safe_divide
+from .._numerics import begun_as, safe_divide
 from ..chain import Chain, Effect, Known, as_recorded
 from .residual_strain import SpringState
 from .wire import WireAlloy, WireResponse, WireStatus
@@ -107,7 +107,8 @@ def _simulate(
         at_rest["temperature"] = first.temperature
     memories = Chain.begin(effects, **at_rest).memories
     history = (load, drive, clock, jnp.diff(clock, prepend=clock[:1]))
-    _, (rows, states, seen) = jax.lax.scan(step, (state, memories), history)
+    carried = begun_as((state, memories), (wire, effects, history))
+    _, (rows, states, seen) = jax.lax.scan(step, carried, history)
     return WireHistory(rows, states, as_recorded(effects, seen, clock))
 
 
