@@ -16,6 +16,9 @@ SHARE = 0.45
 fits."""
 OF_ALL = 0.025
 """Of the base model's own misfit, what a further effect must take away."""
+OF_FITTED = 0.1
+"""Or, of its misfit of what was fitted, where left-out recordings are told much worse: a base model that is
+wrong goes astray without them."""
 PREDICTS = 5.0
 """Log-likelihood of recordings left out in turn that every effect must gain, deflated as log Bayes factors
 are."""
@@ -38,14 +41,15 @@ ENOUGH = 1.1
 """Reduced chi-square at which nothing is left to explain."""
 
 
-def choice(program: Program, current: Fit, stage: Stage, original: float) -> Trial | None:
+def choice(program: Program, current: Fit, stage: Stage, base: Fit, original: float) -> Trial | None:
     """The trial that enters the model, if any may.
 
     Args:
         program: of the campaign.
         current: model so far.
         stage: with the trials, best first; what is left out is scored as far as it is asked for.
-        original: the base model's score on recordings left out; NaN for the first effect.
+        base: model without effects.
+        original: its score on recordings left out; NaN for the first effect.
     """
     first, before = not current.slugs, None
     behind = max(CLOSE, BEHIND[0 if first else 1] * stage.trials[0].bayes) if stage.trials else 0.0
@@ -69,13 +73,19 @@ def choice(program: Program, current: Fit, stage: Stage, original: float) -> Tri
             continue
         if share < (FIRST_SHARE if first else SHARE):
             continue
-        if not first and gained < OF_ALL * (original - 1.0):
+        if not first and gained < OF_ALL * (original - 1.0) and not _much(program, current, trial.fit, base):
             continue
         lost = surprise(program, trial.fit, program.unseen) - surprise(program, current, program.unseen)
         if lost / inflation_of(program, trial.fit) > WORSE and lost > DEARER * 0.5 * count * gained:
             continue
         return trial
     return None
+
+
+def _much(program: Program, current: Fit, further: Fit, base: Fit) -> bool:
+    """Whether a further effect takes away much of the base model's misfit of what was fitted."""
+    before, after, whole = (reduced(program, fit, program.fitted) for fit in (current, further, base))
+    return before - after >= OF_FITTED * (whole - 1.0)
 
 
 def much_left(program: Program, current: Fit, base: Fit) -> bool:

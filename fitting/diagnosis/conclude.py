@@ -9,8 +9,8 @@ from pneusma_jax.remainder import WALL
 
 from .designs import best_design
 from .evaluation import Evaluation
-from .explain import LEVEL
 from .generic import Generic, race
+from .growing import LEVEL
 from .judged import (
     GROSS,
     HELPS,

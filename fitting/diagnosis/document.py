@@ -70,14 +70,17 @@ def report_of(conclusion: Conclusion) -> dict:
 
 def _generic(conclusion: Conclusion) -> dict | None:
     """The smooth correction that named effects were raced against."""
-    generic = conclusion.generic
+    generic, stages = conclusion.generic, conclusion.explanation.stages
     if generic is None:
         return None
+    entered = [stage.entered.left_out for stage in stages if stage.chosen]
+    scores = {"base": stages[0].left_out if stages else np.nan, "named": entered[-1] if entered else np.nan}
     return {
         "quantity": generic.quantity,
         "driver": generic.driver,
         "log_bayes_factor": _finite(generic.bayes),
         "reduced_chi2_left_out": _finite(generic.left_out),
+        "reduced_chi2_left_out_of": {name: float(x) for name, x in scores.items() if np.isfinite(x)},
     }
 
 

@@ -4,8 +4,8 @@ import numpy as np
 from scipy.stats import chi2
 
 from .drift import DRIFTS
-from .explain import LEVEL
 from .generic import Generic
+from .growing import LEVEL
 from .probabilities import NOTHING_LEFT
 from .program import Program
 from .stages import Explanation

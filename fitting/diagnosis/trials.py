@@ -162,7 +162,12 @@ def _settled(program: Program, fit: Fit) -> tuple[Program, Fit]:
 
 
 def trials_of(
-    program: Program, current: Fit, found: Screen, progress: Callable[[str], None], effort: int
+    program: Program,
+    current: Fit,
+    found: Screen,
+    progress: Callable[[str], None],
+    effort: int,
+    most: int = TRIED,
 ) -> list[Trial]:
     """The candidates that the screen ranks first, fitted together with everything that is present.
 
@@ -172,11 +177,12 @@ def trials_of(
         found: what the screen says about it.
         progress: told what happens, in words.
         effort: 1; 2 follows twice as many.
+        most: candidates at effort 1.
 
     Returns:
         The trials, strongest evidence first.
     """
-    likely = [s for s in found.scores if s.p_value < LIKELY][: effort * TRIED]
+    likely = [s for s in found.scores if s.p_value < LIKELY][: effort * most]
     starts = {score.slug: _starts(program.unknowns, score) for score in likely}
     best: dict[str, Fit] = {}
     kept = [score.slug for score in likely]

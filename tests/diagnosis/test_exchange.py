@@ -92,7 +92,7 @@ def test_all_recordings_are_fitted_where_those_to_fit_name_nothing(monkeypatch, 
     monkeypatch.setattr(explain, "Refitter", lambda program: None)
     monkeypatch.setattr(explain, "screen", lambda *_: SimpleNamespace(p_value=chance))
     found = Explanation(program, None, final, [], chance, True)
-    monkeypatch.setattr(explain._Search, "whole", lambda *_: found)
+    monkeypatch.setattr(explain, "_whole", lambda *_: found)
     monkeypatch.setattr(explain, "_contradicted", lambda _: contradicted)
     monkeypatch.setattr(explain, "_together", lambda *a: seen.append(a))
     assert explain.explain(program, None).final is final

@@ -1,0 +1,176 @@
+"""Two effects of which the first is a rival of the first one found: alone, that may have stood for both.
+
+Every rival is looked at with what a second effect would add to it, to first order; only the most promising
+are fitted. Two effects take the place of what was found if they explain clearly more and predict better.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .choose import CERTAIN, PREDICTS
+from .drift import explained_by_drift
+from .exchange import polished, retold
+from .folds import left_out
+from .growing import LEVEL, Growth, screened
+from .program import Program
+from .refit import Fit, Refitter
+from .side_by_side import side_by_side
+from .stages import Explanation, Stage
+from .trials import Trial, foretold, inflation_of, spread, surprise, weigh
+
+RIVALS = 4, 6
+"""Rivals of the first effect that are looked at, those that fit best alone; with hidden courses, whose runs
+are slow, and without."""
+DETOURS = 2, 3
+"""Of them, how many are pursued."""
+SECONDS = 5
+"""Second effects that are fitted beside each."""
+NOISE = 0.05, 2.0
+"""Excess of a reduced chi-square over 1 up to which it is noise: this much, and as many of its standard
+deviations."""
+
+
+@dataclass
+class _Ahead:
+    """A rival of the first effect, and what a second one promises beside it.
+
+    Attributes:
+        rival: alone.
+        stage: of second effects, screened.
+        promised: objective with the best of them, to second order.
+    """
+
+    rival: Trial
+    stage: Stage
+    promised: float
+
+
+def detour(growth: Growth, explanation: Explanation, tried: list[Trial]) -> None:
+    """Look for such a pair where what was found leaves more than noise.
+
+    Args:
+        growth: how effects are looked for.
+        explanation: of the search so far; told anew where a pair takes its place.
+        tried: trials of its first stage, best first, each alone.
+    """
+    program, final = explanation.program, explanation.final
+    if not final.slugs or not _noticed(program, final):
+        return
+    first = explanation.stages[0]
+    incumbents = [(_worth(explanation), final)]
+    for ahead in _foreseen(growth, explanation, tried):
+        rival, stage = ahead.rival, ahead.stage
+        growth.progress(f"looking for a second effect beside {rival.slug}")
+        growth.fill(program, stage, SECONDS)
+        best = _second(stage, final.slugs)
+        if best is None or rival.bayes + best.bayes < incumbents[0][0] + CERTAIN:
+            continue
+        if len(incumbents) == 1:
+            incumbents += _with_its_second(growth, explanation)
+        if rival.bayes + best.bayes < max(worth for worth, _ in incumbents) + CERTAIN:
+            continue
+        worth = rival.bayes + best.bayes
+        stage.chosen, stage.left_out = best.slug, first.left_out
+        begun = replace(first, trials=[replace(t) for t in tried], chosen=rival.slug)
+        found = growth.settled(program, stage, best, [begun, stage])
+        left = _surpassing(program, [fit for _, fit in incumbents], found)
+        if left is not None and len(found.slugs) > 1:
+            begun.entered.left_out = stage.entered.left_out = left
+            begun.entered.bayes = _beside(program, found, begun.chosen)
+            retold(program, found, begun)
+            explanation.stages, explanation.final = [begun, stage], found
+            incumbents = [(worth, found)]
+
+
+def _foreseen(growth: Growth, explanation: Explanation, tried: list[Trial]) -> list[_Ahead]:
+    """The rivals of the first effect that promise most with a second one, if that is more than was found."""
+    program, final = explanation.program, explanation.final
+    quick = int(not program.hidden)
+    rivals = [t for t in tried if t.slug != final.slugs[0] and not t.stopped]
+    rivals = sorted(rivals, key=lambda t: t.fit.objective)[: growth.effort * RIVALS[quick]]
+    if rivals:
+        growth.progress(f"screening second effects beside {', '.join(t.slug for t in rivals)}")
+
+    def ahead(job: tuple[Trial, np.random.Generator]) -> _Ahead:
+        rival, rng = job
+        stage = Stage(rival.fit, screened(program, rival.fit, rng), [])
+        gains = [s.gain for s in stage.screen.scores if {rival.slug, s.slug} != set(final.slugs)]
+        gain = 0.5 * max(gains, default=0.0) * stage.screen.scale**2
+        return _Ahead(rival, stage, rival.fit.objective - gain)
+
+    found = side_by_side(ahead, list(zip(rivals, growth.rng.spawn(len(rivals)), strict=True)))
+    found = [a for a in found if a.stage.screen.p_value <= LEVEL and a.promised < final.objective]
+    return sorted(found, key=lambda a: a.promised)[: growth.effort * DETOURS[quick]]
+
+
+def _with_its_second(growth: Growth, explanation: Explanation) -> list[tuple[float, Fit]]:
+    """One effect that was found alone with its best second one, as rivals have it: log Bayes factor and fit;
+    none where two were found, or there is no second one."""
+    program, final = explanation.program, explanation.final
+    if len(final.slugs) > 1:
+        return []
+    last = explanation.stages[-1]
+    if last.base.slugs != final.slugs:
+        last = growth.stage(program, final)
+        if last.screen.p_value <= LEVEL:
+            growth.fill(program, last)
+    second = _second(last, ())
+    if second is None:
+        return []
+    return [(_worth(explanation) + second.bayes, polished(program, second.fit))]
+
+
+def _worth(explanation: Explanation) -> float:
+    """Log Bayes factor of what was found."""
+    return sum(s.entered.bayes for s in explanation.stages if s.chosen in explanation.final.slugs)
+
+
+def _second(stage: Stage, found: tuple[str, ...]) -> Trial | None:
+    """The trial of largest evidence, if that is certain and within physical bounds, and makes another model
+    than was found."""
+    fresh = [t for t in stage.trials if set(t.fit.slugs) != set(found)]
+    return next((t for t in fresh if t.bayes > CERTAIN and not t.stopped), None)
+
+
+def _beside(program: Program, fit: Fit, slug: str) -> float:
+    """Log Bayes factor of an effect of a model over the model without it."""
+    start, own = fit.u.copy(), program.unknowns.of([slug])
+    start[own] = program.unknowns.neutral[own]
+    rest = tuple(s for s in fit.slugs if s != slug)
+    trial = Trial(slug, fit, 0.0, np.nan)
+    weigh(program, Refitter(program).fit(rest, start, near=fit.evaluation), [trial])
+    return trial.bayes
+
+
+def _noticed(program: Program, fit: Fit) -> bool:
+    """Whether a model leaves more than noise of what was fitted or of what was not."""
+    return any(
+        foretold(program, fit, mask) > 1.0 + max(NOISE[0], NOISE[1] * spread(program, mask))
+        for mask in (program.fitted, program.unseen)
+    )
+
+
+def _surpassing(program: Program, others: list[Fit], new: Fit) -> float | None:
+    """Reduced chi-square of recordings left out in turn by an explanation, if it is clearly better than each
+    of others: it fits better, by more than drift of the instruments explains as well, predicts those
+    recordings better, and those never fitted not worse.
+
+    It must not owe that to a single fold, in which another one may have gone astray.
+    """
+    inflation, count = inflation_of(program, new), program.observations(program.fitted)
+    if any((old.objective - new.objective) / inflation < CERTAIN for old in others):
+        return None
+    surprised = surprise(program, new, program.unseen)
+    if any(surprised > surprise(program, old, program.unseen) for old in others):
+        return None
+    for old in others:
+        gained = old.objective - new.objective - explained_by_drift(program, old, new)
+        if gained / inflation < CERTAIN:
+            return None
+    mine = left_out(program, new)  # many fits: asked for last
+    for old in others:
+        gains = left_out(program, old) - mine
+        if 0.5 * count * gains.sum() / inflation < PREDICTS or gains.sum() - gains.max() < 0.0:
+            return None
+    return float(mine.sum())
