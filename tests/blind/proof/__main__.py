@@ -37,6 +37,7 @@ def _parser():
     one.add_argument("--limit", type=int, help="only the first so many cases")
     one.add_argument("--workers", type=int, default=1, help="processes; 1 works in this one")
     one.add_argument("--kinds", nargs="*", help="only cases of these kinds")
+    one.add_argument("--groups", nargs="*", help="only null, single, masked, pair or outside cases, or several of them")
     scoring = argparse.ArgumentParser(add_help=False)
     scoring.add_argument("--ledger", type=Path, help="another ledger than the project's")
     scoring.add_argument("--date", help="of the line in the ledger; now if absent")
@@ -64,7 +65,7 @@ def _places(chosen):
 def _begin(chosen):
     """Cases that were asked for and their places, where the plan is still what the run began with."""
     places = _places(chosen)
-    cases = chosen_cases(chosen.plan, chosen.seed, chosen.limit, chosen.kinds)
+    cases = chosen_cases(chosen.plan, chosen.seed, chosen.limit, chosen.kinds, chosen.groups)
     keep_plan(places, chosen.plan, chosen.seed)
     return cases, places
 

@@ -23,12 +23,14 @@ PER_PROCESS = 80
 """Cases after which a worker process makes room for a new one."""
 
 
-def chosen_cases(plan, seed, limit=None, kinds=None):
-    """Cases of a plan: the first `limit` of the kinds asked for."""
-    unknown = sorted(set(kinds or ()) - set(KINDS))
-    if unknown:
-        raise ValueError(f"unknown kind {unknown[0]!r}: one of {', '.join(KINDS)}")
-    return [case for case in case_list(plan, seed) if not kinds or case.kind in kinds][:limit]
+def chosen_cases(plan, seed, limit=None, kinds=None, groups=None):
+    """Cases of a plan: the first `limit` of the kinds and groups asked for."""
+    cases = case_list(plan, seed)
+    for what, asked, there in (("kind", kinds, KINDS), ("group", groups, sorted({case.group for case in cases}))):
+        unknown = sorted(set(asked or ()) - set(there))
+        if unknown:
+            raise ValueError(f"unknown {what} {unknown[0]!r}: one of {', '.join(there)}")
+    return [c for c in cases if (not kinds or c.kind in kinds) and (not groups or c.group in groups)][:limit]
 
 
 def keep_plan(places, plan, seed):
