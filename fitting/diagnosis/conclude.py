@@ -34,7 +34,7 @@ from .probabilities import (
     weights_of,
 )
 from .program import Program
-from .prove import Correction, HeldOut, averaged, held_out
+from .prove import Correction, HeldOut, Scores
 from .refit import Fit
 from .remainder import Remainder, beside, remainder
 from .stages import Explanation
@@ -112,20 +112,21 @@ def conclude(explanation: Explanation) -> Conclusion:
     unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
     found = effects_found(explanation, unknown) if named else []
     place, rest, members = locate(explanation), None, _members(explanation)
+    scores = Scores()
     if mismatch and (unknown > 0.5 or not named):
         if generic is not None and generic.bayes > NAMELESS:
             place = place.led_by(generic.driver)
         seen = None if generic is None else generic.quantity
-        found, model, rest, before, after = _described(explanation, place, seen, unknown, found)
+        found, model, rest, before, after = _described(explanation, place, seen, unknown, found, scores)
         share = unknown if named else 1.0
         members = [(s, p, f, (1.0 - share) * w, more) for s, p, f, w, more in members if s != "base"]
         members.insert(0, (UNMODELLED, *model, share, rest and rest.corrected))
     else:
-        before, after = held_out(explanation)
+        before, after = scores.held_out(explanation)
         if named and (beyond or last[0] > limits[0]):
             rest = beside(program, explanation.final)
         if rest is not None:
-            after = averaged([(program, explanation.final, 1.0, rest.corrected)])
+            after = scores.averaged([(program, explanation.final, 1.0, rest.corrected)])
             members = [(*member[:4], rest.corrected) for member in members]
         if beyond:
             found.append(_left_over(explanation, unknown, last, found))
@@ -142,7 +143,7 @@ def conclude(explanation: Explanation) -> Conclusion:
         explanation_set(candidates, unknown) if mismatch else [],
         before,
         after,
-        averaged([member[1:] for member in members]) if len(members) > 1 else after,
+        scores.averaged([member[1:] for member in members]) if len(members) > 1 else after,
         {slug: w for slug, _, _, w, _ in members},
         _next(explanation, found),
         rest,
@@ -151,7 +152,12 @@ def conclude(explanation: Explanation) -> Conclusion:
 
 
 def _described(
-    explanation: Explanation, place: Place, seen: str | None, unknown: float, doubtful: list[Found]
+    explanation: Explanation,
+    place: Place,
+    seen: str | None,
+    unknown: float,
+    doubtful: list[Found],
+    scores: Scores,
 ) -> tuple[list[Found], tuple[Program, Fit], Remainder | None, HeldOut, HeldOut]:
     """What enters the model where something is unmodelled, and the scores of the base model and of it.
 
@@ -159,16 +165,16 @@ def _described(
     """
     alone = [_unmodelled(unknown, doubtful, explanation)]
     program = explanation.program
-    before = averaged([(program, explanation.base, 1.0)])
+    before = scores.averaged([(program, explanation.base, 1.0)])
     options = [(before, alone, explanation.base, None)]
     if doubtful:
-        score = averaged([(program, explanation.final, 1.0)])
+        score = scores.averaged([(program, explanation.final, 1.0)])
         if score.reduced_chi2 - 1.0 < HELPS * max(before.reduced_chi2 - 1.0, 0.0):
             options.append((score, [*alone, *doubtful], explanation.final, None))
     for _, found, fit, _ in tuple(options):
         rest = remainder(program, fit, place, seen)
         if rest is not None:
-            options.append((averaged([(program, fit, 1.0, rest.corrected)]), found, fit, rest))
+            options.append((scores.averaged([(program, fit, 1.0, rest.corrected)]), found, fit, rest))
     after, found, fit, rest = min(options, key=lambda option: option[0].reduced_chi2)
     return found, (program, fit), rest, before, after
 

@@ -36,48 +36,58 @@ class HeldOut:
     reduced_chi2: float
 
 
-def held_out(explanation: Explanation) -> tuple[HeldOut, HeldOut]:
-    """Scores of the refitted base model and of the final one, on the same values."""
-    fits = explanation.base, explanation.final
-    return tuple(averaged([(explanation.program, fit, 1.0)]) for fit in fits)
-
-
 Model = tuple[Program, Fit, float] | tuple[Program, Fit, float, Correction | None]
 
 
-def averaged(models: Sequence[Model]) -> HeldOut:
-    """Score of the weighted mean of several models' predictions of values that were not fitted.
+class Scores:
+    """Scores of models on values that were not fitted. What a fit says without some of the values is fitted
+    once, however many mixtures and corrections it takes part in."""
 
-    Args:
-        models: of one campaign: program, fit, weight, and a correction if there is one;
-            weights sum to one.
-    """
-    models = [(*model, None)[:4] for model in models]
-    program = models[0][0]
-    sizes = [len(m) for m in models[0][1].evaluation.misfit]
-    if program.fitted.all():
-        how = "left out in turn" if len(sizes) > 1 else "within-recording"
-        names = [r.name for r in program.recordings]
-        outs = folds(sizes, np.arange(len(sizes)), MOST_FOLDS)
+    def __init__(self) -> None:
+        self._without: dict[tuple[int, int], tuple[Fit, Evaluation]] = {}
 
-        def predicted(p: Program, fit: Fit, out: Masks) -> Evaluation:
-            return Refitter(p, [1.0 - w for w in out]).fit(fit.slugs, fit, ROUNDS).evaluation
-    else:
-        how = "validation"
-        names = [r.name for r, f in zip(program.recordings, program.fitted, strict=True) if not f]
-        outs = [[np.full(size, float(not f)) for size, f in zip(sizes, program.fitted, strict=True)]]
+    def held_out(self, explanation: Explanation) -> tuple[HeldOut, HeldOut]:
+        """Scores of the refitted base model and of the final one, on the same values."""
+        fits = explanation.base, explanation.final
+        return tuple(self.averaged([(explanation.program, fit, 1.0)]) for fit in fits)
 
-        def predicted(p: Program, fit: Fit, out: Masks) -> Evaluation:
-            return fit.evaluation
+    def averaged(self, models: Sequence[Model]) -> HeldOut:
+        """Score of the weighted mean of several models' predictions of values that were not fitted.
 
-    def modelled(p: Program, fit: Fit, more: Correction | None, out: Masks) -> Evaluation:
-        found = predicted(p, fit, out)
-        return found if more is None else more(found, [1.0 - w for w in out])
+        Args:
+            models: of one campaign: program, fit, weight, and a correction if there is one;
+                weights sum to one.
+        """
+        models = [(*model, None)[:4] for model in models]
+        program = models[0][0]
+        sizes = [len(m) for m in models[0][1].evaluation.misfit]
+        if program.fitted.all():
+            how = "left out in turn" if len(sizes) > 1 else "within-recording"
+            names = [r.name for r in program.recordings]
+            outs = folds(sizes, np.arange(len(sizes)), MOST_FOLDS)
+            predicted = self._refitted
+        else:
+            how = "validation"
+            names = [r.name for r, f in zip(program.recordings, program.fitted, strict=True) if not f]
+            outs = [[np.full(size, float(not f)) for size, f in zip(sizes, program.fitted, strict=True)]]
+            predicted = lambda p, fit, number, out: fit.evaluation  # noqa: E731
 
-    def averaged_over(out: Masks) -> tuple[Evaluation, Masks]:
-        return _mean([(modelled(p, fit, more, out), w) for p, fit, w, more in models]), out
+        def modelled(p: Program, fit: Fit, more: Correction | None, number: int, out: Masks) -> Evaluation:
+            found = predicted(p, fit, number, out)
+            return found if more is None else more(found, [1.0 - w for w in out])
 
-    return _score(program, side_by_side(averaged_over, outs), names, how)
+        def averaged_over(job: tuple[int, Masks]) -> tuple[Evaluation, Masks]:
+            return _mean([(modelled(p, fit, more, *job), w) for p, fit, w, more in models]), job[1]
+
+        return _score(program, side_by_side(averaged_over, enumerate(outs)), names, how)
+
+    def _refitted(self, program: Program, fit: Fit, number: int, out: Masks) -> Evaluation:
+        """What a fit predicts that has not seen one of the groups, by its number."""
+        held = self._without.get((id(fit), number))
+        if held is None:
+            evaluation = Refitter(program, [1.0 - w for w in out]).fit(fit.slugs, fit, ROUNDS).evaluation
+            held = self._without[id(fit), number] = fit, evaluation  # which keeps the fit, and so its id
+        return held[1]
 
 
 def _mean(members: Sequence[tuple[Evaluation, float]]) -> Evaluation:

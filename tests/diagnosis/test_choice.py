@@ -1,0 +1,41 @@
+"""Which further effect enters a model: what it must take of the base model's misfit."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from fitting.diagnosis import choose
+from fitting.diagnosis.stages import Stage
+from fitting.diagnosis.trials import Trial
+
+LEFT_OUT = {"first": [1.6, 1.5, 1.5], "second": [0.5, 0.45, 0.4]}
+PROGRAM = SimpleNamespace(fitted=np.array([True]), unseen=np.array([True]), observations=lambda mask: 400.0)
+
+
+def fit(name, fitted):
+    return SimpleNamespace(slugs=() if name == "base" else (name,), name=name, fitted=fitted, at_bound=())
+
+
+@pytest.fixture
+def world(monkeypatch):
+    for name, value in {
+        "left_out": lambda program, fit: np.array(LEFT_OUT[fit.name]),
+        "reduced": lambda program, fit, mask: fit.fitted,
+        "explained_by_drift": lambda *_: 0.0,
+        "inflation_of": lambda *_: 1.0,
+        "surprise": lambda *_: 0.0,
+    }.items():
+        monkeypatch.setattr(choose, name, value)
+
+
+@pytest.mark.parametrize(("base", "original", "enters"), [
+    (6.0, 20.0, True),  # 3.2 of 19 are gone
+    (6.0, 190.0, True),  # astray without them, but much of what was fitted is gone
+    (90.0, 190.0, False),  # the imperfect form of the first one leaves as much
+])  # fmt: skip
+def test_a_further_effect_takes_much_of_what_the_base_model_missed(world, base, original, enters):
+    first, second = fit("first", 4.0), fit("second", 1.1)
+    stage = Stage(first, None, [Trial("second", second, 300.0, 1.0)])
+    found = choose.choice(PROGRAM, first, stage, fit("base", base), original)
+    assert (found is not None) is enters
