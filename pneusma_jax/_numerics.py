@@ -63,7 +63,8 @@ def smoothstep(u: Array) -> Array:
 
 
 def begun_as(values: PyTree, varying: PyTree) -> PyTree:
-    """`values` unchanged, but batched and differentiated from the start by whatever `varying` is.
+    """`values` unchanged, but batched and differentiated from the start by what the floating-point
+    arrays of `varying` are.
 
     For what a scan begins with: JAX otherwise transforms the scan's body once to learn that a constant start
     soon depends on the arguments, and a second time for good, at every level of `vmap` and `jvp`.

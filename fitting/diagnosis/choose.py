@@ -17,8 +17,8 @@ fits."""
 OF_ALL = 0.025
 """Of the base model's own misfit, what a further effect must take away."""
 OF_FITTED = 0.1
-"""Or, of its misfit of what was fitted, where left-out recordings are told much worse: a base model that is
-wrong goes astray without them."""
+"""Or, of its misfit of what was fitted: a base model that is wrong may go astray without some recordings, and
+its misfit of those be many times as large."""
 PREDICTS = 5.0
 """Log-likelihood of recordings left out in turn that every effect must gain, deflated as log Bayes factors
 are."""

@@ -1,6 +1,6 @@
 """Two effects of which the first is a rival of the first one found: alone, that may have stood for both.
 
-Every rival is looked at with what a second effect would add to it, to first order; only the most promising
+Every rival is looked at with what a second effect would add to it, to second order; only the most promising
 are fitted. Two effects take the place of what was found if they explain clearly more and predict better.
 """
 
@@ -17,9 +17,9 @@ from .program import Program
 from .refit import Fit, Refitter
 from .side_by_side import side_by_side
 from .stages import Explanation, Stage
-from .trials import Trial, foretold, inflation_of, spread, surprise, weigh
+from .trials import Trial, evidence, foretold, inflation_of, spread, surprise
 
-RIVALS = 4, 6
+LOOKED_AT = 4, 6
 """Rivals of the first effect that are looked at, those that fit best alone; with hidden courses, whose runs
 are slow, and without."""
 DETOURS = 2, 3
@@ -54,33 +54,31 @@ def detour(growth: Growth, explanation: Explanation, tried: list[Trial]) -> None
         explanation: of the search so far; told anew where a pair takes its place.
         tried: trials of its first stage, best first, each alone.
     """
-    program, final = explanation.program, explanation.final
-    if not final.slugs or not _noticed(program, final):
+    program, first = explanation.program, explanation.stages[0]
+    if not explanation.final.slugs or not _noticed(program, explanation.final):
         return
-    first = explanation.stages[0]
-    incumbents = [(_worth(explanation), final)]
+    incumbents, complete = [explanation.final], False
     for ahead in _foreseen(growth, explanation, tried):
         rival, stage = ahead.rival, ahead.stage
         growth.progress(f"looking for a second effect beside {rival.slug}")
         growth.fill(program, stage, SECONDS)
-        best = _second(stage, final.slugs)
-        if best is None or rival.bayes + best.bayes < incumbents[0][0] + CERTAIN:
+        best = _second(stage, explanation.final.slugs)
+        if best is None or not _worth_more(explanation, best.fit, incumbents):
             continue
-        if len(incumbents) == 1:
-            incumbents += _with_its_second(growth, explanation)
-        if rival.bayes + best.bayes < max(worth for worth, _ in incumbents) + CERTAIN:
-            continue
-        worth = rival.bayes + best.bayes
+        if not complete:
+            incumbents, complete = incumbents + _with_its_second(growth, explanation), True
+            if not _worth_more(explanation, best.fit, incumbents):
+                continue
         stage.chosen, stage.left_out = best.slug, first.left_out
         begun = replace(first, trials=[replace(t) for t in tried], chosen=rival.slug)
-        found = growth.settled(program, stage, best, [begun, stage])
-        left = _surpassing(program, [fit for _, fit in incumbents], found)
-        if left is not None and len(found.slugs) > 1:
+        found = growth.settled(program, best, [begun, stage])
+        left = _surpassing(program, incumbents, found) if len(found.slugs) > 1 else None
+        if left is not None:
             begun.entered.left_out = stage.entered.left_out = left
-            begun.entered.bayes = _beside(program, found, begun.chosen)
+            begun.entered.bayes = _bayes_beside(program, found, begun.chosen)
             retold(program, found, begun)
             explanation.stages, explanation.final = [begun, stage], found
-            incumbents = [(worth, found)]
+            incumbents = [found]
 
 
 def _foreseen(growth: Growth, explanation: Explanation, tried: list[Trial]) -> list[_Ahead]:
@@ -88,25 +86,26 @@ def _foreseen(growth: Growth, explanation: Explanation, tried: list[Trial]) -> l
     program, final = explanation.program, explanation.final
     quick = int(not program.hidden)
     rivals = [t for t in tried if t.slug != final.slugs[0] and not t.stopped]
-    rivals = sorted(rivals, key=lambda t: t.fit.objective)[: growth.effort * RIVALS[quick]]
+    rivals = sorted(rivals, key=lambda t: t.fit.objective)[: growth.effort * LOOKED_AT[quick]]
     if rivals:
         growth.progress(f"screening second effects beside {', '.join(t.slug for t in rivals)}")
 
     def ahead(job: tuple[Trial, np.random.Generator]) -> _Ahead:
         rival, rng = job
-        stage = Stage(rival.fit, screened(program, rival.fit, rng), [])
+        fit = Refitter(program).fit(rival.fit.slugs, rival.fit)  # most ended after a few steps
+        stage = Stage(fit, screened(program, fit, rng), [])
         gains = [s.gain for s in stage.screen.scores if {rival.slug, s.slug} != set(final.slugs)]
         gain = 0.5 * max(gains, default=0.0) * stage.screen.scale**2
-        return _Ahead(rival, stage, rival.fit.objective - gain)
+        return _Ahead(rival, stage, fit.objective - gain)
 
     found = side_by_side(ahead, list(zip(rivals, growth.rng.spawn(len(rivals)), strict=True)))
     found = [a for a in found if a.stage.screen.p_value <= LEVEL and a.promised < final.objective]
     return sorted(found, key=lambda a: a.promised)[: growth.effort * DETOURS[quick]]
 
 
-def _with_its_second(growth: Growth, explanation: Explanation) -> list[tuple[float, Fit]]:
-    """One effect that was found alone with its best second one, as rivals have it: log Bayes factor and fit;
-    none where two were found, or there is no second one."""
+def _with_its_second(growth: Growth, explanation: Explanation) -> list[Fit]:
+    """One effect that was found alone with its best second one, as rivals have it; none where two were found,
+    or there is no second one."""
     program, final = explanation.program, explanation.final
     if len(final.slugs) > 1:
         return []
@@ -116,14 +115,15 @@ def _with_its_second(growth: Growth, explanation: Explanation) -> list[tuple[flo
         if last.screen.p_value <= LEVEL:
             growth.fill(program, last)
     second = _second(last, ())
-    if second is None:
-        return []
-    return [(_worth(explanation) + second.bayes, polished(program, second.fit))]
+    return [] if second is None else [polished(program, second.fit)]
 
 
-def _worth(explanation: Explanation) -> float:
-    """Log Bayes factor of what was found."""
-    return sum(s.entered.bayes for s in explanation.stages if s.chosen in explanation.final.slugs)
+def _worth_more(explanation: Explanation, new: Fit, others: list[Fit]) -> bool:
+    """Whether an explanation has clearly more evidence than each of others, all deflated as its own is."""
+    program, base = explanation.program, explanation.base
+    inflation = inflation_of(program, new)
+    mine = evidence(program, base, new, inflation)
+    return all(mine - evidence(program, base, old, inflation) >= CERTAIN for old in others)
 
 
 def _second(stage: Stage, found: tuple[str, ...]) -> Trial | None:
@@ -133,14 +133,13 @@ def _second(stage: Stage, found: tuple[str, ...]) -> Trial | None:
     return next((t for t in fresh if t.bayes > CERTAIN and not t.stopped), None)
 
 
-def _beside(program: Program, fit: Fit, slug: str) -> float:
+def _bayes_beside(program: Program, fit: Fit, slug: str) -> float:
     """Log Bayes factor of an effect of a model over the model without it."""
     start, own = fit.u.copy(), program.unknowns.of([slug])
     start[own] = program.unknowns.neutral[own]
     rest = tuple(s for s in fit.slugs if s != slug)
-    trial = Trial(slug, fit, 0.0, np.nan)
-    weigh(program, Refitter(program).fit(rest, start, near=fit.evaluation), [trial])
-    return trial.bayes
+    without = Refitter(program).fit(rest, start, near=fit.evaluation)
+    return evidence(program, without, fit, inflation_of(program, fit))
 
 
 def _noticed(program: Program, fit: Fit) -> bool:

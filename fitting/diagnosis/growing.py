@@ -46,7 +46,7 @@ class Growth:
             original = stage.left_out if np.isnan(original) else original
             if best is None:
                 break
-            current = self.settled(program, stage, best, explanation.stages)
+            current = self.settled(program, best, explanation.stages)
             if len(current.slugs) >= MOST_EFFECTS or not much_left(program, current, explanation.base):
                 break
             stage = self.stage(program, current)
@@ -72,7 +72,7 @@ class Growth:
         stage.chosen = best.slug if best else None
         return best
 
-    def settled(self, program: Program, stage: Stage, best: Trial, stages: list[Stage]) -> Fit:
+    def settled(self, program: Program, best: Trial, stages: list[Stage]) -> Fit:
         """The model with an effect that entered, and without those that it makes idle."""
         current = best.fit
         if len(current.slugs) > 1:

@@ -54,7 +54,10 @@ def probabilities(
         nothing = 0.9 + 0.09 * explanation.p_value
         share = (1.0 - nothing) / (len(slugs) + 1)
         return {slug: (share, min(bayes[slug], 0.0)) for slug in slugs}, nothing
-    weights = (1.0 - unknown) * weights_of(np.array([bayes[slug] for slug in slugs] + [0.0]))
+    # nothing at all also lacks what the other effects are worth
+    entered = [s for s in explanation.stages if s.chosen in explanation.final.slugs and s is not stage]
+    others = sum(max(s.entered.bayes, 0.0) for s in entered)
+    weights = (1.0 - unknown) * weights_of(np.array([bayes[slug] for slug in slugs] + [-others]))
     return {slug: (float(w), bayes[slug]) for slug, w in zip(slugs, weights, strict=False)}, float(
         weights[-1]
     )

@@ -296,34 +296,50 @@ def weigh(program: Program, current: Fit, trials: list[Trial]) -> None:
     if not trials:
         return
     inflation = inflation_of(program, min(trials, key=lambda t: t.fit.objective).fit)
-    penalty = np.log(max(len(program.unknowns.slugs), 1))
     followed = taken_up(program, current)
     for trial in trials:
-        luck = 0.5 * max(taken_up(program, trial.fit) - followed, 0.0)
-        gain = (current.objective - trial.fit.objective - luck) / inflation
-        trial.bayes = gain + _occam(program, current, trial, inflation) - penalty - AT_BOUND * trial.stopped
+        trial.bayes = evidence(program, current, trial.fit, inflation, followed)
     trials.sort(key=lambda t: -t.bayes)
 
 
-def _occam(program: Program, current: Fit, trial: Trial, inflation: float) -> float:
-    """What the freedom of an effect costs, by Laplace's approximation; misfit counts by 1 / inflation, and so
-    does what it tells of the numbers.
+def evidence(
+    program: Program, current: Fit, further: Fit, inflation: float, followed: float | None = None
+) -> float:
+    """Log Bayes factor of a model with further effects over one without them; misfit counts by 1 / inflation.
+
+    Models are compared with each other under one inflation only. `followed` is what the current model's
+    courses take up, if that is known.
+    """
+    followed = taken_up(program, current) if followed is None else followed
+    added = [slug for slug in further.slugs if slug not in current.slugs]
+    luck = 0.5 * max(taken_up(program, further) - followed, 0.0)
+    gain = (current.objective - further.objective - luck) / inflation
+    penalty = len(added) * np.log(max(len(program.unknowns.slugs), 1))
+    stopped = sum(any(name.startswith(f"{slug}.") for name in further.at_bound) for slug in added)
+    return gain + _occam(program, current, further, added, inflation) - penalty - AT_BOUND * stopped
+
+
+def _occam(program: Program, current: Fit, further: Fit, added: list[str], inflation: float) -> float:
+    """What the freedom of added effects costs, by Laplace's approximation; misfit counts by 1 / inflation,
+    and so does what it tells of the numbers.
 
     Of several strengths of an effect each is absent as likely as not: what the recordings do not need costs
     no more than that.
     """
-    own, items = program.unknowns.of([trial.slug]), program.unknowns.items
-    strengths = [k for k in own if not items[k].shape]
-    before, after = (_information(program, fit, inflation) for fit in (current, trial.fit))
+    own, items = program.unknowns.of(added), program.unknowns.items
+    before, after = (_information(program, fit, inflation) for fit in (current, further))
     total = 0.5 * (np.linalg.slogdet(before)[1] - np.linalg.slogdet(after)[1])
     present = 0.5 * np.log(2.0 * np.pi)
     shape = SHAPE_SD * np.sqrt(2.0 * np.pi)
     widths = {int(k): shape if items[k].shape else items[k].high - items[k].low for k in own}
     total += sum(present - np.log(width) for width in widths.values())
-    if len(strengths) > 1:
-        place = {int(k): n for n, k in enumerate(trial.fit.free)}
+    place = {int(k): n for n, k in enumerate(further.free)}
+    away = further.u[further.free] - program.unknowns.neutral[further.free]
+    for slug in added:
+        strengths = [k for k in program.unknowns.of([slug]) if not items[k].shape]
+        if len(strengths) < 2:
+            continue
         wanted = {place[int(k)]: np.log(widths[k]) - present for k in strengths}
-        away = trial.fit.u[trial.fit.free] - program.unknowns.neutral[trial.fit.free]
         total += _spared(np.linalg.inv(after), away, wanted)
         total -= len(strengths) * np.log(2.0)
     return min(total, 0.0)

@@ -365,3 +365,10 @@ def test_sparse_regression_keeps_the_terms_that_are_there():
     learnt = SparseRegression(x, true + 0.1 * rng.standard_normal(200), np.ones(200, bool))
     assert np.count_nonzero(learnt.weights) == 2
     np.testing.assert_allclose(learnt(x), true, atol=0.1)
+
+
+def test_a_run_may_be_of_some_kinds_and_groups():
+    chosen = running.chosen_cases("development", 3, 5, ["tube", "elastomer"], ["pair", "outside"])
+    assert chosen and {c.kind for c in chosen} <= {"tube", "elastomer"} and {c.group for c in chosen} <= {"pair", "outside"}
+    with pytest.raises(ValueError, match="unknown group 'pairs': one of"):
+        running.chosen_cases("development", 3, groups=["pairs"])

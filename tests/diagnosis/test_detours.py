@@ -8,6 +8,7 @@ import pytest
 
 from fitting.diagnosis import detours, growing
 from fitting.diagnosis.growing import Growth
+from fitting.diagnosis.probabilities import probabilities
 from fitting.diagnosis.stages import Explanation, Stage
 from fitting.diagnosis.trials import Trial
 
@@ -33,6 +34,7 @@ class World:
         self.left = {("both",): [0.5, 0.5, 0.5], ("both", "odd"): [0.45, 0.45, 0.5], ("one", "two"): [0.3, 0.3, 0.4]}
         self.unseen = {("both",): 0.0, ("both", "odd"): 20.0, ("one", "two"): 0.0}
         self.noticed = True
+        self.worth = {("both",): 100.0, ("both", "odd"): 110.0, ("one", "two"): 150.0}
         self.program = SimpleNamespace(
             unknowns=SimpleNamespace(slugs=("both", "one", "two")), fitted=np.array([True]), unseen=np.array([False]),
             observations=lambda mask: 200.0, hidden=False,
@@ -51,7 +53,9 @@ class World:
         put("screened", screened)
         put("trials_of", self._trials)
         put("explained_by_drift", lambda program, old, new: self.drift)
-        put("_beside", lambda program, found, slug: 40.0)
+        put("evidence", lambda program, base, found, inflation: self.worth[found.slugs])
+        put("_bayes_beside", lambda program, found, slug: 40.0)
+        put("Refitter", lambda program: SimpleNamespace(fit=lambda slugs, start: start))
         put("polished", lambda program, found: found)
         put("pruned", lambda program, found: found)
         put("exchanged", lambda program, found, stages: found)
@@ -103,11 +107,11 @@ def test_they_do_not_where_anything_speaks_against_it(world, monkeypatch, agains
     elif against == "drift":
         world.drift = 65.0
     elif against == "evidence":
-        world.seconds["one"] = [("two", 12.0)]
+        world.worth["one", "two"] = 107.0
     elif against == "the fit":
         monkeypatch.setitem(OBJECTIVES, pair, 145.0)
     elif against == "its own second":
-        world.seconds["both"] = [("odd", 45.0)]
+        world.seconds["both"], world.worth["both", "odd"] = [("odd", 45.0)], 143.0
     elif against == "left out":
         world.left[pair] = [0.49, 0.49, 0.49]
     elif against == "a single fold":
@@ -124,4 +128,42 @@ def test_the_same_two_in_another_order_are_no_detour(world, monkeypatch):
     """Where two were found, the second is a rival of the first: beside it another first one may be better."""
     monkeypatch.setitem(GAINS, "one", {"both": 400.0, "two": 20.0})
     world.explanation.final = SimpleNamespace(slugs=("both", "one"), objective=148.0, at_bound=())
+    world.worth["both", "one"] = 110.0
     assert world.found() == ("both", "one") and world.asked == []
+
+
+def test_a_second_one_of_the_first_is_looked_for_once(world, monkeypatch):
+    """However many rivals ask for it."""
+    for slug in ("one", "far"):
+        monkeypatch.setitem(GAINS, slug, {"two": 300.0})
+    monkeypatch.setitem(OBJECTIVES, ("far", "two"), 90.0)
+    world.seconds["far"], world.worth["far", "two"], world.unseen["one", "two"] = [("two", 50.0)], 140.0, 1.0
+    world.unseen["far", "two"] = 1.0
+    assert world.found() == ("both",)
+    assert sorted(world.asked) == [("both",), ("far",), ("one",)]
+
+
+def test_the_pair_that_promises_most_is_tried_first_and_no_more_than_two_beside_hidden_courses(world, monkeypatch):
+    world.program.hidden = True
+    tried = [Trial(s, fit("one"), 90.0, 0.0) for s in ("a", "b", "c", "d", "e")]
+    for trial in tried:
+        monkeypatch.setitem(OBJECTIVES, (trial.slug,), 160.0)
+        trial.fit = fit(trial.slug)
+        monkeypatch.setitem(GAINS, trial.slug, {"two": {"c": 300.0, "d": 200.0}.get(trial.slug, 100.0)})
+        world.seconds[trial.slug] = []
+    monkeypatch.setitem(GAINS, "e", {"two": 900.0})  # fits as well alone, but is not among the first four
+    world.tried = tried
+    assert world.found() == ("both",)
+    assert world.asked == [("c",), ("d",)]
+
+
+def test_nothing_at_all_lacks_what_both_effects_are_worth():
+    """An effect that is worth little beside another one is no sign that the recordings show nothing."""
+    program = SimpleNamespace(unknowns=SimpleNamespace(slugs=["one", "two", "far"]))
+    stages = [
+        Stage(fit(), None, [Trial("one", fit("one"), 1.0, 0.0)], 3.0, "one"),
+        Stage(fit("one"), None, [Trial("two", fit("one", "two"), 300.0, 0.0)], 3.0, "two"),
+    ]
+    explanation = Explanation(program, fit(), fit("one", "two"), stages, 0.001, True)
+    candidates, nothing = probabilities(explanation, True, 0.0)
+    assert nothing < 1e-6 and max(candidates, key=candidates.get) == "one"

@@ -205,9 +205,7 @@ def test_evidence_where_much_is_left_is_that_of_as_wide_a_noise(inflation):
     strength = np.linspace(unknowns.low[0], unknowns.high[0], 200001)
     likelihood = np.exp(-0.5 * ((strength - best) / sd) ** 2 / inflation)
     expected = np.log(np.trapezoid(likelihood, strength) / np.ptp(strength))
-    assert _occam(program, current, SimpleNamespace(slug="channel_lag", fit=fit), inflation) == pytest.approx(
-        expected, abs=0.05
-    )
+    assert _occam(program, current, fit, ["channel_lag"], inflation) == pytest.approx(expected, abs=0.05)
 
 
 @pytest.mark.parametrize(("second", "least", "most"), [(200.0, 0.45, 0.55), (700.0, 0.6, 0.8), (2500.0, 0.95, 1.0)])
