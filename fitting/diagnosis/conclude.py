@@ -19,6 +19,7 @@ from .judged import (
     helps_nobody,
     leaves_more,
     limit_of,
+    outdone,
     refuted,
     steady,
     tail,
@@ -106,7 +107,8 @@ def conclude(explanation: Explanation) -> Conclusion:
         explanation.p_value = max(explanation.p_value, tail(program, steady(base[0], generic)))
         explanation.p_is_bound = False
     more = leaves_more(alone, last, floors) or helps_nobody(alone, kept, floors)
-    beyond = named and unknown <= 0.5 and more
+    lost = outdone(explanation, generic) if named else 0.0
+    beyond = named and unknown <= 0.5 and (more or lost > 0.0)
     unknown = max(unknown, BESIDE) if beyond else unknown
     candidates, nothing = probabilities(explanation, mismatch, unknown)
     unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
@@ -129,7 +131,8 @@ def conclude(explanation: Explanation) -> Conclusion:
             after = scores.averaged([(program, explanation.final, 1.0, rest.corrected)])
             members = [(*member[:4], rest.corrected) for member in members]
         if beyond:
-            found.append(_left_over(explanation, unknown, last, found))
+            rival = None if more else generic
+            found.append(_left_over(explanation, unknown, last, found, rival, lost))
         found.sort(key=lambda f: -f.probability)
     return Conclusion(
         explanation,
@@ -198,8 +201,16 @@ def _members(explanation: Explanation) -> list[tuple[str, Program, Fit, float, C
     ]
 
 
-def _left_over(explanation: Explanation, unknown: float, last: list[float], found: list[Found]) -> Found:
-    """What named effects leave, as an entry of its own beside them."""
+def _left_over(
+    explanation: Explanation,
+    unknown: float,
+    last: list[float],
+    found: list[Found],
+    rival: Generic | None,
+    lost: float,
+) -> Found:
+    """What named effects leave, as an entry of its own beside them; `rival` and what it gains on them where
+    they leave nothing, but a nameless correction predicts recordings left out better."""
     program, names = explanation.program, [f.slug for f in found]
     masks = program.fitted, program.unseen
     excess = [(left - 1.0) * program.observations(mask) for left, mask in zip(last, masks, strict=True)]
@@ -207,7 +218,12 @@ def _left_over(explanation: Explanation, unknown: float, last: list[float], foun
         f"{' and '.join(names)} {'leaves' if len(names) == 1 else 'leave'} more than noise: the form is not "
         "quite nature's, or something else acts as well or instead."
     )
-    return Found(UNMODELLED, float(unknown), float(0.5 * max(excess)), {}, names, text)
+    if rival is not None:
+        text = (
+            f"A smooth function of {rival.driver.replace('_', ' ')} without a name predicts recordings that "
+            f"are left out better than {' and '.join(names)}: that may stand for something else."
+        )
+    return Found(UNMODELLED, float(unknown), max(lost, float(0.5 * max(excess))), {}, names, text)
 
 
 def _unmodelled(unknown: float, found: list[Found], explanation: Explanation) -> Found:

@@ -3,13 +3,14 @@
 import numpy as np
 from scipy.stats import chi2
 
+from .choose import PREDICTS
 from .drift import DRIFTS
 from .generic import Generic
 from .growing import LEVEL
 from .probabilities import NOTHING_LEFT
 from .program import Program
 from .stages import Explanation
-from .trials import reduced, spread
+from .trials import inflation_of, reduced, spread
 
 ASTRAY = 3.5
 """Standard deviations from nominal at which a base constant says that the explanation is wrong in form."""
@@ -127,6 +128,18 @@ def helps_nobody(base: list[float], last: list[float], floors: list[float]) -> b
     whatever the uncertainty of the constants could excuse: the names help nobody there. Arguments as for
     `leaves_more`."""
     return _keeps(base[1], last[1], floors[1], HELPS)
+
+
+def outdone(explanation: Explanation, generic: Generic | None) -> float:
+    """Log-likelihood of recordings left out in turn, deflated, by which a nameless correction predicts them
+    better than named effects do, where that is as much as an effect must gain there; else 0."""
+    entered = [stage.entered for stage in explanation.stages if stage.chosen]
+    if generic is None or not entered:
+        return 0.0
+    program = explanation.program
+    better = entered[-1].left_out - generic.left_out
+    gain = 0.5 * program.observations(program.fitted) * better / inflation_of(program, explanation.final)
+    return float(gain) if gain > PREDICTS else 0.0
 
 
 def _keeps(before: float, after: float, noise: float, share: float) -> bool:

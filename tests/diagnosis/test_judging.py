@@ -8,7 +8,7 @@ import pytest
 from fitting.diagnosis import trials
 from fitting.diagnosis.conclude import _left_over
 from fitting.diagnosis.generic import Generic
-from fitting.diagnosis.judged import MOST_DRIFT, helps_nobody, leaves_more, steady, unexplained
+from fitting.diagnosis.judged import MOST_DRIFT, helps_nobody, leaves_more, outdone, steady, unexplained
 from fitting.diagnosis.probabilities import effects_found
 from fitting.diagnosis.screen import _held
 from fitting.diagnosis.side_by_side import THREADS, Tally, side_by_side
@@ -158,7 +158,7 @@ def test_a_name_that_helps_no_recording_that_was_not_fitted_is_doubted(before, a
 def test_what_a_named_effect_leaves_is_said_beside_it():
     program = SimpleNamespace(fitted=np.array([True, False]), unseen=np.array([False, True]), observations=lambda m: 100.0)
     explanation = SimpleNamespace(program=program)
-    found = _left_over(explanation, 0.3, [1.1, 1.6], [SimpleNamespace(slug="gravity")])
+    found = _left_over(explanation, 0.3, [1.1, 1.6], [SimpleNamespace(slug="gravity")], None, 0.0)
     assert (found.slug, found.probability, found.confusable) == ("unmodelled", 0.3, ["gravity"])
     assert found.bayes == pytest.approx(0.5 * 0.6 * 100.0)
     assert found.text.startswith("gravity leaves more than noise")
@@ -192,6 +192,25 @@ def test_strengths_that_are_not_needed_cost_next_to_nothing():
     assert saved == pytest.approx(evidence([0, 1]) - evidence([0, 1, 2]))
     assert saved > 1.0
     assert _spared(np.linalg.inv(H), np.array([0.3, 2.0, 2.0]), {1: cost, 2: cost}) == 0.0
+
+
+@pytest.mark.parametrize(("generic", "left", "gain"), [
+    (1.0, 1.2, 20.0), (1.0, 1.06, 6.0), (1.0, 1.04, 0.0), (1.3, 1.0, 0.0), (1.0, np.nan, 0.0), (None, 1.2, 0.0),
+])  # fmt: skip
+def test_a_nameless_correction_that_predicts_better_speaks_against_a_name(monkeypatch, generic, left, gain):
+    """Of 400 values, whose misfit counts by half."""
+    monkeypatch.setattr("fitting.diagnosis.judged.inflation_of", lambda program, fit: 2.0)
+    program = SimpleNamespace(fitted=None, observations=lambda mask: 400.0)
+    stages = [SimpleNamespace(chosen="gravity", entered=SimpleNamespace(left_out=left)), SimpleNamespace(chosen=None)]
+    race = None if generic is None else SimpleNamespace(left_out=generic)
+    assert outdone(SimpleNamespace(program=program, final=None, stages=stages), race) == pytest.approx(gain)
+
+
+def test_what_is_said_where_a_nameless_correction_predicts_better():
+    program = SimpleNamespace(fitted=np.array([True]), unseen=np.array([True]), observations=lambda mask: 400.0)
+    named, race = [SimpleNamespace(slug="gravity")], SimpleNamespace(driver="pressure_rate")
+    found = _left_over(SimpleNamespace(program=program), 0.25, [0.9, 0.9], named, race, 12.0)
+    assert found.bayes == 12.0 and "function of pressure rate without a name predicts" in found.text
 
 
 @pytest.mark.parametrize("inflation", [1.0, 30.0, 900.0])
