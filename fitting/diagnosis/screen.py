@@ -28,6 +28,8 @@ SLOW = 6
 FAINT = 1e-6
 """Length of a signature below which the recordings do not show the effect."""
 
+ALIKE = 1e-12
+"""Part of the largest below which a direction of a fit's numbers absorbs nothing of its own."""
 AT = 1e-6
 """How close to a bound a scaled base constant is at it."""
 
@@ -82,7 +84,10 @@ class _Projector:
 
     def __init__(self, A: np.ndarray, sd: np.ndarray):
         self.A = np.concatenate([A, np.diag(1.0 / sd)])
-        self.H = np.linalg.inv(self.A.T @ self.A + 1e-12 * np.eye(A.shape[1]))
+        size = np.linalg.norm(self.A, axis=0)
+        size[size == 0.0] = 1.0
+        scaled = self.A / size  # columns may be zero or alike where recordings do not tell numbers apart
+        self.H = np.linalg.pinv(scaled.T @ scaled, ALIKE, hermitian=True) / np.outer(size, size)
         self.rows = len(A)
 
     def __call__(self, J: np.ndarray, priors: np.ndarray | None = None) -> np.ndarray:

@@ -7,7 +7,7 @@ import pytest
 
 from fitting.diagnosis.program import Program
 from fitting.diagnosis.refit import Refitter
-from fitting.diagnosis.screen import screen
+from fitting.diagnosis.screen import _Projector, screen
 from fitting.diagnosis.trials import settled_fit
 from fitting.recordings import read_campaign
 
@@ -45,3 +45,15 @@ def test_a_score_is_what_the_effect_would_gain_with_all_constants_free(refitted,
         assert step < 0.0 <= program.unknowns.low[own[0]]
         return
     assert score.gain * found.scale**2 == pytest.approx(without - with_it, rel=0.02, abs=0.05)
+
+
+def test_numbers_that_recordings_do_not_tell_apart_are_freed_once():
+    """A strength without effect and two alike, all of flat priors, of large and of small size."""
+    rng = np.random.default_rng(0)
+    column = 1e6 * rng.standard_normal((30, 1))
+    project = _Projector(np.concatenate([column, 0.0 * column, 2.0 * column], axis=1), np.full(3, np.inf))
+    other = rng.standard_normal((30, 1))
+    freed = project(np.concatenate([column, other], axis=1))[:30]
+    np.testing.assert_allclose(freed[:, 0], 0.0, atol=1e-6)
+    q = column / np.linalg.norm(column)
+    np.testing.assert_allclose(freed[:, 1:], other - q * (q.T @ other), atol=1e-12)
