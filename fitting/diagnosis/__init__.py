@@ -12,8 +12,8 @@ Rooms, in the order in which they are used:
 - `refit`: least squares of base constants and effects within physical bounds;
 - `screen`, `trials`, `folds`: scores of all effects against chance, co-refits and their evidence, recordings
   left out in turn;
-- `choose`, `exchange`, `explain`, `stages`: which candidate enters, which earlier one gives way, one effect
-  after the other and from rivals of the first; what a search went through;
+- `choose`, `exchange`, `growing`, `detours`, `explain`, `stages`: which candidate enters, which earlier one
+  gives way, one effect after the other, pairs from rivals of the first, both; what a search went through;
 - `places`, `generic`, `remainder`: nameless corrections, to race against and for what is unmodelled;
 - `locate`, `prove`, `probabilities`, `judged`, `conclude`, `designs`: drivers and rows, held-out scores, how
   what is left is judged, the verdict, the next experiment;

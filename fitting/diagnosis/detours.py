@@ -5,12 +5,13 @@ are fitted. Two effects take the place of what was found if they explain clearly
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from .choose import CERTAIN, PREDICTS
 from .drift import explained_by_drift
-from .exchange import polished, retold
+from .exchange import polished, retold, without
 from .folds import left_out
 from .growing import LEVEL, Growth, screened
 from .program import Program
@@ -46,6 +47,19 @@ class _Ahead:
     promised: float
 
 
+@dataclass
+class _Incumbent:
+    """A model that a pair must surpass."""
+
+    program: Program
+    fit: Fit
+
+    @cached_property
+    def left_out(self) -> np.ndarray:
+        """See `folds.left_out`: many fits, asked for by every pair that gets so far."""
+        return left_out(self.program, self.fit)
+
+
 def detour(growth: Growth, explanation: Explanation, tried: list[Trial]) -> None:
     """Look for such a pair where what was found leaves more than noise.
 
@@ -57,7 +71,7 @@ def detour(growth: Growth, explanation: Explanation, tried: list[Trial]) -> None
     program, first = explanation.program, explanation.stages[0]
     if not explanation.final.slugs or not _noticed(program, explanation.final):
         return
-    incumbents, complete = [explanation.final], False
+    incumbents, complete = [_Incumbent(program, explanation.final)], False
     for ahead in _foreseen(growth, explanation, tried):
         rival, stage = ahead.rival, ahead.stage
         growth.progress(f"looking for a second effect beside {rival.slug}")
@@ -66,7 +80,8 @@ def detour(growth: Growth, explanation: Explanation, tried: list[Trial]) -> None
         if best is None or not _worth_more(explanation, best.fit, incumbents):
             continue
         if not complete:
-            incumbents, complete = incumbents + _with_its_second(growth, explanation), True
+            seconds = _with_its_second(growth, explanation)
+            incumbents, complete = incumbents + [_Incumbent(program, fit) for fit in seconds], True
             if not _worth_more(explanation, best.fit, incumbents):
                 continue
         stage.chosen, stage.left_out = best.slug, first.left_out
@@ -75,10 +90,12 @@ def detour(growth: Growth, explanation: Explanation, tried: list[Trial]) -> None
         left = _surpassing(program, incumbents, found) if len(found.slugs) > 1 else None
         if left is not None:
             begun.entered.left_out = stage.entered.left_out = left
-            begun.entered.bayes = _bayes_beside(program, found, begun.chosen)
+            begun.entered.bayes = evidence(
+                program, without(program, found, begun.chosen), found, inflation_of(program, found)
+            )
             retold(program, found, begun)
             explanation.stages, explanation.final = [begun, stage], found
-            incumbents = [found]
+            incumbents = [_Incumbent(program, found)]
 
 
 def _foreseen(growth: Growth, explanation: Explanation, tried: list[Trial]) -> list[_Ahead]:
@@ -118,12 +135,12 @@ def _with_its_second(growth: Growth, explanation: Explanation) -> list[Fit]:
     return [] if second is None else [polished(program, second.fit)]
 
 
-def _worth_more(explanation: Explanation, new: Fit, others: list[Fit]) -> bool:
+def _worth_more(explanation: Explanation, new: Fit, others: list[_Incumbent]) -> bool:
     """Whether an explanation has clearly more evidence than each of others, all deflated as its own is."""
     program, base = explanation.program, explanation.base
     inflation = inflation_of(program, new)
     mine = evidence(program, base, new, inflation)
-    return all(mine - evidence(program, base, old, inflation) >= CERTAIN for old in others)
+    return all(mine - evidence(program, base, old.fit, inflation) >= CERTAIN for old in others)
 
 
 def _second(stage: Stage, found: tuple[str, ...]) -> Trial | None:
@@ -131,15 +148,6 @@ def _second(stage: Stage, found: tuple[str, ...]) -> Trial | None:
     than was found."""
     fresh = [t for t in stage.trials if set(t.fit.slugs) != set(found)]
     return next((t for t in fresh if t.bayes > CERTAIN and not t.stopped), None)
-
-
-def _bayes_beside(program: Program, fit: Fit, slug: str) -> float:
-    """Log Bayes factor of an effect of a model over the model without it."""
-    start, own = fit.u.copy(), program.unknowns.of([slug])
-    start[own] = program.unknowns.neutral[own]
-    rest = tuple(s for s in fit.slugs if s != slug)
-    without = Refitter(program).fit(rest, start, near=fit.evaluation)
-    return evidence(program, without, fit, inflation_of(program, fit))
 
 
 def _noticed(program: Program, fit: Fit) -> bool:
@@ -150,7 +158,7 @@ def _noticed(program: Program, fit: Fit) -> bool:
     )
 
 
-def _surpassing(program: Program, others: list[Fit], new: Fit) -> float | None:
+def _surpassing(program: Program, others: list[_Incumbent], new: Fit) -> float | None:
     """Reduced chi-square of recordings left out in turn by an explanation, if it is clearly better than each
     of others: it fits better, by more than drift of the instruments explains as well, predicts those
     recordings better, and those never fitted not worse.
@@ -158,18 +166,16 @@ def _surpassing(program: Program, others: list[Fit], new: Fit) -> float | None:
     It must not owe that to a single fold, in which another one may have gone astray.
     """
     inflation, count = inflation_of(program, new), program.observations(program.fitted)
-    if any((old.objective - new.objective) / inflation < CERTAIN for old in others):
-        return None
     surprised = surprise(program, new, program.unseen)
-    if any(surprised > surprise(program, old, program.unseen) for old in others):
+    if any(surprised > surprise(program, old.fit, program.unseen) for old in others):
         return None
-    for old in others:
-        gained = old.objective - new.objective - explained_by_drift(program, old, new)
+    for old in others:  # what drift explains is never negative
+        gained = old.fit.objective - new.objective - explained_by_drift(program, old.fit, new)
         if gained / inflation < CERTAIN:
             return None
     mine = left_out(program, new)  # many fits: asked for last
     for old in others:
-        gains = left_out(program, old) - mine
+        gains = old.left_out - mine
         if 0.5 * count * gains.sum() / inflation < PREDICTS or gains.sum() - gains.max() < 0.0:
             return None
     return float(mine.sum())

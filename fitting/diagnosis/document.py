@@ -12,6 +12,7 @@ from pneusma_jax.units import from_si
 from .conclude import Conclusion
 from .probabilities import UNMODELLED
 from .prove import HeldOut
+from .stages import left_out_scores
 from .words import place_text
 
 SCHEMA = "pneusma-diagnosis/1"
@@ -70,17 +71,16 @@ def report_of(conclusion: Conclusion) -> dict:
 
 def _generic(conclusion: Conclusion) -> dict | None:
     """The smooth correction that named effects were raced against."""
-    generic, stages = conclusion.generic, conclusion.explanation.stages
+    generic = conclusion.generic
     if generic is None:
         return None
-    entered = [stage.entered.left_out for stage in stages if stage.chosen]
-    scores = {"base": stages[0].left_out if stages else np.nan, "named": entered[-1] if entered else np.nan}
+    scores = zip(("base", "named"), left_out_scores(conclusion.explanation.stages), strict=True)
     return {
         "quantity": generic.quantity,
         "driver": generic.driver,
         "log_bayes_factor": _finite(generic.bayes),
         "reduced_chi2_left_out": _finite(generic.left_out),
-        "reduced_chi2_left_out_of": {name: float(x) for name, x in scores.items() if np.isfinite(x)},
+        "reduced_chi2_left_out_of": {name: float(x) for name, x in scores if np.isfinite(x)},
     }
 
 

@@ -83,11 +83,15 @@ def _instead(program: Program, fit: Fit, slug: str, rival: Trial) -> Fit:
 def pruned(program: Program, fit: Fit) -> Fit:
     """Drop effects whose absence costs nothing once the others are there."""
     for slug in fit.slugs[:-1]:
-        rest = tuple(s for s in fit.slugs if s != slug)
-        start = fit.u.copy()
-        own = program.unknowns.of([slug])
-        start[own] = program.unknowns.neutral[own]
-        without = Refitter(program).fit(rest, start, near=fit.evaluation)
-        if (without.objective - fit.objective) / inflation_of(program, fit) < CERTAIN:
-            return without
+        rest = without(program, fit, slug)
+        if (rest.objective - fit.objective) / inflation_of(program, fit) < CERTAIN:
+            return rest
     return fit
+
+
+def without(program: Program, fit: Fit, slug: str) -> Fit:
+    """A model refitted without one of its effects."""
+    start, own = fit.u.copy(), program.unknowns.of([slug])
+    start[own] = program.unknowns.neutral[own]
+    rest = tuple(s for s in fit.slugs if s != slug)
+    return Refitter(program).fit(rest, start, near=fit.evaluation)

@@ -12,10 +12,10 @@ import numpy as np
 
 from .choose import CERTAIN
 from .detours import detour
-from .growing import LEVEL, Growth
+from .growing import LEVEL, Growth, screened
 from .program import Program
-from .refit import Fit, Refitter
-from .screen import Screen, screen
+from .refit import Fit
+from .screen import Screen
 from .stages import Explanation, Stage
 from .trials import floor, reduced, settled_fit
 
@@ -44,7 +44,7 @@ def explain(
     progress("refitting the base model within its tolerances")
     started, base = settled_fit(program)
     progress(f"screening {len(program.unknowns.slugs)} effects")
-    found = screen(Refitter(started), base, program.unknowns.slugs, rng)
+    found = screened(started, base, rng)
     untried = not program.fitted.all()  # recordings for validation have not been fitted
     if untried and found.p_value > LEVEL:
         explanation = _together(started, base, SECOND_LOOK, growth)
@@ -63,7 +63,7 @@ def _together(program: Program, base: Fit, level: float, growth: Growth) -> Expl
     """A search on all recordings, those for validation too; None where it finds nothing."""
     growth.progress("looking at the recordings for validation as well")
     whole, fit = settled_fit(replace(program, fitted=np.ones_like(program.fitted)), base.u)
-    found = screen(Refitter(whole), fit, program.unknowns.slugs, growth.rng)
+    found = screened(whole, fit, growth.rng)
     if found.p_value > level:
         return None
     explanation = _whole(growth, whole, fit, found)

@@ -9,7 +9,7 @@ from .generic import Generic
 from .growing import LEVEL
 from .probabilities import NOTHING_LEFT
 from .program import Program
-from .stages import Explanation
+from .stages import Explanation, left_out_scores
 from .trials import inflation_of, reduced, spread
 
 ASTRAY = 3.5
@@ -90,8 +90,7 @@ def refuted(explanation: Explanation, generic: Generic | None, limit: float) -> 
     doubt = 0.0
     if np.max(np.abs(fit.u[program.unknowns.base]), initial=0.0) > ASTRAY:
         doubt = DOUBTFUL
-    entered = [stage.entered for stage in explanation.stages if stage.chosen]
-    before, after = explanation.stages[0].left_out, entered[-1].left_out
+    before, after = left_out_scores(explanation.stages)
     worse = after >= before
     left = min(after, reduced(program, fit, program.fitted)) > limit
     if generic is not None and left and after - 1.0 > NOTHING_LEFT * (before - 1.0):
@@ -133,11 +132,10 @@ def helps_nobody(base: list[float], last: list[float], floors: list[float]) -> b
 def outdone(explanation: Explanation, generic: Generic | None) -> float:
     """Log-likelihood of recordings left out in turn, deflated, by which a nameless correction predicts them
     better than named effects do, where that is as much as an effect must gain there; else 0."""
-    entered = [stage.entered for stage in explanation.stages if stage.chosen]
-    if generic is None or not entered:
+    if generic is None:
         return 0.0
     program = explanation.program
-    better = entered[-1].left_out - generic.left_out
+    better = left_out_scores(explanation.stages)[1] - generic.left_out  # NaN, which gains nothing, if unasked
     gain = 0.5 * program.observations(program.fitted) * better / inflation_of(program, explanation.final)
     return float(gain) if gain > PREDICTS else 0.0
 

@@ -13,6 +13,7 @@ from pneusma_jax.remainder import unit_of
 from pneusma_jax.units import from_si
 
 from .conclude import Conclusion, HeldOut
+from .stages import left_out_scores
 from .trials import reduced
 from .words import place_text, verdict_sentences
 
@@ -159,12 +160,12 @@ def _scores(conclusion: Conclusion) -> str:
 def _race(conclusion: Conclusion) -> str:
     """What was found against a correction without a name, on fitted recordings left out in turn."""
     generic, stages = conclusion.generic, conclusion.explanation.stages
-    named = [stage.entered.left_out for stage in stages if stage.chosen]
-    if generic is None or not named:
+    if generic is None or not any(stage.chosen for stage in stages):
         return ""
+    base, named = left_out_scores(stages)
     return html.paragraph(
-        f"Fitted recordings, each predicted without it: reduced chi-square {stages[0].left_out:.3g} by "
-        f"the base model, {named[-1]:.3g} with what was found, {generic.left_out:.3g} with a nameless smooth "
+        f"Fitted recordings, each predicted without it: reduced chi-square {base:.3g} by "
+        f"the base model, {named:.3g} with what was found, {generic.left_out:.3g} with a nameless smooth "
         f"function of {generic.driver.replace('_', ' ')} added to {generic.quantity.replace('_', ' ')}."
     )
 

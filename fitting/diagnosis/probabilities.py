@@ -8,6 +8,7 @@ from pneusma_jax.effects import CATALOGUE
 
 from .choose import CLOSE
 from .program import Program
+from .refit import stopped
 from .stages import Explanation, Stage
 from .trials import Trial, reduced
 
@@ -89,7 +90,7 @@ def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
         weights = weights_of(np.array([trial.bayes, 0.0, *(t.bayes for t in rivals)]))
         probability = float(weights[0]) * (1.0 - unknown)
         probability = min(probability, max(_share(explanation, stage) / IMPERFECT, DOUBTFUL))
-        if fit.at_bound and any(name.startswith(f"{slug}.") for name in fit.at_bound):
+        if stopped(fit, slug):
             probability *= 0.7
         parameters = {}
         for k in program.unknowns.of([slug]):

@@ -71,6 +71,11 @@ class Fit:
         return float(np.sqrt(self.covariance[where[0], where[0]])) if where.size else 0.0
 
 
+def stopped(fit: Fit, slug: str) -> bool:
+    """Whether the strength of an effect ended at a physical bound."""
+    return any(name.startswith(f"{slug}.") for name in fit.at_bound)
+
+
 class Refitter:
     """Fits models of one program.
 

@@ -36,6 +36,13 @@ class Stage:
         return next((t for t in self.trials if t.slug == self.chosen), None)
 
 
+def left_out_scores(stages: list[Stage]) -> tuple[float, float]:
+    """Reduced chi-square of fitted recordings left out in turn, by the base model and with what entered last;
+    NaN where it was not asked for or nothing entered."""
+    entered = [stage.entered.left_out for stage in stages if stage.chosen]
+    return stages[0].left_out if stages else np.nan, entered[-1] if entered else np.nan
+
+
 @dataclass
 class Explanation:
     """What a campaign says.

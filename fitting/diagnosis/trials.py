@@ -9,7 +9,7 @@ from scipy.optimize import lsq_linear
 from .campaign_noise import with_noise_of
 from .noise import lasting
 from .program import Program
-from .refit import NARROWEST, SHAPE_SD, Fit, Refitter, prior_sd
+from .refit import NARROWEST, SHAPE_SD, Fit, Refitter, prior_sd, stopped
 from .screen import Score, Screen
 from .side_by_side import side_by_side
 from .unknowns import Unknowns
@@ -68,7 +68,7 @@ class Trial:
     @property
     def stopped(self) -> bool:
         """Whether the effect's own strength ended at a physical bound."""
-        return any(name.startswith(f"{self.slug}.") for name in self.fit.at_bound)
+        return stopped(self.fit, self.slug)
 
 
 def reduced(program: Program, fit: Fit, chosen: np.ndarray) -> float:
@@ -315,8 +315,8 @@ def evidence(
     luck = 0.5 * max(taken_up(program, further) - followed, 0.0)
     gain = (current.objective - further.objective - luck) / inflation
     penalty = len(added) * np.log(max(len(program.unknowns.slugs), 1))
-    stopped = sum(any(name.startswith(f"{slug}.") for name in further.at_bound) for slug in added)
-    return gain + _occam(program, current, further, added, inflation) - penalty - AT_BOUND * stopped
+    penalty += AT_BOUND * sum(stopped(further, slug) for slug in added)
+    return gain + _occam(program, current, further, added, inflation) - penalty
 
 
 def _occam(program: Program, current: Fit, further: Fit, added: list[str], inflation: float) -> float:

@@ -89,8 +89,7 @@ def test_all_recordings_are_fitted_where_those_to_fit_name_nothing(monkeypatch, 
     program = SimpleNamespace(fitted=np.array([True, False]), unknowns=SimpleNamespace(slugs=SLUGS))
     final, seen = fit(("gravity",) if named else (), 10.0), []
     monkeypatch.setattr(explain, "settled_fit", lambda program: (program, None))
-    monkeypatch.setattr(explain, "Refitter", lambda program: None)
-    monkeypatch.setattr(explain, "screen", lambda *_: SimpleNamespace(p_value=chance))
+    monkeypatch.setattr(explain, "screened", lambda *_: SimpleNamespace(p_value=chance))
     found = Explanation(program, None, final, [], chance, True)
     monkeypatch.setattr(explain, "_whole", lambda *_: found)
     monkeypatch.setattr(explain, "_contradicted", lambda _: contradicted)

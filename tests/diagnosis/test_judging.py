@@ -201,7 +201,7 @@ def test_a_nameless_correction_that_predicts_better_speaks_against_a_name(monkey
     """Of 400 values, whose misfit counts by half."""
     monkeypatch.setattr("fitting.diagnosis.judged.inflation_of", lambda program, fit: 2.0)
     program = SimpleNamespace(fitted=None, observations=lambda mask: 400.0)
-    stages = [SimpleNamespace(chosen="gravity", entered=SimpleNamespace(left_out=left)), SimpleNamespace(chosen=None)]
+    stages = [SimpleNamespace(chosen="gravity", left_out=3.0, entered=SimpleNamespace(left_out=left)), SimpleNamespace(chosen=None)]
     race = None if generic is None else SimpleNamespace(left_out=generic)
     assert outdone(SimpleNamespace(program=program, final=None, stages=stages), race) == pytest.approx(gain)
 
