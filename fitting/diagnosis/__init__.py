@@ -10,8 +10,9 @@ Rooms, in the order in which they are used:
 - `compiled`, `program`, `evaluation`, `courses`, `search`: one compiled function for everything (its laws are
   in `fitting.models.with_effects`), a campaign, what its runs say once hidden courses are found;
 - `refit`: least squares of base constants and effects within physical bounds;
-- `screen`, `trials`, `folds`: scores of all effects against chance, co-refits and their evidence, recordings
-  left out in turn;
+- `misfit`, `evidence`, `settled`: what a fit leaves of recordings, log Bayes factors, the base model and the
+  noise about it;
+- `screen`, `trials`, `folds`: scores of all effects against chance, co-refits, recordings left out in turn;
 - `choose`, `exchange`, `growing`, `detours`, `explain`, `stages`: which candidate enters, which earlier one
   gives way, one effect after the other, pairs from rivals of the first, both; what a search went through;
 - `places`, `generic`, `remainder`: nameless corrections, to race against and for what is unmodelled;

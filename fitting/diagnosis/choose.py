@@ -1,11 +1,13 @@
 """Which candidate enters a model, if any may: evidence, and what recordings that are left out say."""
 
 from .drift import explained_by_drift
+from .evidence import inflation_of
 from .folds import gain, left_out
+from .misfit import reduced, surprise
 from .program import Program
 from .refit import Fit
 from .stages import Stage
-from .trials import Trial, inflation_of, reduced, surprise
+from .trials import Trial
 
 CERTAIN = 8.0
 """Log Bayes factor from which an effect enters the model; the number of candidates is already counted."""

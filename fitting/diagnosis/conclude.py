@@ -26,6 +26,7 @@ from .judged import (
     unexplained,
 )
 from .locate import Place, locate
+from .misfit import floor, foretold, reduced
 from .probabilities import (
     UNMODELLED,
     Found,
@@ -39,7 +40,6 @@ from .prove import Correction, HeldOut, Scores
 from .refit import Fit
 from .remainder import Remainder, beside, remainder
 from .stages import Explanation
-from .trials import floor, foretold, reduced
 from .words import separating
 
 BESIDE = 0.25

@@ -11,14 +11,16 @@ import numpy as np
 
 from .choose import CERTAIN, PREDICTS
 from .drift import explained_by_drift
+from .evidence import evidence, inflation_of
 from .exchange import polished, retold, without
 from .folds import left_out
 from .growing import LEVEL, Growth, screened
+from .misfit import foretold, spread, surprise
 from .program import Program
 from .refit import Fit, Refitter
 from .side_by_side import side_by_side
 from .stages import Explanation, Stage
-from .trials import Trial, evidence, foretold, inflation_of, spread, surprise
+from .trials import Trial
 
 LOOKED_AT = 4, 6
 """Rivals of the first effect that are looked at, those that fit best alone; with hidden courses, whose runs

@@ -6,11 +6,12 @@ from functools import partial
 import numpy as np
 
 from .choose import CERTAIN
+from .evidence import inflation_of
 from .program import Program
 from .refit import Fit, Refitter
 from .side_by_side import side_by_side
 from .stages import Stage
-from .trials import Trial, inflation_of
+from .trials import Trial
 
 POLISHING = 40
 """Most trial steps of a model that was chosen."""

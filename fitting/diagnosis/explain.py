@@ -13,11 +13,12 @@ import numpy as np
 from .choose import CERTAIN
 from .detours import detour
 from .growing import LEVEL, Growth, screened
+from .misfit import floor, reduced
 from .program import Program
 from .refit import Fit
 from .screen import Screen
+from .settled import settled_fit
 from .stages import Explanation, Stage
-from .trials import floor, reduced, settled_fit
 
 SECOND_LOOK = 0.005
 """P-value below which something is missing where the fitted recordings agreed and all are looked at

@@ -5,12 +5,13 @@ from scipy.stats import chi2
 
 from .choose import PREDICTS
 from .drift import DRIFTS
+from .evidence import inflation_of
 from .generic import Generic
 from .growing import LEVEL
+from .misfit import reduced, spread
 from .probabilities import NOTHING_LEFT
 from .program import Program
 from .stages import Explanation, left_out_scores
-from .trials import inflation_of, reduced, spread
 
 ASTRAY = 3.5
 """Standard deviations from nominal at which a base constant says that the explanation is wrong in form."""

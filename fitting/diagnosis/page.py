@@ -13,8 +13,8 @@ from pneusma_jax.remainder import unit_of
 from pneusma_jax.units import from_si
 
 from .conclude import Conclusion, HeldOut
+from .misfit import reduced
 from .stages import left_out_scores
-from .trials import reduced
 from .words import place_text, verdict_sentences
 
 

@@ -7,10 +7,11 @@ import numpy as np
 from pneusma_jax.effects import CATALOGUE
 
 from .choose import CLOSE
+from .misfit import reduced
 from .program import Program
 from .refit import stopped
 from .stages import Explanation, Stage
-from .trials import Trial, reduced
+from .trials import Trial
 
 UNMODELLED = "unmodelled"
 SET = 0.95

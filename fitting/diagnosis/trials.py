@@ -1,15 +1,13 @@
-"""Candidates fitted together with the base: who goes on, and what their evidence is."""
+"""Candidates fitted together with the base: who goes on, and what they are worth."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import lsq_linear
 
-from .campaign_noise import with_noise_of
-from .noise import lasting
+from .evidence import evidence, inflation_of, taken_up
 from .program import Program
-from .refit import NARROWEST, SHAPE_SD, Fit, Refitter, prior_sd, stopped
+from .refit import Fit, Refitter, stopped
 from .screen import Score, Screen
 from .side_by_side import side_by_side
 from .unknowns import Unknowns
@@ -31,19 +29,8 @@ TO_THE_END = 40
 """Most trial steps of such a fit."""
 FAINTER = 0.1
 """Part of an effect with which a fit begins again that ended worse than the model without it."""
-POOR = 1.2
-"""Reduced chi-square of the base model from which its fit is tried from the other side of nominal, too."""
-SCATTERED = 7
-"""Further starts of the same, beside hidden courses; two of five found the better of two optima."""
-MIRRORED, CLEARLY = 2.0, 5.0
-"""Standard deviations from nominal at which those begin at most; and the log-likelihood, deflated as evidence
-is, by which it must be better."""
 SHUT_IN = 5.0
 """Log Bayes factor of a trial from which the model without it is looked for near its hidden courses, too."""
-SETTLING = 2
-"""Rounds in which noise is told from what a base model leaves, and the base model fitted with it."""
-AT_BOUND = 8.0
-"""Log Bayes factor that an effect loses whose strength ends at a physical bound."""
 
 
 @dataclass
@@ -69,96 +56,6 @@ class Trial:
     def stopped(self) -> bool:
         """Whether the effect's own strength ended at a physical bound."""
         return stopped(self.fit, self.slug)
-
-
-def reduced(program: Program, fit: Fit, chosen: np.ndarray) -> float:
-    """Chi-square per measured value of some recordings, given by a mask."""
-    return fit.evaluation.chi2(chosen.astype(float)) / max(program.observations(chosen), 1)
-
-
-def spread(program: Program, chosen: np.ndarray) -> float:
-    """Standard deviation of the reduced chi-square of some recordings by chance."""
-    return float(np.sqrt(2.0 / max(program.observations(chosen), 1)))
-
-
-def foretold(program: Program, fit: Fit, chosen: np.ndarray) -> float:
-    """`reduced`, less what the fit's own uncertainty leaves open in recordings that it has not seen: their
-    misfit in units of the errors of its predictions, to first order, where no number leaves its bounds."""
-    if np.any(chosen & program.fitted):
-        return reduced(program, fit, chosen)
-    r, A = fit.evaluation.joined(chosen.astype(float))
-    held = np.linalg.cholesky(np.linalg.inv(fit.covariance)).T
-    at, unknowns = fit.u[fit.free], program.unknowns
-    low, high = unknowns.low[fit.free] - at - NARROWEST, unknowns.high[fit.free] - at + NARROWEST
-    both = np.concatenate([A, held]), np.concatenate([-r, np.zeros(len(at))])
-    square = 2.0 * lsq_linear(*both, (low, high), method="bvls").cost
-    return float(square) / max(program.observations(chosen), 1)
-
-
-def surprise(program: Program, fit: Fit, chosen: np.ndarray) -> float:
-    """Negative log-density, less constants, that a fit foretold for recordings that it has not seen: a wide
-    prediction is forgiven more, and was worth less. Of those that it has, half their chi-square."""
-    square = foretold(program, fit, chosen) * program.observations(chosen)
-    if np.any(chosen & program.fitted):
-        return 0.5 * square
-    _, A = fit.evaluation.joined(chosen.astype(float))
-    span = program.unknowns.high[fit.free] - program.unknowns.low[fit.free]
-    known = np.linalg.inv(fit.covariance) + np.diag(12.0 / span**2)  # within bounds at the widest
-    widened = np.linalg.slogdet(known + A.T @ A)[1] - np.linalg.slogdet(known)[1]
-    return 0.5 * float(square + widened)
-
-
-def floor(program: Program, fit: Fit, chosen: np.ndarray) -> float:
-    """Chi-square per measured value that noise alone explains: 1, or what neighbouring misfits differ by.
-
-    Noise that grows with its signal leaves more in recordings of large signals; physics leaves slow courses.
-    """
-    steps = [np.zeros(0)]
-    for k in np.flatnonzero(chosen):
-        first = 0
-        for channel in program.channels[k]:
-            size = len(channel.measured)
-            r = fit.evaluation.misfit[k][first : first + size][np.isfinite(channel.sigma)]
-            steps.append(np.diff(r, 2) ** 2 / 6.0)
-            first += size
-    total = float(np.sum(np.concatenate(steps)))
-    return max(1.0, total / max(program.observations(chosen), 1))
-
-
-def settled_fit(program: Program, start: np.ndarray | None = None) -> tuple[Program, Fit]:
-    """The base model refitted, and the program with the noise and the hidden courses that it shows.
-
-    Where much is left the fit is made again from the other side of nominal, and beside hidden courses from
-    places all about it: fractions at their limits, and rows that a metal remembers, shut in false optima that
-    would pass for missing physics.
-    """
-    program, fit = _settled(program, Refitter(program).fit((), start))
-    if reduced(program, fit, program.fitted) > POOR:
-        others = side_by_side(lambda u: Refitter(program).fit((), u), _elsewhere(program, fit))
-        other = min(others, key=lambda f: f.objective)
-        if (fit.objective - other.objective) / inflation_of(program, fit) > CLEARLY:
-            program, fit = _settled(program, other)
-    return program, fit
-
-
-def _elsewhere(program: Program, fit: Fit) -> list[np.ndarray]:
-    """Starts far from where a fit of the base model ended, scaled."""
-    starts, rng = [np.clip(-fit.u, -MIRRORED, MIRRORED)], np.random.default_rng(0)
-    for _ in range(SCATTERED if program.hidden else 0):
-        starts.append(fit.u.copy())
-        base = program.unknowns.base
-        starts[-1][base] = np.clip(rng.standard_normal(len(base)), -MIRRORED, MIRRORED)
-    return starts
-
-
-def _settled(program: Program, fit: Fit) -> tuple[Program, Fit]:
-    """The program with the noise that a base model shows, and its fit there."""
-    for _ in range(SETTLING):
-        program = with_noise_of(program, fit.evaluation).prepared(fit.u)
-        if program.pace.shape[1]:
-            program.count_input_noise(fit.u)
-        fit = Refitter(program).fit((), fit.u)
-    return program, fit
 
 
 def trials_of(
@@ -262,19 +159,6 @@ def _fainter(unknowns: Unknowns, slug: str, current: np.ndarray, start: np.ndarr
     return found
 
 
-def inflation_of(program: Program, fit: Fit) -> float:
-    """Factor on variances by what a model leaves and by the serial correlation of its residuals."""
-    left = 2.0 * fit.objective / max(program.observations(program.fitted), 1)
-    return max(1.0, left) * lasting(fit.evaluation.misfit[k] for k in np.flatnonzero(program.fitted))
-
-
-def taken_up(program: Program, fit: Fit) -> float:
-    """Measured values of the fitted recordings that hidden courses follow instead of a model: a model that
-    lets them follow one more error explains half a unit of log-likelihood by that alone."""
-    hidden = program.followed(fit.evaluation)
-    return float(sum(hidden[k].taken().sum() for k in np.flatnonzero(program.fitted) if hidden[k]))
-
-
 def fair(program: Program, current: Fit, trials: list[Trial]) -> Fit:
     """The model so far, its hidden courses begun with those of a trial where that is better.
 
@@ -300,75 +184,3 @@ def weigh(program: Program, current: Fit, trials: list[Trial]) -> None:
     for trial in trials:
         trial.bayes = evidence(program, current, trial.fit, inflation, followed)
     trials.sort(key=lambda t: -t.bayes)
-
-
-def evidence(
-    program: Program, current: Fit, further: Fit, inflation: float, followed: float | None = None
-) -> float:
-    """Log Bayes factor of a model with further effects over one without them; misfit counts by 1 / inflation.
-
-    Models are compared with each other under one inflation only. `followed` is what the current model's
-    courses take up, if that is known.
-    """
-    followed = taken_up(program, current) if followed is None else followed
-    added = [slug for slug in further.slugs if slug not in current.slugs]
-    luck = 0.5 * max(taken_up(program, further) - followed, 0.0)
-    gain = (current.objective - further.objective - luck) / inflation
-    penalty = len(added) * np.log(max(len(program.unknowns.slugs), 1))
-    penalty += AT_BOUND * sum(stopped(further, slug) for slug in added)
-    return gain + _occam(program, current, further, added, inflation) - penalty
-
-
-def _occam(program: Program, current: Fit, further: Fit, added: list[str], inflation: float) -> float:
-    """What the freedom of added effects costs, by Laplace's approximation; misfit counts by 1 / inflation,
-    and so does what it tells of the numbers.
-
-    Of several strengths of an effect each is absent as likely as not: what the recordings do not need costs
-    no more than that.
-    """
-    own, items = program.unknowns.of(added), program.unknowns.items
-    before, after = (_information(program, fit, inflation) for fit in (current, further))
-    total = 0.5 * (np.linalg.slogdet(before)[1] - np.linalg.slogdet(after)[1])
-    present = 0.5 * np.log(2.0 * np.pi)
-    shape = SHAPE_SD * np.sqrt(2.0 * np.pi)
-    widths = {int(k): shape if items[k].shape else items[k].high - items[k].low for k in own}
-    total += sum(present - np.log(width) for width in widths.values())
-    place = {int(k): n for n, k in enumerate(further.free)}
-    away = further.u[further.free] - program.unknowns.neutral[further.free]
-    for slug in added:
-        strengths = [k for k in program.unknowns.of([slug]) if not items[k].shape]
-        if len(strengths) < 2:
-            continue
-        wanted = {place[int(k)]: np.log(widths[k]) - present for k in strengths}
-        total += _spared(np.linalg.inv(after), away, wanted)
-        total -= len(strengths) * np.log(2.0)
-    return min(total, 0.0)
-
-
-def _information(program: Program, fit: Fit, inflation: float) -> np.ndarray:
-    """Of recordings and priors, on a fit's free numbers, (free, free); misfit counts by 1 / inflation."""
-    unknowns, prior = program.unknowns, prior_sd(program.unknowns, fit.free) ** -2
-    seen = np.linalg.inv(fit.covariance) - np.diag(prior)
-    span = unknowns.high[fit.free] - unknowns.low[fit.free]
-    widest = np.where(prior > 0.0, prior, 12.0 / span**2)
-    return seen / inflation + np.diag(widest)
-
-
-def _spared(covariance: np.ndarray, away: np.ndarray, cost: dict[int, float]) -> float:
-    """What leaving out strengths saves in log-evidence, to second order: one after the other, all but one.
-
-    Args:
-        covariance: of the free numbers, (numbers, numbers).
-        away: how far each is from its absence, (numbers,).
-        cost: of a strength's prior, by its place among the numbers.
-    """
-    C, d, left, saved, best = covariance.copy(), away.copy(), dict(cost), 0.0, 0.0
-    while len(left) > 1:
-        gains = {j: c - 0.5 * d[j] ** 2 / C[j, j] - 0.5 * np.log(C[j, j]) for j, c in left.items()}
-        j = max(gains, key=gains.get)
-        saved += gains[j]
-        best = max(best, saved)
-        d = d - C[:, j] * d[j] / C[j, j]
-        C = C - np.outer(C[:, j], C[j]) / C[j, j]
-        del left[j]
-    return best

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pneusma_jax.effects import CATALOGUE
 
-from .trials import foretold
+from .misfit import foretold
 
 if TYPE_CHECKING:
     from .conclude import Conclusion

@@ -8,7 +8,7 @@ from fitting.diagnosis.drift import DRIFTS, drift_columns, drift_gain, explained
 from fitting.diagnosis.explain import explain
 from fitting.diagnosis.program import Program
 from fitting.diagnosis.refit import Refitter
-from fitting.diagnosis.trials import settled_fit
+from fitting.diagnosis.settled import settled_fit
 from fitting.recordings import read_campaign
 
 

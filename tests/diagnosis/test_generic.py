@@ -7,9 +7,10 @@ from diagnosis_coupons import NOISE, curve, write
 from fitting.diagnosis.generic import race
 from fitting.diagnosis.judged import NAMELESS
 from fitting.diagnosis.locate import Place, knots_of
+from fitting.diagnosis.misfit import reduced
 from fitting.diagnosis.program import Program
 from fitting.diagnosis.remainder import remainder
-from fitting.diagnosis.trials import reduced, settled_fit
+from fitting.diagnosis.settled import settled_fit
 from fitting.recordings import read_campaign
 from pneusma_jax.coupon import simulate_coupon
 from pneusma_jax.remainder import unmodelled

@@ -11,7 +11,7 @@ from scipy.linalg import block_diag, toeplitz
 
 from fitting.diagnosis.folds import gain
 from fitting.diagnosis.inputs import input_noise
-from fitting.diagnosis.trials import floor
+from fitting.diagnosis.misfit import floor
 from fitting.models.channels import Channel
 from fitting.models.with_effects.spring_course import HELD, best_course
 

@@ -5,14 +5,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.diagnosis import trials
+from fitting.diagnosis import evidence, trials
 from fitting.diagnosis.conclude import _left_over
+from fitting.diagnosis.evidence import _occam, _spared
 from fitting.diagnosis.generic import Generic
 from fitting.diagnosis.judged import MOST_DRIFT, helps_nobody, leaves_more, outdone, steady, unexplained
+from fitting.diagnosis.misfit import foretold, reduced, surprise
 from fitting.diagnosis.probabilities import effects_found
 from fitting.diagnosis.screen import _held
 from fitting.diagnosis.side_by_side import THREADS, Tally, side_by_side
-from fitting.diagnosis.trials import _occam, _spared, foretold, reduced, surprise
 from fitting.diagnosis.unknowns import Unknowns
 from fitting.parameters import Parameter, Parameters, Prior
 
@@ -102,7 +103,7 @@ def fitted(objective, follows):
 def beside_courses(monkeypatch, again=None):
     """A campaign of one recording with hidden courses; what a refit near a trial's courses ends at."""
     monkeypatch.setattr(trials, "inflation_of", lambda program, fit: 1.0)
-    monkeypatch.setattr(trials, "_occam", lambda *anything: 0.0)
+    monkeypatch.setattr(evidence, "_occam", lambda *anything: 0.0)
     refitter = SimpleNamespace(fit=lambda slugs, u, near: again)
     monkeypatch.setattr(trials, "Refitter", lambda program: refitter)
     followed = lambda follows: [SimpleNamespace(taken=lambda: np.full(100, follows / 100.0))]  # noqa: E731

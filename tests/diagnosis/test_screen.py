@@ -8,7 +8,7 @@ import pytest
 from fitting.diagnosis.program import Program
 from fitting.diagnosis.refit import Refitter
 from fitting.diagnosis.screen import _Projector, screen
-from fitting.diagnosis.trials import settled_fit
+from fitting.diagnosis.settled import settled_fit
 from fitting.recordings import read_campaign
 
 EXAMPLE = Path(__file__).parents[2] / "calibration_data" / "examples" / "actuator"

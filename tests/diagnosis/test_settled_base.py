@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.diagnosis import trials
+from fitting.diagnosis import settled
 
 FALSE, TRUE = 1.5, -0.8
 
@@ -25,10 +25,10 @@ def two_optima(monkeypatch):
             end = TRUE if starts[-1] < 0.0 else FALSE
             return SimpleNamespace(u=np.array([end]), objective=left[end])
 
-    monkeypatch.setattr(trials, "Refitter", Refitter)
-    monkeypatch.setattr(trials, "_settled", lambda program, fit: (program, fit))
-    monkeypatch.setattr(trials, "reduced", lambda program, fit, chosen: fit.objective / 100.0)
-    monkeypatch.setattr(trials, "inflation_of", lambda program, fit: 2.0)
+    monkeypatch.setattr(settled, "Refitter", Refitter)
+    monkeypatch.setattr(settled, "_settled", lambda program, fit: (program, fit))
+    monkeypatch.setattr(settled, "reduced", lambda program, fit, chosen: fit.objective / 100.0)
+    monkeypatch.setattr(settled, "inflation_of", lambda program, fit: 2.0)
     return left, starts
 
 
@@ -40,24 +40,24 @@ def coupons(hidden=False):
 def test_beside_hidden_courses_the_fit_begins_in_further_places(two_optima):
     left, starts = two_optima
     left[FALSE], left[TRUE] = 900.0, 895.0
-    trials.settled_fit(coupons(hidden=True))
-    assert len(starts) == 2 + trials.SCATTERED and len(set(starts)) == len(starts)
+    settled.settled_fit(coupons(hidden=True))
+    assert len(starts) == 2 + settled.SCATTERED and len(set(starts)) == len(starts)
 
 
 def test_a_false_optimum_is_left_from_the_other_side(two_optima):
-    _, fit = trials.settled_fit(coupons())
+    _, fit = settled.settled_fit(coupons())
     assert fit.u[0] == TRUE
 
 
 def test_one_that_does_no_better_is_not_taken(two_optima):
     left, starts = two_optima
     left[TRUE] = left[FALSE] - 8.0  # 4 once deflated
-    _, fit = trials.settled_fit(coupons())
+    _, fit = settled.settled_fit(coupons())
     assert fit.u[0] == FALSE and starts == [0.0, -FALSE]
 
 
 def test_a_model_that_leaves_nothing_is_not_fitted_again(two_optima):
     left, starts = two_optima
     left[FALSE] = 100.0
-    trials.settled_fit(coupons())
+    settled.settled_fit(coupons())
     assert starts == [0.0]

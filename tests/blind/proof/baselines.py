@@ -17,7 +17,7 @@ from scipy.stats import chi2
 
 from fitting.diagnosis.program import Program
 from fitting.diagnosis.refit import Refitter
-from fitting.diagnosis.trials import settled_fit
+from fitting.diagnosis.settled import settled_fit
 from fitting.models.registry import kind_of
 from fitting.recordings import read_campaign
 from pneusma_jax import enable_float64
