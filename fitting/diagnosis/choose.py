@@ -39,8 +39,6 @@ CLOSE = 4.0
 BEHIND = 0.2, 0.1
 """Share of the best log Bayes factor by which the first and a further effect may be behind: if left-out
 recordings refute what explains the fitted ones best, what explains them much worse is no better a guess."""
-ENOUGH = 1.1
-"""Reduced chi-square at which nothing is left to explain."""
 
 
 def choice(program: Program, current: Fit, stage: Stage, base: Fit, original: float) -> Trial | None:
@@ -88,10 +86,3 @@ def _much(program: Program, current: Fit, further: Fit, base: Fit) -> bool:
     """Whether a further effect takes away much of the base model's misfit of what was fitted."""
     before, after, whole = (reduced(program, fit, program.fitted) for fit in (current, further, base))
     return before - after >= OF_FITTED * (whole - 1.0)
-
-
-def much_left(program: Program, current: Fit, base: Fit) -> bool:
-    """Whether a further effect could take away enough to be believed."""
-    left = reduced(program, current, program.fitted)
-    original = reduced(program, base, program.fitted)
-    return left >= ENOUGH and left - 1.0 >= OF_ALL * (original - 1.0)

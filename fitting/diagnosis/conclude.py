@@ -40,7 +40,7 @@ from .prove import Correction, HeldOut, Scores
 from .refit import Fit
 from .remainder import Remainder, beside, remainder
 from .stages import Explanation
-from .words import separating
+from .words import contended, separating
 
 BESIDE = 0.25
 """Probability of something unknown, at least, where named effects leave more than a right form may: of models
@@ -151,6 +151,7 @@ def conclude(explanation: Explanation) -> Conclusion:
         _next(explanation, found),
         rest,
         generic,
+        [contended(pair) for pair in explanation.contending if set(pair) != set(explanation.final.slugs)],
     )
 
 

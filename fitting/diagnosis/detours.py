@@ -1,7 +1,8 @@
 """Two effects of which the first is a rival of the first one found: alone, that may have stood for both.
 
 Every rival is looked at with what a second effect would add to it, to second order; only the most promising
-are fitted. Two effects take the place of what was found if they explain clearly more and predict better.
+are fitted. Two effects take the place of what was found if they explain clearly more and predict better; if
+drift of the instruments makes up for that, they contend with it.
 """
 
 from dataclasses import dataclass, replace
@@ -12,14 +13,14 @@ import numpy as np
 from .choose import CERTAIN, PREDICTS
 from .drift import explained_by_drift
 from .evidence import evidence, inflation_of
-from .exchange import polished, retold, without
 from .folds import left_out
 from .growing import LEVEL, Growth, screened
 from .misfit import foretold, spread, surprise
 from .program import Program
+from .pruning import polished
 from .refit import Fit, Refitter
 from .side_by_side import side_by_side
-from .stages import Explanation, Stage
+from .stages import Explanation, Stage, left_out_scores
 from .trials import Trial
 
 LOOKED_AT = 4, 6
@@ -71,7 +72,7 @@ def detour(growth: Growth, explanation: Explanation, tried: list[Trial]) -> None
         tried: trials of its first stage, best first, each alone.
     """
     program, first = explanation.program, explanation.stages[0]
-    if not explanation.final.slugs or not _noticed(program, explanation.final):
+    if not explanation.final.slugs or not _noticed(explanation):
         return
     incumbents, complete = [_Incumbent(program, explanation.final)], False
     for ahead in _foreseen(growth, explanation, tried):
@@ -88,14 +89,13 @@ def detour(growth: Growth, explanation: Explanation, tried: list[Trial]) -> None
                 continue
         stage.chosen, stage.left_out = best.slug, first.left_out
         begun = replace(first, trials=[replace(t) for t in tried], chosen=rival.slug)
-        found = growth.settled(program, best, [begun, stage])
-        left = _surpassing(program, incumbents, found) if len(found.slugs) > 1 else None
-        if left is not None:
+        found = growth.settled(program, best)
+        left = _surpassing(explanation, incumbents, found) if len(found.slugs) > 1 else None
+        if left is not None and _drift_does(explanation, incumbents, found):
+            explanation.contending.append(found.slugs)
+        elif left is not None:
             begun.entered.left_out = stage.entered.left_out = left
-            begun.entered.bayes = evidence(
-                program, without(program, found, begun.chosen), found, inflation_of(program, found)
-            )
-            retold(program, found, begun)
+            found = growth.exchanged(program, found, [begun, stage])
             explanation.stages, explanation.final = [begun, stage], found
             incumbents = [_Incumbent(program, found)]
 
@@ -152,28 +152,30 @@ def _second(stage: Stage, found: tuple[str, ...]) -> Trial | None:
     return next((t for t in fresh if t.bayes > CERTAIN and not t.stopped), None)
 
 
-def _noticed(program: Program, fit: Fit) -> bool:
-    """Whether a model leaves more than noise of what was fitted or of what was not."""
-    return any(
-        foretold(program, fit, mask) > 1.0 + max(NOISE[0], NOISE[1] * spread(program, mask))
-        for mask in (program.fitted, program.unseen)
-    )
+def _noticed(explanation: Explanation) -> bool:
+    """Whether what was found leaves a signature, or more than noise of what was fitted, never fitted or left
+    out in turn."""
+    program, fit, last = explanation.program, explanation.final, explanation.stages[-1]
+    if last.base.slugs == fit.slugs and last.screen.p_value <= LEVEL:
+        return True
+    left = [(foretold(program, fit, mask), mask) for mask in (program.fitted, program.unseen)]
+    left.append((left_out_scores(explanation.stages)[1], program.fitted))
+    return any(score > 1.0 + max(NOISE[0], NOISE[1] * spread(program, mask)) for score, mask in left)
 
 
-def _surpassing(program: Program, others: list[_Incumbent], new: Fit) -> float | None:
+def _surpassing(explanation: Explanation, others: list[_Incumbent], new: Fit) -> float | None:
     """Reduced chi-square of recordings left out in turn by an explanation, if it is clearly better than each
-    of others: it fits better, by more than drift of the instruments explains as well, predicts those
-    recordings better, and those never fitted not worse.
+    of others: it has more evidence, by more than it predicts those never fitted worse, and it predicts those
+    left out better.
 
     It must not owe that to a single fold, in which another one may have gone astray.
     """
+    program, base = explanation.program, explanation.base
     inflation, count = inflation_of(program, new), program.observations(program.fitted)
-    surprised = surprise(program, new, program.unseen)
-    if any(surprised > surprise(program, old.fit, program.unseen) for old in others):
-        return None
-    for old in others:  # what drift explains is never negative
-        gained = old.fit.objective - new.objective - explained_by_drift(program, old.fit, new)
-        if gained / inflation < CERTAIN:
+    worth, surprised = evidence(program, base, new, inflation), surprise(program, new, program.unseen)
+    for old in others:
+        lost = max(surprised - surprise(program, old.fit, program.unseen), 0.0)
+        if worth - evidence(program, base, old.fit, inflation) - lost / inflation < CERTAIN:
             return None
     mine = left_out(program, new)  # many fits: asked for last
     for old in others:
@@ -181,3 +183,16 @@ def _surpassing(program: Program, others: list[_Incumbent], new: Fit) -> float |
         if 0.5 * count * gains.sum() / inflation < PREDICTS or gains.sum() - gains.max() < 0.0:
             return None
     return float(mine.sum())
+
+
+def _drift_does(explanation: Explanation, others: list[_Incumbent], new: Fit) -> bool:
+    """Whether another explanation and drift of the instruments explain about as much as an explanation."""
+    program, base, inflation = explanation.program, explanation.base, inflation_of(explanation.program, new)
+    worth = evidence(program, base, new, inflation)
+    return any(
+        worth
+        - evidence(program, base, old.fit, inflation)
+        - explained_by_drift(program, old.fit, new) / inflation  # never negative
+        < CERTAIN
+        for old in others
+    )

@@ -1,19 +1,21 @@
 """One effect after the other, until no further one may enter."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .choose import choice, much_left
-from .exchange import exchanged, polished, pruned
+from .choose import choice
 from .program import Program
+from .pruning import polished, pruned, without
 from .refit import Fit, Refitter
 from .screen import Screen, screen
 from .stages import Explanation, Stage
-from .trials import TRIED, Trial, fair, trials_of
+from .trials import TRIED, Trial, fair, trials_of, weigh
 
 MOST_EFFECTS = 3
+RIVALS = 5
+"""Rivals of an effect that are fitted in its place once another one is there."""
 LEVEL = 0.01
 """P-value below which something is missing."""
 
@@ -46,8 +48,8 @@ class Growth:
             original = stage.left_out if np.isnan(original) else original
             if best is None:
                 break
-            current = self.settled(program, best, explanation.stages)
-            if len(current.slugs) >= MOST_EFFECTS or not much_left(program, current, explanation.base):
+            current = self.exchanged(program, self.settled(program, best), explanation.stages)
+            if len(current.slugs) >= MOST_EFFECTS:
                 break
             stage = self.stage(program, current)
         explanation.final = current
@@ -72,14 +74,40 @@ class Growth:
         stage.chosen = best.slug if best else None
         return best
 
-    def settled(self, program: Program, best: Trial, stages: list[Stage]) -> Fit:
+    def settled(self, program: Program, best: Trial) -> Fit:
         """The model with an effect that entered, and without those that it makes idle."""
         current = best.fit
-        if len(current.slugs) > 1:
-            current = pruned(program, polished(program, current))
-            self.progress("trying rivals of what was found before")
-            current = pruned(program, exchanged(program, current, stages))
-        return current
+        return pruned(program, polished(program, current)) if len(current.slugs) > 1 else current
+
+    def exchanged(self, program: Program, current: Fit, stages: list[Stage]) -> Fit:
+        """The model with its earlier effects looked for again beside those that came later."""
+        for slug in current.slugs[:-1]:
+            self.progress(f"trying rivals of {slug} beside what was found later")
+            current = self._exchanged(program, current, next(s for s in stages if s.chosen == slug))
+        return pruned(program, current)
+
+    def _exchanged(self, program: Program, current: Fit, stage: Stage) -> Fit:
+        """The model with an earlier effect, that of a stage, exchanged for one of more evidence beside the
+        others: alone, it may have stood for two.
+
+        The stage is told anew: what its effect and rivals, some of which alone explain nothing, are worth
+        beside the others. What enters inherits the score on recordings left out.
+        """
+        slug, left_out = stage.chosen, stage.entered.left_out
+        again = self.stage(program, without(program, current, slug))
+        self.fill(program, again, RIVALS)
+        own = next((t for t in again.trials if t.slug == slug), None)
+        if own is None:
+            own = replace(stage.entered, fit=current)
+            again.trials.append(own)
+        own.fit = min(own.fit, current, key=lambda fit: fit.objective)
+        weigh(program, again.base, again.trials)
+        best = next(t for t in again.trials if t is own or not t.stopped)
+        best.left_out = left_out
+        stage.beside, stage.trials, stage.chosen = again.base, again.trials, best.slug
+        slugs = tuple(best.slug if s == slug else s for s in current.slugs)  # as they entered
+        best.fit = replace(best.fit, slugs=slugs)
+        return best.fit
 
 
 def screened(program: Program, current: Fit, rng: np.random.Generator) -> Screen:

@@ -21,6 +21,9 @@ NOTHING_LEFT = 0.05
 IMPERFECT, DOUBTFUL = 0.2, 0.5
 """Share of all misfit explained up to which an effect may be what the form of another one, rightly named,
 leaves; and the probability of such a one."""
+CONTENDED = 0.5
+"""Most probability of an effect that another explanation does without, where drift of the instruments alone
+keeps that from taking its place."""
 
 
 @dataclass
@@ -93,6 +96,9 @@ def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
         probability = min(probability, max(_share(explanation, stage) / IMPERFECT, DOUBTFUL))
         if stopped(fit, slug):
             probability *= 0.7
+        others = [pair for pair in explanation.contending if slug not in pair]
+        if others:
+            probability = min(probability, CONTENDED)
         parameters = {}
         for k in program.unknowns.of([slug]):
             item = program.unknowns.items[k]
@@ -100,6 +106,7 @@ def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
             parameters[item.name] = {"value": float(item.value(fit.u[k])), "sd": float(sd), "unit": item.unit}
         limit = max(CLOSE, 2.0 * _unit(trial.bayes))
         close = [t.slug for t in rivals if trial.bayes - t.bayes < limit or _alike(program, t, trial)]
+        close += dict.fromkeys(s for pair in others for s in pair if s not in close and s not in fit.slugs)
         found.append(
             Found(
                 slug, min(probability, 0.999), float(trial.bayes), parameters, close, CATALOGUE[slug].sentence
@@ -111,7 +118,8 @@ def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
 def _share(explanation: Explanation, stage: Stage) -> float:
     """Part of all misfit explained that the effect which entered in a stage took away."""
     whole = explanation.base.objective - explanation.final.objective
-    return (stage.base.objective - stage.entered.fit.objective) / max(whole, 1e-9)
+    without = stage.beside or stage.base
+    return (without.objective - stage.entered.fit.objective) / max(whole, 1e-9)
 
 
 def _alike(program: Program, rival: Trial, trial: Trial) -> bool:

@@ -1,6 +1,6 @@
 """What a search goes through and ends with."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -22,6 +22,8 @@ class Stage:
         left_out: reduced chi-square of the model so far on fitted recordings left out in turn; NaN if not
             asked.
         chosen: the effect that entered, if one did.
+        beside: the other effects of a later model, beside which the trials were made again; None where they
+            stand beside the model so far.
     """
 
     base: Fit
@@ -29,6 +31,7 @@ class Stage:
     trials: list[Trial]
     left_out: float = np.nan
     chosen: str | None = None
+    beside: Fit | None = None
 
     @property
     def entered(self) -> Trial | None:
@@ -56,6 +59,8 @@ class Explanation:
         tries: models that were fitted to the campaign, those of a first look included.
         together: recordings for validation were fitted, too, because the others name nothing, or something
             that they contradict.
+        contending: effects that together explain and predict the recordings better than `final`, but by no
+            more than drift of the instruments explains.
     """
 
     program: Program
@@ -65,6 +70,7 @@ class Explanation:
     p_value: float
     p_is_bound: bool
     together: bool = False
+    contending: list[tuple[str, ...]] = field(default_factory=list)
 
     @property
     def tries(self) -> int:

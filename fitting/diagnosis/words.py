@@ -144,6 +144,14 @@ def _by_chance(chance: str) -> str:
     return f"Chance alone would give such a misfit of the base model with a probability of {chance}."
 
 
+def contended(slugs: tuple[str, ...]) -> str:
+    """Of effects that explain more than those that are named, but by no more than drift does."""
+    return (
+        f"{' and '.join(slugs)} together explain and predict the recordings better than what is named, but "
+        "drift of the instruments explains the difference as well"
+    )
+
+
 def place_text(conclusion: Conclusion) -> str:
     """Where the misfit is, in a paragraph."""
     place = conclusion.place

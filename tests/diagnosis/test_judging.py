@@ -237,15 +237,35 @@ def test_a_further_effect_that_explains_little_may_be_what_the_form_of_the_first
 
     def stage(slug, before, after):
         entered = trial(slug, before - after, after)
-        return SimpleNamespace(chosen=slug, base=SimpleNamespace(objective=before), entered=entered, trials=[entered])
+        return SimpleNamespace(chosen=slug, base=SimpleNamespace(objective=before), beside=None, entered=entered, trials=[entered])
 
     stages = [stage("self_heating_rate", 6000.0, 1000.0 + second), stage("channel_lag", 1000.0 + second, 1000.0)]
     slugs = ("self_heating_rate", "channel_lag")
     program = SimpleNamespace(unknowns=SimpleNamespace(of=lambda names: np.zeros(0, int)))
     final = SimpleNamespace(slugs=slugs, at_bound=(), objective=1000.0, u=np.zeros(0))
     explanation = SimpleNamespace(
-        program=program, final=final, base=SimpleNamespace(objective=6000.0), stages=stages
+        program=program, final=final, base=SimpleNamespace(objective=6000.0), stages=stages, contending=[]
     )
     first, further = effects_found(explanation, 0.01)
     assert first.probability > (0.8 if second < 2000.0 else 0.95)
     assert least < further.probability < most
+
+
+def test_an_effect_that_a_contending_explanation_does_without_is_not_certain():
+    entered = SimpleNamespace(slug="gravity", bayes=200.0, fit=SimpleNamespace(objective=100.0, u=np.zeros(0)))
+    first = SimpleNamespace(
+        chosen="gravity", base=SimpleNamespace(objective=300.0), beside=None, entered=entered, trials=[entered]
+    )
+    explanation = SimpleNamespace(
+        program=SimpleNamespace(unknowns=SimpleNamespace(of=lambda names: np.zeros(0, int))),
+        final=SimpleNamespace(slugs=("gravity",), at_bound=(), objective=100.0, u=np.zeros(0)),
+        base=SimpleNamespace(objective=300.0),
+        stages=[first],
+        contending=[],
+    )
+    assert effects_found(explanation, 0.01)[0].probability > 0.95
+    explanation.contending = [("gravity", "tip_contact")]  # it is part of both
+    assert effects_found(explanation, 0.01)[0].probability > 0.95
+    explanation.contending = [("thick_wall", "tip_contact"), ("thick_wall", "gravity")]
+    found = effects_found(explanation, 0.01)[0]
+    assert found.probability == 0.5 and found.confusable == ["thick_wall", "tip_contact"]
