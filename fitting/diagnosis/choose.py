@@ -10,7 +10,10 @@ from .stages import Stage
 from .trials import Trial
 
 CERTAIN = 8.0
-"""Log Bayes factor from which an effect enters the model; the number of candidates is already counted."""
+"""Log Bayes factor from which the first effect enters; the number of candidates is already counted."""
+FURTHER = 5.0
+"""The same for a further one: something is missing for sure there. What is less than `CERTAIN` is said to be
+tentative."""
 FIRST_SHARE = 0.1
 """Of the misfit of recordings left out in turn, what the first effect must take away."""
 SHARE = 0.45
@@ -52,9 +55,10 @@ def choice(program: Program, current: Fit, stage: Stage, base: Fit, original: fl
         original: its score on recordings left out; NaN for the first effect.
     """
     first, before = not current.slugs, None
+    enough = CERTAIN if first else FURTHER
     behind = max(CLOSE, BEHIND[0 if first else 1] * stage.trials[0].bayes) if stage.trials else 0.0
     for trial in stage.trials:
-        if trial.bayes < CERTAIN or (not first and trial.stopped):
+        if trial.bayes < enough or (not first and trial.stopped):
             continue
         if stage.trials[0].bayes - trial.bayes > behind:
             break
@@ -64,7 +68,8 @@ def choice(program: Program, current: Fit, stage: Stage, base: Fit, original: fl
         if first and stage.left_out < (FAINT if trial.stopped else LESS):
             continue
         drifting = explained_by_drift(program, current, trial.fit) / inflation_of(program, trial.fit)
-        if trial.bayes - drifting < CERTAIN:
+        trial.adrift = float(drifting)
+        if trial.bayes - drifting < enough:
             continue
         gained, share = gain(before, left_out(program, trial.fit))
         trial.left_out = stage.left_out - gained

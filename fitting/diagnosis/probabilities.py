@@ -6,7 +6,7 @@ import numpy as np
 
 from pneusma_jax.effects import CATALOGUE
 
-from .choose import CLOSE
+from .choose import CERTAIN, CLOSE
 from .misfit import reduced
 from .program import Program
 from .refit import stopped
@@ -21,6 +21,8 @@ NOTHING_LEFT = 0.05
 IMPERFECT, DOUBTFUL = 0.2, 0.5
 """Share of all misfit explained up to which an effect may be what the form of another one, rightly named,
 leaves; and the probability of such a one."""
+TENTATIVE = 0.7
+"""Most probability of an effect whose evidence, less what drift explains, would not let it in first."""
 CONTENDED = 0.5
 """Most probability of an effect that another explanation does without, where drift of the instruments alone
 keeps that from taking its place."""
@@ -96,6 +98,8 @@ def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
         probability = min(probability, max(_share(explanation, stage) / IMPERFECT, DOUBTFUL))
         if stopped(fit, slug):
             probability *= 0.7
+        if trial.bayes - trial.adrift < CERTAIN:
+            probability = min(probability, TENTATIVE)
         others = [pair for pair in explanation.contending if slug not in pair]
         if others:
             probability = min(probability, CONTENDED)

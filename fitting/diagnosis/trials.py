@@ -44,6 +44,7 @@ class Trial:
         returned: largest departure of a base constant from nominal, in standard deviations.
         left_out: reduced chi-square of fitted recordings left out in turn, as `folds.gain` counts; NaN
             where it was not asked for.
+        adrift: part of `bayes` that drift of the instruments explains as well; 0 where it was not asked for.
     """
 
     slug: str
@@ -51,6 +52,7 @@ class Trial:
     bayes: float
     returned: float
     left_out: float = np.nan
+    adrift: float = 0.0
 
     @property
     def stopped(self) -> bool:

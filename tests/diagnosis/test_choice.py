@@ -39,3 +39,21 @@ def test_a_further_effect_takes_much_of_what_the_base_model_missed(world, base, 
     stage = Stage(first, None, [Trial("second", second, 300.0, 1.0)])
     found = choose.choice(PROGRAM, first, stage, fit("base", base), original)
     assert (found is not None) is enters
+
+
+@pytest.mark.parametrize(("bayes", "drift", "first", "further"), [
+    (9.0, 0.0, True, True),
+    (7.0, 0.0, False, True),  # that something is missing is certain once the first one is in
+    (12.0, 6.0, False, True),
+    (9.0, 5.0, False, False),
+    (4.0, 0.0, False, False),
+])  # fmt: skip
+def test_a_further_effect_needs_less_evidence_than_the_first(world, monkeypatch, bayes, drift, first, further):
+    monkeypatch.setattr(choose, "explained_by_drift", lambda *_: drift)
+    for name, enters in (("base", first), ("first", further)):
+        trial = Trial("second", fit("second", 1.1), bayes, 1.0)
+        monkeypatch.setitem(LEFT_OUT, "base", LEFT_OUT["first"])
+        current = fit(name, 4.0)
+        found = choose.choice(PROGRAM, current, Stage(current, None, [trial]), fit("base", 6.0), 20.0)
+        assert (found is trial) is enters
+        assert trial.adrift == (drift if bayes > (8.0 if name == "base" else 5.0) else 0.0)

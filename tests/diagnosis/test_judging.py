@@ -233,7 +233,7 @@ def test_a_further_effect_that_explains_little_may_be_what_the_form_of_the_first
     """Of 5000 of misfit explained: evidence of 200 is beyond doubt for something, not for a second effect."""
 
     def trial(slug, bayes, objective):
-        return SimpleNamespace(slug=slug, bayes=bayes, fit=SimpleNamespace(objective=objective, u=np.zeros(0)))
+        return SimpleNamespace(slug=slug, bayes=bayes, adrift=0.0, fit=SimpleNamespace(objective=objective, u=np.zeros(0)))
 
     def stage(slug, before, after):
         entered = trial(slug, before - after, after)
@@ -251,8 +251,9 @@ def test_a_further_effect_that_explains_little_may_be_what_the_form_of_the_first
     assert least < further.probability < most
 
 
-def test_an_effect_that_a_contending_explanation_does_without_is_not_certain():
-    entered = SimpleNamespace(slug="gravity", bayes=200.0, fit=SimpleNamespace(objective=100.0, u=np.zeros(0)))
+def test_an_effect_is_not_certain_that_drift_or_a_contending_explanation_may_stand_for():
+    model = SimpleNamespace(objective=100.0, u=np.zeros(0))
+    entered = SimpleNamespace(slug="gravity", bayes=200.0, adrift=0.0, fit=model)
     first = SimpleNamespace(
         chosen="gravity", base=SimpleNamespace(objective=300.0), beside=None, entered=entered, trials=[entered]
     )
@@ -264,6 +265,9 @@ def test_an_effect_that_a_contending_explanation_does_without_is_not_certain():
         contending=[],
     )
     assert effects_found(explanation, 0.01)[0].probability > 0.95
+    entered.bayes, entered.adrift = 12.0, 6.0  # a further one, of which drift makes half
+    assert effects_found(explanation, 0.01)[0].probability == 0.7
+    entered.bayes, entered.adrift = 200.0, 0.0
     explanation.contending = [("gravity", "tip_contact")]  # it is part of both
     assert effects_found(explanation, 0.01)[0].probability > 0.95
     explanation.contending = [("thick_wall", "tip_contact"), ("thick_wall", "gravity")]
