@@ -49,7 +49,7 @@ class Growth:
             if best is None:
                 break
             current = self.exchanged(program, self.settled(program, best), explanation.stages)
-            if len(current.slugs) >= MOST_EFFECTS:
+            if len(current.slugs) >= MOST_EFFECTS or _been(explanation, current):
                 break
             stage = self.stage(program, current)
         explanation.final = current
@@ -108,6 +108,11 @@ class Growth:
         slugs = tuple(best.slug if s == slug else s for s in current.slugs)  # as they entered
         best.fit = replace(best.fit, slugs=slugs)
         return best.fit
+
+
+def _been(explanation: Explanation, current: Fit) -> bool:
+    """Whether a search is back at a model that it came from: what entered had made the rest idle."""
+    return any(set(stage.base.slugs) == set(current.slugs) for stage in explanation.stages)
 
 
 def screened(program: Program, current: Fit, rng: np.random.Generator) -> Screen:

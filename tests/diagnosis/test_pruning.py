@@ -111,6 +111,25 @@ def test_an_effect_that_another_made_idle_is_dropped_and_the_next_one_leads(sear
     assert Explanation(program, None, current, stages, 0.0, True).leading is stages[0]
 
 
+def test_a_search_that_comes_back_to_a_model_ends(monkeypatch):
+    """Two effects each of which makes the other one idle would follow one another for ever."""
+    found = {(): ("gravity",), ("gravity",): ("thick_wall",), ("thick_wall",): ("gravity",)}
+    growth, asked = Growth(np.random.default_rng(0), lambda _: None, 1), []
+
+    def choice(program, current, stage, base, original):
+        asked.append(current.slugs)
+        return Trial(found[current.slugs][0], fit(found[current.slugs], 100.0), 20.0, 0.0)
+
+    monkeypatch.setattr(growing, "choice", choice)
+    monkeypatch.setattr(growing, "screened", lambda *_: SimpleNamespace(p_value=0.001))
+    monkeypatch.setattr(Growth, "fill", lambda growth, program, stage: None)
+    base = fit((), 300.0)
+    program = SimpleNamespace(unknowns=SimpleNamespace(slugs=SLUGS))
+    explanation = Explanation(program, base, base, [], 0.001, True)
+    growth.grown(explanation, growth.stage(program, base))
+    assert asked == [(), ("gravity",), ("thick_wall",)] and explanation.final.slugs == ("gravity",)
+
+
 @pytest.mark.parametrize(("chance", "named", "contradicted", "looks"), [
     (0.001, False, True, 1),  # the fitted recordings are odd, but name nothing
     (0.001, True, True, 1),  # what they name is contradicted
