@@ -92,12 +92,13 @@ def detour(growth: Growth, explanation: Explanation, tried: list[Trial]) -> None
         found = growth.settled(program, best)
         left = _surpassing(explanation, incumbents, found) if len(found.slugs) > 1 else None
         if left is not None and _drift_does(explanation, incumbents, found):
-            explanation.contending.append(found.slugs)
+            if all(set(found.slugs) != set(pair) for pair in explanation.contending):
+                explanation.contending.append(found.slugs)
         elif left is not None:
             begun.entered.left_out = stage.entered.left_out = left
             found = growth.exchanged(program, found, [begun, stage])
             explanation.stages, explanation.final = [begun, stage], found
-            incumbents = [_Incumbent(program, found)]
+            incumbents, explanation.contending = [_Incumbent(program, found)], []
 
 
 def _foreseen(growth: Growth, explanation: Explanation, tried: list[Trial]) -> list[_Ahead]:
