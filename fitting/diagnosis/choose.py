@@ -67,9 +67,9 @@ def choice(program: Program, current: Fit, stage: Stage, base: Fit, original: fl
             stage.left_out = float(before.sum())
         if first and stage.left_out < (FAINT if trial.stopped else LESS):
             continue
-        drifting = explained_by_drift(program, current, trial.fit) / inflation_of(program, trial.fit)
-        trial.adrift = float(drifting)
-        if trial.bayes - drifting < enough:
+        drifting = explained_by_drift(program, current, trial.fit)
+        trial.adrift = drifting / inflation_of(program, trial.fit)
+        if trial.bayes - trial.adrift < enough:
             continue
         gained, share = gain(before, left_out(program, trial.fit))
         trial.left_out = stage.left_out - gained

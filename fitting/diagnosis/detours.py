@@ -138,12 +138,17 @@ def _with_its_second(growth: Growth, explanation: Explanation) -> list[Fit]:
     return [] if second is None else [polished(program, second.fit)]
 
 
-def _worth_more(explanation: Explanation, new: Fit, others: list[_Incumbent]) -> bool:
-    """Whether an explanation has clearly more evidence than each of others, all deflated as its own is."""
+def _gained(explanation: Explanation, new: Fit, others: list[_Incumbent]) -> list[float]:
+    """Log evidence of an explanation over each of others, all deflated as its own is."""
     program, base = explanation.program, explanation.base
     inflation = inflation_of(program, new)
     mine = evidence(program, base, new, inflation)
-    return all(mine - evidence(program, base, old.fit, inflation) >= CERTAIN for old in others)
+    return [mine - evidence(program, base, old.fit, inflation) for old in others]
+
+
+def _worth_more(explanation: Explanation, new: Fit, others: list[_Incumbent]) -> bool:
+    """Whether an explanation has clearly more evidence than each of others."""
+    return all(gained >= CERTAIN for gained in _gained(explanation, new, others))
 
 
 def _second(stage: Stage, found: tuple[str, ...]) -> Trial | None:
@@ -171,12 +176,12 @@ def _surpassing(explanation: Explanation, others: list[_Incumbent], new: Fit) ->
 
     It must not owe that to a single fold, in which another one may have gone astray.
     """
-    program, base = explanation.program, explanation.base
+    program = explanation.program
     inflation, count = inflation_of(program, new), program.observations(program.fitted)
-    worth, surprised = evidence(program, base, new, inflation), surprise(program, new, program.unseen)
-    for old in others:
+    surprised = surprise(program, new, program.unseen)
+    for old, gained in zip(others, _gained(explanation, new, others), strict=True):
         lost = max(surprised - surprise(program, old.fit, program.unseen), 0.0)
-        if worth - evidence(program, base, old.fit, inflation) - lost / inflation < CERTAIN:
+        if gained - lost / inflation < CERTAIN:
             return None
     mine = left_out(program, new)  # many fits: asked for last
     for old in others:
@@ -188,12 +193,8 @@ def _surpassing(explanation: Explanation, others: list[_Incumbent], new: Fit) ->
 
 def _drift_does(explanation: Explanation, others: list[_Incumbent], new: Fit) -> bool:
     """Whether another explanation and drift of the instruments explain about as much as an explanation."""
-    program, base, inflation = explanation.program, explanation.base, inflation_of(explanation.program, new)
-    worth = evidence(program, base, new, inflation)
+    program, inflation = explanation.program, inflation_of(explanation.program, new)
     return any(
-        worth
-        - evidence(program, base, old.fit, inflation)
-        - explained_by_drift(program, old.fit, new) / inflation  # never negative
-        < CERTAIN
-        for old in others
+        gained - explained_by_drift(program, old.fit, new) / inflation < CERTAIN  # that is never negative
+        for old, gained in zip(others, _gained(explanation, new, others), strict=True)
     )
