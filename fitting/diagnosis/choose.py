@@ -2,7 +2,7 @@
 
 from .drift import explained_by_drift
 from .evidence import inflation_of
-from .folds import gain, left_out
+from .folds import LITTLE, gain, left_out
 from .misfit import reduced, surprise
 from .program import Program
 from .refit import Fit
@@ -17,8 +17,10 @@ tentative."""
 FIRST_SHARE = 0.1
 """Of the misfit of recordings left out in turn, what the first effect must take away."""
 SHARE = 0.45
-"""The same for a further effect: the imperfect form of a true effect leaves a remainder that something else
-fits."""
+"""The same for a further effect, if it does not take away `LARGE`: the imperfect form of a true effect leaves
+a remainder that something else fits."""
+LARGE = 0.2
+"""Of the base model's misfit of what was fitted, more than the imperfect form of a true effect leaves."""
 OF_ALL = 0.025
 """Of the base model's own misfit, what a further effect must take away."""
 OF_FITTED = 0.1
@@ -65,7 +67,7 @@ def choice(program: Program, current: Fit, stage: Stage, base: Fit, original: fl
         if before is None:
             before = left_out(program, current)
             stage.left_out = float(before.sum())
-        if first and stage.left_out < (FAINT if trial.stopped else LESS):
+        if stage.left_out < (FAINT if trial.stopped else LESS):
             continue
         drifting = explained_by_drift(program, current, trial.fit)
         trial.adrift = drifting / inflation_of(program, trial.fit)
@@ -76,9 +78,10 @@ def choice(program: Program, current: Fit, stage: Stage, base: Fit, original: fl
         count = program.observations(program.fitted)
         if 0.5 * count * gained / inflation_of(program, trial.fit) < PREDICTS:
             continue
-        if share < (FIRST_SHARE if first else SHARE):
+        taken = _taken(program, current, trial.fit, base)
+        if share < (FIRST_SHARE if first or taken >= LARGE else SHARE):
             continue
-        if not first and gained < OF_ALL * (original - 1.0) and not _much(program, current, trial.fit, base):
+        if not first and gained < OF_ALL * (original - 1.0) and taken < OF_FITTED:
             continue
         lost = surprise(program, trial.fit, program.unseen) - surprise(program, current, program.unseen)
         if lost / inflation_of(program, trial.fit) > WORSE and lost > DEARER * 0.5 * count * gained:
@@ -87,7 +90,13 @@ def choice(program: Program, current: Fit, stage: Stage, base: Fit, original: fl
     return None
 
 
-def _much(program: Program, current: Fit, further: Fit, base: Fit) -> bool:
-    """Whether a further effect takes away much of the base model's misfit of what was fitted."""
+def surpassed(program: Program, trial: Trial, rival: Trial) -> bool:
+    """Whether a rival has more evidence than a trial, by more than it predicts those never fitted worse."""
+    lost = surprise(program, rival.fit, program.unseen) - surprise(program, trial.fit, program.unseen)
+    return rival.bayes - trial.bayes > max(lost, 0.0) / inflation_of(program, rival.fit)
+
+
+def _taken(program: Program, current: Fit, further: Fit, base: Fit) -> float:
+    """Share of the base model's misfit of what was fitted that a further effect takes away."""
     before, after, whole = (reduced(program, fit, program.fitted) for fit in (current, further, base))
-    return before - after >= OF_FITTED * (whole - 1.0)
+    return (before - after) / max(whole - 1.0, LITTLE)

@@ -106,7 +106,7 @@ def conclude(explanation: Explanation) -> Conclusion:
     if not mismatch:  # no candidate survived being fitted; what is left is judged as a whole
         explanation.p_value = max(explanation.p_value, tail(program, steady(base[0], generic)))
         explanation.p_is_bound = False
-    more = leaves_more(alone, last, floors) or helps_nobody(alone, kept, floors)
+    more = leaves_more(alone, last, floors) or helps_nobody(alone, kept, floors, explanation.left_out)
     lost = outdone(explanation, generic) if named else 0.0
     beyond = named and unknown <= 0.5 and (more or lost > 0.0)
     unknown = max(unknown, BESIDE) if beyond else unknown
@@ -151,8 +151,15 @@ def conclude(explanation: Explanation) -> Conclusion:
         _next(explanation, found),
         rest,
         generic,
-        [contended(pair) for pair in explanation.contending if set(pair) != set(explanation.final.slugs)],
+        _contending(explanation, found),
     )
+
+
+def _contending(explanation: Explanation, found: list[Found]) -> list[str]:
+    """What is said of pairs that contend with what is named, if something is."""
+    if not found or found[0].slug == UNMODELLED:
+        return []
+    return [contended(pair) for pair in explanation.contending if set(pair) != set(explanation.final.slugs)]
 
 
 def _described(
@@ -185,20 +192,17 @@ def _described(
 
 def _members(explanation: Explanation) -> list[tuple[str, Program, Fit, float, Correction | None]]:
     """Explanations that predictions average over: those of the last effect, by their probabilities."""
-    stage = next((s for s in reversed(explanation.stages) if s.chosen), None)
-    if stage is None:
+    if not explanation.standings:
         return [("base", explanation.program, explanation.base, 1.0, None)]
-    weights = weights_of(np.array([t.bayes for t in stage.trials]))
+    last = explanation.standings[-1]
+    weights = weights_of(np.array([t.bayes for t in last.trials]))
     kept = [
-        (t, w)
-        for t, w in zip(stage.trials, weights, strict=True)
-        if w >= LEAST_WEIGHT or t.slug == stage.chosen
+        (t, w) for t, w in zip(last.trials, weights, strict=True) if w >= LEAST_WEIGHT or t.slug == last.slug
     ]
     total = sum(w for _, w in kept)
     program, final = explanation.program, explanation.final
     return [
-        (t.slug, program, final if t.slug == stage.chosen else t.fit, float(w / total), None)
-        for t, w in kept
+        (t.slug, program, final if t.slug == last.slug else t.fit, float(w / total), None) for t, w in kept
     ]
 
 
@@ -283,7 +287,8 @@ def _next(explanation: Explanation, found: list[Found]) -> dict | None:
     stage = explanation.leading
     if not stage or not stage.trials or not found:
         return None
-    first, *rivals = stage.trials
+    first = explanation.standings[0].own if explanation.standings else stage.trials[0]
+    rivals = [t for t in stage.trials if t is not first]
     names = [first.slug, *(t.slug for t in rivals[:1])]
     if not rivals:
         return {

@@ -17,10 +17,10 @@ from .folds import left_out
 from .growing import LEVEL, Growth, screened
 from .misfit import foretold, spread, surprise
 from .program import Program
-from .pruning import polished
+from .pruning import polished, pruned
 from .refit import Fit, Refitter
 from .side_by_side import side_by_side
-from .stages import Explanation, Stage, left_out_scores
+from .stages import Explanation, Stage
 from .trials import Trial
 
 LOOKED_AT = 4, 6
@@ -63,19 +63,18 @@ class _Incumbent:
         return left_out(self.program, self.fit)
 
 
-def detour(growth: Growth, explanation: Explanation, tried: list[Trial]) -> None:
+def detour(growth: Growth, explanation: Explanation) -> None:
     """Look for such a pair where what was found leaves more than noise.
 
     Args:
         growth: how effects are looked for.
         explanation: of the search so far; told anew where a pair takes its place.
-        tried: trials of its first stage, best first, each alone.
     """
     program, first = explanation.program, explanation.stages[0]
     if not explanation.final.slugs or not _noticed(explanation):
         return
     incumbents, complete = [_Incumbent(program, explanation.final)], False
-    for ahead in _foreseen(growth, explanation, tried):
+    for ahead in _foreseen(growth, explanation):
         rival, stage = ahead.rival, ahead.stage
         growth.progress(f"looking for a second effect beside {rival.slug}")
         growth.fill(program, stage, SECONDS)
@@ -87,25 +86,24 @@ def detour(growth: Growth, explanation: Explanation, tried: list[Trial]) -> None
             incumbents, complete = incumbents + [_Incumbent(program, fit) for fit in seconds], True
             if not _worth_more(explanation, best.fit, incumbents):
                 continue
-        stage.chosen, stage.left_out = best.slug, first.left_out
-        begun = replace(first, trials=[replace(t) for t in tried], chosen=rival.slug)
-        found = growth.settled(program, best)
+        found = pruned(program, polished(program, best.fit))
         left = _surpassing(explanation, incumbents, found) if len(found.slugs) > 1 else None
         if left is not None and _drift_does(explanation, incumbents, found):
             if all(set(found.slugs) != set(pair) for pair in explanation.contending):
                 explanation.contending.append(found.slugs)
         elif left is not None:
-            begun.entered.left_out = stage.entered.left_out = left
-            found = growth.exchanged(program, found, [begun, stage])
-            explanation.stages, explanation.final = [begun, stage], found
-            incumbents, explanation.contending = [_Incumbent(program, found)], []
+            stage.chosen, stage.left_out = best.slug, first.left_out
+            known = [first, stage, *explanation.stages[1:]]
+            explanation.named = growth.stood(program, found, left, known)
+            explanation.stages = [replace(first, chosen=rival.slug), stage]
+            incumbents, explanation.contending = [_Incumbent(program, explanation.final)], []
 
 
-def _foreseen(growth: Growth, explanation: Explanation, tried: list[Trial]) -> list[_Ahead]:
+def _foreseen(growth: Growth, explanation: Explanation) -> list[_Ahead]:
     """The rivals of the first effect that promise most with a second one, if that is more than was found."""
     program, final = explanation.program, explanation.final
     quick = int(not program.hidden)
-    rivals = [t for t in tried if t.slug != final.slugs[0] and not t.stopped]
+    rivals = [t for t in explanation.stages[0].trials if t.slug != final.slugs[0] and not t.stopped]
     rivals = sorted(rivals, key=lambda t: t.fit.objective)[: growth.effort * LOOKED_AT[quick]]
     if rivals:
         growth.progress(f"screening second effects beside {', '.join(t.slug for t in rivals)}")
@@ -165,7 +163,7 @@ def _noticed(explanation: Explanation) -> bool:
     if last.base.slugs == fit.slugs and last.screen.p_value <= LEVEL:
         return True
     left = [(foretold(program, fit, mask), mask) for mask in (program.fitted, program.unseen)]
-    left.append((left_out_scores(explanation.stages)[1], program.fitted))
+    left.append((explanation.left_out[1], program.fitted))
     return any(score > 1.0 + max(NOISE[0], NOISE[1] * spread(program, mask)) for score, mask in left)
 
 

@@ -12,7 +12,6 @@ from pneusma_jax.units import from_si
 from .conclude import Conclusion
 from .probabilities import UNMODELLED
 from .prove import HeldOut
-from .stages import left_out_scores
 from .words import place_text
 
 SCHEMA = "pneusma-diagnosis/1"
@@ -74,7 +73,7 @@ def _generic(conclusion: Conclusion) -> dict | None:
     generic = conclusion.generic
     if generic is None:
         return None
-    scores = zip(("base", "named"), left_out_scores(conclusion.explanation.stages), strict=True)
+    scores = zip(("base", "named"), conclusion.explanation.left_out, strict=True)
     return {
         "quantity": generic.quantity,
         "driver": generic.driver,

@@ -18,7 +18,7 @@ from .program import Program
 from .refit import Fit
 from .screen import Screen
 from .settled import settled_fit
-from .stages import Explanation, Stage
+from .stages import Explanation, Named, Stage
 
 SECOND_LOOK = 0.005
 """P-value below which something is missing where the fitted recordings agreed and all are looked at
@@ -74,9 +74,9 @@ def _together(program: Program, base: Fit, level: float, growth: Growth) -> Expl
 
 def _whole(growth: Growth, program: Program, base: Fit, found: Screen) -> Explanation:
     """One effect after the other, from a screened base model; then from rivals of the first one."""
-    explanation = Explanation(program, base, base, [], found.p_value, found.p_is_bound)
-    tried = growth.grown(explanation, Stage(base, found, []))
-    detour(growth, explanation, tried)
+    explanation = Explanation(program, base, Named(base), [], found.p_value, found.p_is_bound)
+    growth.grown(explanation, Stage(base, found, []))
+    detour(growth, explanation)
     return explanation
 
 

@@ -1,17 +1,18 @@
 """One effect after the other, until no further one may enter."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from .choose import choice
 from .program import Program
-from .pruning import polished, pruned, without
+from .pruning import polished
 from .refit import Fit, Refitter
 from .screen import Screen, screen
-from .stages import Explanation, Stage
-from .trials import TRIED, Trial, fair, trials_of, weigh
+from .stages import Explanation, Named, Stage
+from .standings import stood
+from .trials import TRIED, Trial, fair, trials_of
 
 MOST_EFFECTS = 3
 RIVALS = 5
@@ -34,26 +35,26 @@ class Growth:
     progress: Callable[[str], None]
     effort: int
 
-    def grown(self, explanation: Explanation, stage: Stage) -> list[Trial]:
-        """Add effects until no further one may enter; the trials of the first stage, as they were there."""
-        program, current, original, tried = explanation.program, stage.base, np.nan, []
+    def grown(self, explanation: Explanation, stage: Stage) -> None:
+        """Add effects until no further one may enter."""
+        program, named, original = explanation.program, Named(stage.base), np.nan
         while True:
             explanation.stages.append(stage)
             if stage.screen.p_value > LEVEL:
                 break
             best = self._step(explanation, stage, original)
-            current = stage.base
-            if not current.slugs:
-                explanation.base, tried = current, list(stage.trials)
+            if not stage.base.slugs:
+                explanation.base = stage.base
+            named.fit = stage.base
             original = stage.left_out if np.isnan(original) else original
             if best is None:
                 break
-            current = self.exchanged(program, self.settled(program, best), explanation.stages)
-            if len(current.slugs) >= MOST_EFFECTS or _been(explanation, current):
+            fit = polished(program, best.fit) if stage.base.slugs else best.fit
+            named = self.stood(program, fit, best.left_out, explanation.stages)
+            if len(named.fit.slugs) >= MOST_EFFECTS or _been(explanation, named.fit):
                 break
-            stage = self.stage(program, current)
-        explanation.final = current
-        return tried
+            stage = self.stage(program, named.fit)
+        explanation.named = named
 
     def stage(self, program: Program, current: Fit) -> Stage:
         """A screen of the effects that a model does not have."""
@@ -65,6 +66,17 @@ class Growth:
         stage.trials = trials_of(program, stage.base, stage.screen, self.progress, self.effort, most)
         stage.base = fair(program, stage.base, stage.trials)
 
+    def stood(self, program: Program, fit: Fit, left: float, stages: list[Stage]) -> Named:
+        """See `standings.stood`."""
+
+        def fill(rest: Fit) -> Stage:
+            self.progress(f"trying what else there is beside {' and '.join(rest.slugs)}")
+            stage = self.stage(program, rest)
+            self.fill(program, stage, RIVALS)
+            return stage
+
+        return stood(program, fit, left, stages, fill)
+
     def _step(self, explanation: Explanation, stage: Stage, original: float) -> Trial | None:
         """The effect of a screened stage that may enter, if one may; the stage gets its trials."""
         program = explanation.program
@@ -73,41 +85,6 @@ class Growth:
         best = choice(program, stage.base, stage, explanation.base, original)
         stage.chosen = best.slug if best else None
         return best
-
-    def settled(self, program: Program, best: Trial) -> Fit:
-        """The model with an effect that entered, and without those that it makes idle."""
-        current = best.fit
-        return pruned(program, polished(program, current)) if len(current.slugs) > 1 else current
-
-    def exchanged(self, program: Program, current: Fit, stages: list[Stage]) -> Fit:
-        """The model with its earlier effects looked for again beside those that came later."""
-        for slug in current.slugs[:-1]:
-            self.progress(f"trying rivals of {slug} beside what was found later")
-            current = self._exchanged(program, current, next(s for s in stages if s.chosen == slug))
-        return pruned(program, current)
-
-    def _exchanged(self, program: Program, current: Fit, stage: Stage) -> Fit:
-        """The model with an earlier effect, that of a stage, exchanged for one of more evidence beside the
-        others: alone, it may have stood for two.
-
-        The stage is told anew: what its effect and rivals, some of which alone explain nothing, are worth
-        beside the others. What enters inherits the score on recordings left out.
-        """
-        slug, left_out = stage.chosen, stage.entered.left_out
-        again = self.stage(program, without(program, current, slug))
-        self.fill(program, again, RIVALS)
-        own = next((t for t in again.trials if t.slug == slug), None)
-        if own is None:
-            own = replace(stage.entered, fit=current)
-            again.trials.append(own)
-        own.fit = min(own.fit, current, key=lambda fit: fit.objective)
-        weigh(program, again.base, again.trials)
-        best = next(t for t in again.trials if t is own or not t.stopped)
-        best.left_out = left_out
-        stage.beside, stage.trials, stage.chosen = again.base, again.trials, best.slug
-        slugs = tuple(best.slug if s == slug else s for s in current.slugs)  # as they entered
-        best.fit = replace(best.fit, slugs=slugs)
-        return best.fit
 
 
 def _been(explanation: Explanation, current: Fit) -> bool:

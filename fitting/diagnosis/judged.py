@@ -11,7 +11,7 @@ from .growing import LEVEL
 from .misfit import reduced, spread
 from .probabilities import NOTHING_LEFT
 from .program import Program
-from .stages import Explanation, left_out_scores
+from .stages import Explanation
 
 ASTRAY = 3.5
 """Standard deviations from nominal at which a base constant says that the explanation is wrong in form."""
@@ -91,7 +91,7 @@ def refuted(explanation: Explanation, generic: Generic | None, limit: float) -> 
     doubt = 0.0
     if np.max(np.abs(fit.u[program.unknowns.base]), initial=0.0) > ASTRAY:
         doubt = DOUBTFUL
-    before, after = left_out_scores(explanation.stages)
+    before, after = explanation.left_out
     worse = after >= before
     left = min(after, reduced(program, fit, program.fitted)) > limit
     if generic is not None and left and after - 1.0 > NOTHING_LEFT * (before - 1.0):
@@ -123,11 +123,13 @@ def leaves_more(base: list[float], last: list[float], floors: list[float]) -> bo
     )
 
 
-def helps_nobody(base: list[float], last: list[float], floors: list[float]) -> bool:
-    """Whether named effects leave recordings that were not fitted more than half of what they are missed by,
-    whatever the uncertainty of the constants could excuse: the names help nobody there. Arguments as for
-    `leaves_more`."""
-    return _keeps(base[1], last[1], floors[1], HELPS)
+def helps_nobody(
+    base: list[float], last: list[float], floors: list[float], left_out: tuple[float, float]
+) -> bool:
+    """Whether named effects leave recordings that were not fitted, or those left out in turn, more than half
+    of what they are missed by, whatever the uncertainty of the constants could excuse: the names help nobody
+    there. Arguments as for `leaves_more`, and scores of recordings left out in turn, NaN if not asked."""
+    return _keeps(base[1], last[1], floors[1], HELPS) or _keeps(*left_out, floors[0], HELPS)
 
 
 def outdone(explanation: Explanation, generic: Generic | None) -> float:
@@ -136,7 +138,7 @@ def outdone(explanation: Explanation, generic: Generic | None) -> float:
     if generic is None:
         return 0.0
     program = explanation.program
-    better = left_out_scores(explanation.stages)[1] - generic.left_out  # NaN, which gains nothing, if unasked
+    better = explanation.left_out[1] - generic.left_out  # NaN, which gains nothing, if unasked
     gain = 0.5 * program.observations(program.fitted) * better / inflation_of(program, explanation.final)
     return float(gain) if gain > PREDICTS else 0.0
 

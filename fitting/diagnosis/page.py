@@ -14,7 +14,6 @@ from pneusma_jax.units import from_si
 
 from .conclude import Conclusion, HeldOut
 from .misfit import reduced
-from .stages import left_out_scores
 from .words import place_text, verdict_sentences
 
 
@@ -132,7 +131,9 @@ def _candidates(conclusion: Conclusion) -> str:
         "base (sd)",
         "at a bound",
     )
-    return html.table(header, rows, "Candidates for the first effect, fitted together with the model.", 0)
+    beside = f" and {' and '.join(stage.base.slugs).replace('_', ' ')}" if stage.base.slugs else ""
+    caption = f"Candidates for the first effect, fitted together with the model{beside}."
+    return html.table(header, rows, caption, 0)
 
 
 def _scores(conclusion: Conclusion) -> str:
@@ -159,10 +160,10 @@ def _scores(conclusion: Conclusion) -> str:
 
 def _race(conclusion: Conclusion) -> str:
     """What was found against a correction without a name, on fitted recordings left out in turn."""
-    generic, stages = conclusion.generic, conclusion.explanation.stages
-    if generic is None or not any(stage.chosen for stage in stages):
+    generic, x = conclusion.generic, conclusion.explanation
+    if generic is None or not x.final.slugs:
         return ""
-    base, named = left_out_scores(stages)
+    base, named = x.left_out
     return html.paragraph(
         f"Fitted recordings, each predicted without it: reduced chi-square {base:.3g} by "
         f"the base model, {named:.3g} with what was found, {generic.left_out:.3g} with a nameless smooth "

@@ -7,10 +7,11 @@ import numpy as np
 from pneusma_jax.effects import CATALOGUE
 
 from .choose import CERTAIN, CLOSE
+from .evidence import evidence, inflation_of
 from .misfit import reduced
 from .program import Program
 from .refit import stopped
-from .stages import Explanation, Stage
+from .stages import Explanation, Standing
 from .trials import Trial
 
 UNMODELLED = "unmodelled"
@@ -23,6 +24,8 @@ IMPERFECT, DOUBTFUL = 0.2, 0.5
 leaves; and the probability of such a one."""
 TENTATIVE = 0.7
 """Most probability of an effect whose evidence, less what drift explains, would not let it in first."""
+UNTRIED = -5.0
+"""Log Bayes factor of a candidate whose signature was not worth a fit."""
 CONTENDED = 0.5
 """Most probability of an effect that another explanation does without, where drift of the instruments alone
 keeps that from taking its place."""
@@ -56,18 +59,25 @@ def probabilities(
     slugs = explanation.program.unknowns.slugs
     stage = explanation.leading
     trials = {t.slug: t for t in stage.trials} if stage else {}
-    bayes = {slug: float(trials[slug].bayes) if slug in trials else -5.0 for slug in slugs}
+    bayes = {slug: float(trials[slug].bayes) if slug in trials else UNTRIED for slug in slugs}
     if not mismatch:
         nothing = 0.9 + 0.09 * explanation.p_value
         share = (1.0 - nothing) / (len(slugs) + 1)
         return {slug: (share, min(bayes[slug], 0.0)) for slug in slugs}, nothing
-    # nothing at all also lacks what the other effects are worth
-    entered = [s for s in explanation.stages if s.chosen in explanation.final.slugs and s is not stage]
-    others = sum(max(s.entered.bayes, 0.0) for s in entered)
-    weights = (1.0 - unknown) * weights_of(np.array([bayes[slug] for slug in slugs] + [-others]))
-    return {slug: (float(w), bayes[slug]) for slug, w in zip(slugs, weights, strict=False)}, float(
-        weights[-1]
-    )
+    logs = [bayes[slug] for slug in slugs]
+    weights = (1.0 - unknown) * weights_of(np.array([*logs, -_others(explanation)]))
+    bayes |= {s.slug: float(s.own.bayes) for s in explanation.standings}
+    shares = {slug: (float(w), bayes[slug]) for slug, w in zip(slugs, weights, strict=False)}
+    return shares, float(weights[-1])
+
+
+def _others(explanation: Explanation) -> float:
+    """Log Bayes factor of the effects beside the first one over none: nothing at all lacks it, too."""
+    stage = explanation.leading
+    if stage is None or not stage.base.slugs:
+        return 0.0
+    inflation = inflation_of(explanation.program, explanation.final)
+    return max(evidence(explanation.program, explanation.base, stage.base, inflation), 0.0)
 
 
 def weights_of(logs: np.ndarray) -> np.ndarray:
@@ -90,12 +100,12 @@ def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
     program, fit = explanation.program, explanation.final
     found = []
     for slug in fit.slugs:
-        stage = next(stage for stage in explanation.stages if stage.chosen == slug)
-        trial = stage.entered
-        rivals = [t for t in stage.trials if t.slug not in fit.slugs]
+        standing = explanation.named.standings[slug]
+        trial = standing.own
+        rivals = [t for t in standing.trials if t.slug not in fit.slugs]
         weights = weights_of(np.array([trial.bayes, 0.0, *(t.bayes for t in rivals)]))
         probability = float(weights[0]) * (1.0 - unknown)
-        probability = min(probability, max(_share(explanation, stage) / IMPERFECT, DOUBTFUL))
+        probability = min(probability, max(_share(explanation, standing) / IMPERFECT, DOUBTFUL))
         if stopped(fit, slug):
             probability *= 0.7
         if trial.bayes - trial.adrift < CERTAIN:
@@ -119,11 +129,10 @@ def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
     return found
 
 
-def _share(explanation: Explanation, stage: Stage) -> float:
-    """Part of all misfit explained that the effect which entered in a stage took away."""
+def _share(explanation: Explanation, standing: Standing) -> float:
+    """Part of all misfit explained that an effect takes away beside the others."""
     whole = explanation.base.objective - explanation.final.objective
-    without = stage.beside or stage.base
-    return (without.objective - stage.entered.fit.objective) / max(whole, 1e-9)
+    return (standing.base.objective - standing.own.fit.objective) / max(whole, 1e-9)
 
 
 def _alike(program: Program, rival: Trial, trial: Trial) -> bool:

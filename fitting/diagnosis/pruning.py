@@ -1,7 +1,7 @@
 """Effects of a chosen model fitted once more, or dropped where further ones make them idle."""
 
-from .choose import CERTAIN
-from .evidence import inflation_of
+from .choose import FURTHER
+from .evidence import evidence, inflation_of
 from .program import Program
 from .refit import Fit, Refitter
 from .side_by_side import side_by_side
@@ -20,12 +20,17 @@ def polished(program: Program, fit: Fit) -> Fit:
 
 
 def pruned(program: Program, fit: Fit) -> Fit:
-    """Drop effects whose absence costs nothing once the others are there."""
+    """Drop an effect whose absence costs nothing once the others are there; the last one has just entered."""
     for slug in fit.slugs[:-1]:
         rest = without(program, fit, slug)
-        if (rest.objective - fit.objective) / inflation_of(program, fit) < CERTAIN:
+        if idle(program, rest, fit):
             return rest
     return fit
+
+
+def idle(program: Program, rest: Fit, fit: Fit) -> bool:
+    """Whether a model has less evidence over the rest of it than would let a further effect in."""
+    return evidence(program, rest, fit, inflation_of(program, fit)) < FURTHER
 
 
 def without(program: Program, fit: Fit, slug: str) -> Fit:

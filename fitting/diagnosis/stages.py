@@ -22,8 +22,6 @@ class Stage:
         left_out: reduced chi-square of the model so far on fitted recordings left out in turn; NaN if not
             asked.
         chosen: the effect that entered, if one did.
-        beside: the other effects of a later model, beside which the trials were made again; None where they
-            stand beside the model so far.
     """
 
     base: Fit
@@ -31,19 +29,45 @@ class Stage:
     trials: list[Trial]
     left_out: float = np.nan
     chosen: str | None = None
-    beside: Fit | None = None
+
+
+@dataclass
+class Standing:
+    """What an effect of a model is worth beside the model's other ones, and its rivals in its place there.
+
+    Attributes:
+        slug: of the effect.
+        base: the model with the others alone.
+        trials: of the effect and of rivals, strongest evidence first.
+    """
+
+    slug: str
+    base: Fit
+    trials: list[Trial]
 
     @property
-    def entered(self) -> Trial | None:
-        """The trial of the effect that entered."""
-        return next((t for t in self.trials if t.slug == self.chosen), None)
+    def own(self) -> Trial:
+        """The trial of the effect itself."""
+        return next(t for t in self.trials if t.slug == self.slug)
+
+    def holds(self, fit: Fit) -> bool:
+        """Whether a model has the effect, and the same others."""
+        return self.slug in fit.slugs and {*self.base.slugs, self.slug} == set(fit.slugs)
 
 
-def left_out_scores(stages: list[Stage]) -> tuple[float, float]:
-    """Reduced chi-square of fitted recordings left out in turn, by the base model and with what entered last;
-    NaN where it was not asked for or nothing entered."""
-    entered = [stage.entered.left_out for stage in stages if stage.chosen]
-    return stages[0].left_out if stages else np.nan, entered[-1] if entered else np.nan
+@dataclass
+class Named:
+    """A model with effects that were found.
+
+    Attributes:
+        fit: the model.
+        left_out: its reduced chi-square of fitted recordings left out in turn; NaN if not asked.
+        standings: of its effects.
+    """
+
+    fit: Fit
+    left_out: float = np.nan
+    standings: dict[str, Standing] = field(default_factory=dict)
 
 
 @dataclass
@@ -53,7 +77,7 @@ class Explanation:
     Attributes:
         program: of the final model.
         base: the base model refitted.
-        final: the model with the effects that were found.
+        named: the model with the effects that were found; the base model where none was.
         stages: of the search.
         p_value, p_is_bound: of the base's misfit by chance.
         tries: models that were fitted to the campaign, those of a first look included.
@@ -65,7 +89,7 @@ class Explanation:
 
     program: Program
     base: Fit
-    final: Fit
+    named: Named
     stages: list[Stage]
     p_value: float
     p_is_bound: bool
@@ -78,6 +102,22 @@ class Explanation:
         return self.program.tally[FITS]
 
     @property
-    def leading(self) -> Stage | None:
-        """The stage that let the model's first effect in; the first of all where it has none."""
-        return next((s for s in self.stages if s.chosen in self.final.slugs), next(iter(self.stages), None))
+    def final(self) -> Fit:
+        """The model with the effects that were found."""
+        return self.named.fit
+
+    @property
+    def standings(self) -> list[Standing]:
+        """Of the effects that were found, as they entered."""
+        return [self.named.standings[slug] for slug in self.final.slugs]
+
+    @property
+    def leading(self) -> "Standing | Stage | None":
+        """What the model's first effect is worth, and its rivals; where it has none, the first trials."""
+        return next(iter([*self.standings, *self.stages]), None)
+
+    @property
+    def left_out(self) -> tuple[float, float]:
+        """Reduced chi-square of fitted recordings left out in turn, by the base model and with what was
+        found; NaN where it was not asked for or nothing was found."""
+        return self.stages[0].left_out if self.stages else np.nan, self.named.left_out

@@ -57,3 +57,13 @@ def test_a_further_effect_needs_less_evidence_than_the_first(world, monkeypatch,
         found = choose.choice(PROGRAM, current, Stage(current, None, [trial]), fit("base", 6.0), 20.0)
         assert (found is trial) is enters
         assert trial.adrift == (drift if bayes > (8.0 if name == "base" else 5.0) else 0.0)
+
+
+@pytest.mark.parametrize("name", ["base", "first"])
+def test_nothing_enters_where_the_model_predicts_better_than_noise_lets_it(world, monkeypatch, name):
+    monkeypatch.setitem(LEFT_OUT, name, [0.25, 0.24, 0.25])
+    monkeypatch.setitem(LEFT_OUT, "second", [0.2, 0.2, 0.2])
+    current = fit(name, 4.0)
+    stage = Stage(current, None, [Trial("second", fit("second", 1.1), 300.0, 1.0)])
+    assert choose.choice(PROGRAM, current, stage, fit("base", 6.0), 20.0) is None
+    assert stage.left_out < choose.LESS

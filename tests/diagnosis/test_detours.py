@@ -9,7 +9,7 @@ import pytest
 from fitting.diagnosis import detours, growing
 from fitting.diagnosis.growing import Growth
 from fitting.diagnosis.probabilities import probabilities
-from fitting.diagnosis.stages import Explanation, Stage
+from fitting.diagnosis.stages import Explanation, Named, Stage, Standing
 from fitting.diagnosis.trials import Trial
 
 GAINS = {"one": {"two": 150.0, "both": 20.0}, "far": {"two": 20.0}, "both": {"odd": 60.0}}
@@ -41,8 +41,8 @@ class World:
         )  # fmt: skip
         tried = [Trial("both", fit("both"), 100.0, 0.0), Trial("one", fit("one"), 90.0, 0.0), Trial("far", fit("far"), 40.0, 0.0)]
         stage = Stage(fit(), SimpleNamespace(p_value=0.001), list(tried), 3.0, "both")
-        self.explanation = Explanation(self.program, fit(), tried[0].fit, [stage], 0.001, True)
-        self.tried, self.asked = tried, []
+        self.explanation = Explanation(self.program, fit(), Named(tried[0].fit), [stage], 0.001, True)
+        self.tried, self.asked = stage.trials, []
         def put(name, value):
             there = [module for module in (growing, detours) if hasattr(module, name)]
             assert there, name
@@ -57,7 +57,7 @@ class World:
         put("Refitter", lambda program: SimpleNamespace(fit=lambda slugs, start: start))
         put("polished", lambda program, found: found)
         put("pruned", lambda program, found: found)
-        monkeypatch.setattr(Growth, "exchanged", lambda growth, *model: self._exchanged(*model))
+        monkeypatch.setattr(Growth, "stood", lambda growth, *model: self._stood(*model))
         put("fair", lambda program, current, trials: current)
         put("left_out", lambda program, found: np.array(self.left[found.slugs]))
         put("surprise", lambda program, found, mask: self.unseen[found.slugs])
@@ -65,16 +65,16 @@ class World:
         put("foretold", lambda program, found, mask: self.leaves)
         put("spread", lambda program, mask: 0.01)
 
-    def _exchanged(self, program, found, stages):
-        self.retold = [s.chosen for s in stages]
-        return found
+    def _stood(self, program, found, left, stages):
+        self.beside = [s.base.slugs for s in stages]
+        return Named(found, left, {s: Standing(s, fit(), []) for s in found.slugs})
 
     def _trials(self, program, current, found, progress, effort, most):
         self.asked.append(current.slugs)
         return [Trial(s, fit(*current.slugs, s), bayes, 0.0) for s, bayes in self.seconds[current.slugs[0]]]
 
     def found(self):
-        detours.detour(Growth(np.random.default_rng(0), lambda _: None, 1), self.explanation, self.tried)
+        detours.detour(Growth(np.random.default_rng(0), lambda _: None, 1), self.explanation)
         return self.explanation.final.slugs
 
 
@@ -86,10 +86,10 @@ def world(monkeypatch):
 def test_two_that_explain_and_predict_better_take_the_place_of_one(world):
     assert world.found() == ("one", "two")
     first, second = world.explanation.stages
-    assert (first.chosen, second.chosen) == ("one", "two") and world.explanation.leading is first
-    assert first.left_out == 3.0 and second.entered.left_out == pytest.approx(1.0)  # what a nameless correction is raced against
+    assert (first.chosen, second.chosen) == ("one", "two") and world.explanation.leading.slug == "one"
+    assert world.explanation.left_out == (3.0, pytest.approx(1.0))  # what a nameless correction is raced against
     assert np.isnan(world.tried[1].left_out)  # trials of the other explanation are left as they were
-    assert world.retold == ["one", "two"]  # what each is worth beside the other one, not alone
+    assert world.beside == [(), ("one",)]  # what each is worth is told from trials beside the other one
     assert ("far",) not in world.asked  # it promises less than was found
 
 
@@ -101,7 +101,7 @@ def test_they_are_looked_for_where_only_a_signature_or_what_is_left_out_says_so(
         last = Stage(world.explanation.final, SimpleNamespace(p_value=0.001), [])
         world.explanation.stages.append(last)
     else:
-        world.explanation.stages[0].entered.left_out = 1.5
+        world.explanation.named.left_out = 1.5
     assert world.found() == ("one", "two")
 
 
@@ -141,7 +141,7 @@ def test_they_do_not_where_anything_speaks_against_it(world, monkeypatch, agains
 def test_the_same_two_in_another_order_are_no_detour(world, monkeypatch):
     """Where two were found, the second is a rival of the first: beside it another first one may be better."""
     monkeypatch.setitem(GAINS, "one", {"both": 400.0, "two": 20.0})
-    world.explanation.final = SimpleNamespace(slugs=("both", "one"), objective=148.0, at_bound=())
+    world.explanation.named = Named(SimpleNamespace(slugs=("both", "one"), objective=148.0, at_bound=()))
     world.worth["both", "one"] = 110.0
     assert world.found() == ("both", "one") and world.asked == []
 
@@ -166,18 +166,21 @@ def test_the_pair_that_promises_most_is_tried_first_and_no_more_than_two_beside_
         monkeypatch.setitem(GAINS, trial.slug, {"two": {"c": 300.0, "d": 200.0}.get(trial.slug, 100.0)})
         world.seconds[trial.slug] = []
     monkeypatch.setitem(GAINS, "e", {"two": 900.0})  # fits as well alone, but is not among the first four
-    world.tried = tried
+    world.tried[:] = tried
     assert world.found() == ("both",)
     assert world.asked == [("c",), ("d",)]
 
 
-def test_nothing_at_all_lacks_what_both_effects_are_worth():
+def test_nothing_at_all_lacks_what_both_effects_are_worth(monkeypatch):
     """An effect that is worth little beside another one is no sign that the recordings show nothing."""
-    program = SimpleNamespace(unknowns=SimpleNamespace(slugs=["one", "two", "far"]))
-    stages = [
-        Stage(fit(), None, [Trial("one", fit("one"), 1.0, 0.0)], 3.0, "one"),
-        Stage(fit("one"), None, [Trial("two", fit("one", "two"), 300.0, 0.0)], 3.0, "two"),
-    ]
-    explanation = Explanation(program, fit(), fit("one", "two"), stages, 0.001, True)
-    candidates, nothing = probabilities(explanation, True, 0.0)
-    assert nothing < 1e-6 and max(candidates, key=candidates.get) == "one"
+    monkeypatch.setattr("fitting.diagnosis.probabilities.evidence", lambda program, base, further, inflation: 300.0)
+    monkeypatch.setattr("fitting.diagnosis.probabilities.inflation_of", lambda program, fit: 1.0)
+    monkeypatch.setitem(OBJECTIVES, ("two",), 100.0)
+    program, pair = SimpleNamespace(unknowns=SimpleNamespace(slugs=["one", "two", "far"])), fit("one", "two")
+    named = Named(pair, 1.0, {
+        "one": Standing("one", fit("two"), [Trial("one", pair, 1.0, 0.0)]),
+        "two": Standing("two", fit("one"), [Trial("two", pair, 40.0, 0.0)]),
+    })  # fmt: skip
+    candidates, nothing = probabilities(Explanation(program, fit(), named, [], 0.001, True), True, 0.0)
+    assert nothing < 1e-6 and max(candidates, key=lambda slug: candidates[slug][0]) == "one"
+    assert candidates["two"][1] == 40.0  # beside the first one; it is no candidate for the place of that

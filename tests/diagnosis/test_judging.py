@@ -14,6 +14,7 @@ from fitting.diagnosis.misfit import foretold, reduced, surprise
 from fitting.diagnosis.probabilities import effects_found
 from fitting.diagnosis.screen import _held
 from fitting.diagnosis.side_by_side import THREADS, Tally, side_by_side
+from fitting.diagnosis.stages import Named, Standing
 from fitting.diagnosis.unknowns import Unknowns
 from fitting.parameters import Parameter, Parameters, Prior
 
@@ -152,8 +153,10 @@ def test_a_model_that_does_not_hold_leaves_something_unmodelled(before, after, o
 
 @pytest.mark.parametrize(("before", "after", "idle"), [(3.9, 4.1, True), (9.0, 4.0, False), (1.2, 1.2, False)])
 def test_a_name_that_helps_no_recording_that_was_not_fitted_is_doubted(before, after, idle):
-    assert helps_nobody([9.0, before], [1.0, after], [1.0, 1.0]) is idle
-    assert not helps_nobody([9.0, before], [1.0, after], [1.0, 4.0])
+    unasked = (np.nan, np.nan)
+    assert helps_nobody([9.0, before], [1.0, after], [1.0, 1.0], unasked) is idle
+    assert not helps_nobody([9.0, before], [1.0, after], [1.0, 4.0], unasked)
+    assert helps_nobody([9.0, 9.0], [1.0, 1.0], [1.0, 1.0], (before, after)) is idle  # left out in turn
 
 
 def test_what_a_named_effect_leaves_is_said_beside_it():
@@ -202,9 +205,8 @@ def test_a_nameless_correction_that_predicts_better_speaks_against_a_name(monkey
     """Of 400 values, whose misfit counts by half."""
     monkeypatch.setattr("fitting.diagnosis.judged.inflation_of", lambda program, fit: 2.0)
     program = SimpleNamespace(fitted=None, observations=lambda mask: 400.0)
-    stages = [SimpleNamespace(chosen="gravity", left_out=3.0, entered=SimpleNamespace(left_out=left)), SimpleNamespace(chosen=None)]
     race = None if generic is None else SimpleNamespace(left_out=generic)
-    assert outdone(SimpleNamespace(program=program, final=None, stages=stages), race) == pytest.approx(gain)
+    assert outdone(SimpleNamespace(program=program, final=None, left_out=(3.0, left)), race) == pytest.approx(gain)
 
 
 def test_what_is_said_where_a_nameless_correction_predicts_better():
@@ -235,16 +237,16 @@ def test_a_further_effect_that_explains_little_may_be_what_the_form_of_the_first
     def trial(slug, bayes, objective):
         return SimpleNamespace(slug=slug, bayes=bayes, adrift=0.0, fit=SimpleNamespace(objective=objective, u=np.zeros(0)))
 
-    def stage(slug, before, after):
-        entered = trial(slug, before - after, after)
-        return SimpleNamespace(chosen=slug, base=SimpleNamespace(objective=before), beside=None, entered=entered, trials=[entered])
-
-    stages = [stage("self_heating_rate", 6000.0, 1000.0 + second), stage("channel_lag", 1000.0 + second, 1000.0)]
     slugs = ("self_heating_rate", "channel_lag")
+    others = {"self_heating_rate": 6000.0 - second, "channel_lag": 1000.0 + second}
+    standings = {
+        slug: Standing(slug, SimpleNamespace(objective=alone), [trial(slug, alone - 1000.0, 1000.0)])
+        for slug, alone in others.items()
+    }
     program = SimpleNamespace(unknowns=SimpleNamespace(of=lambda names: np.zeros(0, int)))
     final = SimpleNamespace(slugs=slugs, at_bound=(), objective=1000.0, u=np.zeros(0))
     explanation = SimpleNamespace(
-        program=program, final=final, base=SimpleNamespace(objective=6000.0), stages=stages, contending=[]
+        program=program, final=final, base=SimpleNamespace(objective=6000.0), named=Named(final, 1.0, standings), contending=[]
     )
     first, further = effects_found(explanation, 0.01)
     assert first.probability > (0.8 if second < 2000.0 else 0.95)
@@ -254,14 +256,12 @@ def test_a_further_effect_that_explains_little_may_be_what_the_form_of_the_first
 def test_an_effect_is_not_certain_that_drift_or_a_contending_explanation_may_stand_for():
     model = SimpleNamespace(objective=100.0, u=np.zeros(0))
     entered = SimpleNamespace(slug="gravity", bayes=200.0, adrift=0.0, fit=model)
-    first = SimpleNamespace(
-        chosen="gravity", base=SimpleNamespace(objective=300.0), beside=None, entered=entered, trials=[entered]
-    )
+    first = Standing("gravity", SimpleNamespace(objective=300.0), [entered])
     explanation = SimpleNamespace(
         program=SimpleNamespace(unknowns=SimpleNamespace(of=lambda names: np.zeros(0, int))),
         final=SimpleNamespace(slugs=("gravity",), at_bound=(), objective=100.0, u=np.zeros(0)),
         base=SimpleNamespace(objective=300.0),
-        stages=[first],
+        named=Named(model, 1.0, {"gravity": first}),
         contending=[],
     )
     assert effects_found(explanation, 0.01)[0].probability > 0.95
