@@ -2,7 +2,8 @@
 
 Every rival is looked at with what a second effect would add to it, to second order; only the most promising
 are fitted. Two effects take the place of what was found if they explain clearly more and predict better; if
-drift of the instruments makes up for that, they contend with it.
+drift of the instruments makes up for that, they contend with it. Where no effect was believed alone, two are
+that also leave nothing.
 """
 
 from dataclasses import dataclass, replace
@@ -71,7 +72,7 @@ def detour(growth: Growth, explanation: Explanation) -> None:
         explanation: of the search so far; told anew where a pair takes its place.
     """
     program, first = explanation.program, explanation.stages[0]
-    if not explanation.final.slugs or not _noticed(explanation):
+    if not first.trials or not _noticed(explanation):
         return
     incumbents, complete = [_Incumbent(program, explanation.final)], False
     for ahead in _foreseen(growth, explanation):
@@ -91,10 +92,13 @@ def detour(growth: Growth, explanation: Explanation) -> None:
         if left is not None and _drift_does(explanation, incumbents, found):
             if all(set(found.slugs) != set(pair) for pair in explanation.contending):
                 explanation.contending.append(found.slugs)
-        elif left is not None:
+        elif left is not None and (explanation.final.slugs or not _leaves_more(program, found, left)):
             stage.chosen, stage.left_out = best.slug, first.left_out
             known = [first, stage, *explanation.stages[1:]]
-            explanation.named = growth.stood(program, found, left, known)
+            named = growth.stood(program, found, left, known)
+            if len(named.fit.slugs) < 2 and not explanation.final.slugs:
+                continue  # which was not believed alone
+            explanation.named = named
             explanation.stages = [replace(first, chosen=rival.slug), stage]
             incumbents, explanation.contending = [_Incumbent(program, explanation.final)], []
 
@@ -103,7 +107,7 @@ def _foreseen(growth: Growth, explanation: Explanation) -> list[_Ahead]:
     """The rivals of the first effect that promise most with a second one, if that is more than was found."""
     program, final = explanation.program, explanation.final
     quick = int(not program.hidden)
-    rivals = [t for t in explanation.stages[0].trials if t.slug != final.slugs[0] and not t.stopped]
+    rivals = [t for t in explanation.stages[0].trials if t.slug not in final.slugs[:1] and not t.stopped]
     rivals = sorted(rivals, key=lambda t: t.fit.objective)[: growth.effort * LOOKED_AT[quick]]
     if rivals:
         growth.progress(f"screening second effects beside {', '.join(t.slug for t in rivals)}")
@@ -125,7 +129,7 @@ def _with_its_second(growth: Growth, explanation: Explanation) -> list[Fit]:
     """One effect that was found alone with its best second one, as rivals have it; none where two were found,
     or there is no second one."""
     program, final = explanation.program, explanation.final
-    if len(final.slugs) > 1:
+    if len(final.slugs) != 1:
         return []
     last = explanation.stages[-1]
     if last.base.slugs != final.slugs:
@@ -162,8 +166,13 @@ def _noticed(explanation: Explanation) -> bool:
     program, fit, last = explanation.program, explanation.final, explanation.stages[-1]
     if last.base.slugs == fit.slugs and last.screen.p_value <= LEVEL:
         return True
+    return _leaves_more(program, fit, explanation.left_out[1])
+
+
+def _leaves_more(program: Program, fit: Fit, left_out: float) -> bool:
+    """Whether a model leaves more than noise of recordings; `left_out` is what it leaves in turn."""
     left = [(foretold(program, fit, mask), mask) for mask in (program.fitted, program.unseen)]
-    left.append((explanation.left_out[1], program.fitted))
+    left.append((left_out, program.fitted))
     return any(score > 1.0 + max(NOISE[0], NOISE[1] * spread(program, mask)) for score, mask in left)
 
 
