@@ -13,8 +13,9 @@ Rooms, in the order in which they are used:
 - `misfit`, `evidence`, `settled`: what a fit leaves of recordings, log Bayes factors, the base model and the
   noise about it;
 - `screen`, `trials`, `folds`: scores of all effects against chance, co-refits, recordings left out in turn;
-- `choose`, `pruning`, `growing`, `detours`, `explain`, `stages`: which candidate enters, which earlier one
-  gives way, one effect after the other, pairs from rivals of the first, both; what a search went through;
+- `choose`, `pruning`, `standings`, `growing`, `detours`, `explain`, `stages`: which candidate enters, which
+  earlier one is idle or gives way, one effect after the other, pairs from rivals of the first, both; what a
+  search went through;
 - `places`, `generic`, `remainder`: nameless corrections, to race against and for what is unmodelled;
 - `locate`, `prove`, `probabilities`, `judged`, `conclude`, `designs`: drivers and rows, held-out scores, how
   what is left is judged, the verdict, the next experiment;

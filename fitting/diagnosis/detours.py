@@ -71,8 +71,8 @@ def detour(growth: Growth, explanation: Explanation) -> None:
         growth: how effects are looked for.
         explanation: of the search so far; told anew where a pair takes its place.
     """
-    program, first = explanation.program, explanation.stages[0]
-    if not first.trials or not _noticed(explanation):
+    program = explanation.program
+    if not explanation.stages[0].trials or not _noticed(explanation):
         return
     incumbents, complete = [_Incumbent(program, explanation.final)], False
     for ahead in _foreseen(growth, explanation):
@@ -89,18 +89,33 @@ def detour(growth: Growth, explanation: Explanation) -> None:
                 continue
         found = pruned(program, polished(program, best.fit))
         left = _surpassing(explanation, incumbents, found) if len(found.slugs) > 1 else None
-        if left is not None and _drift_does(explanation, incumbents, found):
-            if all(set(found.slugs) != set(pair) for pair in explanation.contending):
-                explanation.contending.append(found.slugs)
-        elif left is not None and (explanation.final.slugs or not _leaves_more(program, found, left)):
-            stage.chosen, stage.left_out = best.slug, first.left_out
-            known = [first, stage, *explanation.stages[1:]]
-            named = growth.stood(program, found, left, known)
-            if len(named.fit.slugs) < 2 and not explanation.final.slugs:
-                continue  # which was not believed alone
-            explanation.named = named
-            explanation.stages = [replace(first, chosen=rival.slug), stage]
-            incumbents, explanation.contending = [_Incumbent(program, explanation.final)], []
+        if left is None:
+            continue
+        if _drift_does(explanation, incumbents, found):
+            _contend(explanation, found)
+        elif _took_over(growth, explanation, ahead, found, left):
+            stage.chosen, incumbents = best.slug, [_Incumbent(program, explanation.final)]
+
+
+def _contend(explanation: Explanation, pair: Fit) -> None:
+    """Note a pair that drift alone keeps from taking the place of what was found, once."""
+    if explanation.final.slugs and all(set(pair.slugs) != set(other) for other in explanation.contending):
+        explanation.contending.append(pair.slugs)
+
+
+def _took_over(growth: Growth, explanation: Explanation, ahead: _Ahead, pair: Fit, left: float) -> bool:
+    """Whether a pair took the place of what was found; `left` is what it leaves of recordings left out."""
+    program, alone = explanation.program, not explanation.final.slugs
+    if alone and _leaves_more(program, pair, left):
+        return False
+    first, *others = explanation.stages
+    ahead.stage.left_out = first.left_out
+    named = growth.stood(program, pair, left, [first, ahead.stage, *others])
+    if alone and len(named.fit.slugs) < 2:  # one of them was not believed by itself
+        return False
+    explanation.named, explanation.contending = named, []
+    explanation.stages = [replace(first, chosen=ahead.rival.slug), ahead.stage]
+    return True
 
 
 def _foreseen(growth: Growth, explanation: Explanation) -> list[_Ahead]:

@@ -41,6 +41,16 @@ def test_a_further_effect_takes_much_of_what_the_base_model_missed(world, base, 
     assert (found is not None) is enters
 
 
+@pytest.mark.parametrize(("fitted", "enters"), [(1.2, True), (2.2, False)])
+def test_what_takes_a_large_part_of_all_may_leave_more_behind(world, monkeypatch, fitted, enters):
+    """What the imperfect form of a true effect leaves is not a fifth of all misfit."""
+    monkeypatch.setitem(LEFT_OUT, "second", [1.2, 1.1, 1.1])  # a third of what is left out
+    current = fit("first", 3.0)
+    stage = Stage(current, None, [Trial("second", fit("second", fitted), 300.0, 1.0)])
+    found = choose.choice(PROGRAM, current, stage, fit("base", 6.0), 20.0)
+    assert (found is not None) is enters
+
+
 @pytest.mark.parametrize(("bayes", "drift", "first", "further"), [
     (9.0, 0.0, True, True),
     (7.0, 0.0, False, True),  # that something is missing is certain once the first one is in

@@ -138,6 +138,25 @@ def test_they_do_not_where_anything_speaks_against_it(world, monkeypatch, agains
     assert world.explanation.contending == ([pair] if against == "drift" else [])
 
 
+@pytest.mark.parametrize("against", ["nothing", "left over", "left out", "drift", "idle"])
+def test_two_neither_of_which_was_believed_alone_must_leave_nothing(world, monkeypatch, against):
+    """Where no effect was, and the base model leaves more than noise."""
+    monkeypatch.setitem(GAINS, "one", {"two": 200.0})
+    world.explanation.named = Named(fit())
+    world.explanation.stages[0].chosen = None
+    world.worth[()], world.left[()], world.unseen[()], world.seconds["far"] = 0.0, [1.0, 1.0, 1.0], 0.0, []
+    world.leaves = 1.2 if against == "left over" else 1.0
+    if against == "left out":
+        world.left["one", "two"] = [0.4, 0.4, 0.4]
+    elif against == "drift":
+        world.drift = 143.0
+    elif against == "idle":  # one of them, once the other is there
+        monkeypatch.setitem(OBJECTIVES, ("two",), 100.0)
+        monkeypatch.setattr(Growth, "stood", lambda growth, *_: Named(fit("two"), 1.0))
+    assert world.found() == (("one", "two") if against == "nothing" else ())
+    assert world.explanation.contending == []
+
+
 def test_the_same_two_in_another_order_are_no_detour(world, monkeypatch):
     """Where two were found, the second is a rival of the first: beside it another first one may be better."""
     monkeypatch.setitem(GAINS, "one", {"both": 400.0, "two": 20.0})
