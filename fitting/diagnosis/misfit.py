@@ -6,6 +6,9 @@ from scipy.optimize import lsq_linear
 from .program import Program
 from .refit import NARROWEST, Fit
 
+SINGULAR = 1e-14
+"""Share of the largest variance of a fit's numbers that rounding leaves of none."""
+
 
 def reduced(program: Program, fit: Fit, chosen: np.ndarray) -> float:
     """Chi-square per measured value of some recordings, given by a mask."""
@@ -23,7 +26,8 @@ def foretold(program: Program, fit: Fit, chosen: np.ndarray) -> float:
     if np.any(chosen & program.fitted):
         return reduced(program, fit, chosen)
     r, A = fit.evaluation.joined(chosen.astype(float))
-    held = np.linalg.cholesky(np.linalg.inv(fit.covariance)).T
+    variances, axes = np.linalg.eigh(fit.covariance)  # which may be singular to rounding
+    held = (axes * np.maximum(variances, SINGULAR * variances.max()) ** -0.5).T
     at, unknowns = fit.u[fit.free], program.unknowns
     low, high = unknowns.low[fit.free] - at - NARROWEST, unknowns.high[fit.free] - at + NARROWEST
     both = np.concatenate([A, held]), np.concatenate([-r, np.zeros(len(at))])

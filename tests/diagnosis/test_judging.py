@@ -52,6 +52,23 @@ def test_no_constant_leaves_its_bounds_to_excuse_a_recording():
     assert allowed < plain
 
 
+def test_constants_that_a_fit_leaves_open_but_for_a_sum_are_judged_as_well():
+    """Their covariance is singular to rounding, and its inverse of no sign."""
+    apart, together = np.array([1.0, -1.0]) / np.sqrt(2.0), np.array([1.0, 1.0]) / np.sqrt(2.0)
+    covariance = 1e6 * np.outer(apart, apart) + 1e-13 * np.outer(together, together)
+    with pytest.raises(np.linalg.LinAlgError):
+        np.linalg.cholesky(np.linalg.inv(covariance))
+    A, r = np.ones((ROWS, 2)), np.full(ROWS, 2.0)
+    program = SimpleNamespace(
+        fitted=np.array([True, False]),
+        unknowns=SimpleNamespace(low=np.full(2, -4.0), high=np.full(2, 4.0)),
+        observations=lambda chosen: ROWS,
+    )
+    evaluation = SimpleNamespace(joined=lambda weight: (r * weight[1], A * weight[1]), chi2=lambda weight: float(r @ r))
+    fit = SimpleNamespace(evaluation=evaluation, covariance=covariance, u=np.zeros(2), free=np.arange(2))
+    assert foretold(program, fit, np.array([False, True])) == pytest.approx(4.0, rel=0.01)
+
+
 def test_a_prediction_is_judged_by_the_density_that_it_gave_what_came():
     """Errors that share a shift of known spread, against the joint density of a Gaussian."""
     shift, sd = 0.7, 0.4
