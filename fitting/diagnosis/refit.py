@@ -136,6 +136,13 @@ class Refitter:
                     break
         return self._finished(u, free, slugs, now)
 
+    def promised(self, fit: Fit) -> float:
+        """Objective that a fit's next step promises, to second order; one of few trial steps may be far from
+        where it leads."""
+        r, J = fit.evaluation.joined(self.weight)
+        _, decrease = self._step(fit.u, (fit.objective, r, J), fit.free, 0.0)
+        return fit.objective - decrease
+
     def _count(self) -> float:
         """Measured values that are fitted."""
         program = self.program
@@ -158,7 +165,7 @@ class Refitter:
         self, u: np.ndarray, now: tuple, free: np.ndarray, damping: float
     ) -> tuple[np.ndarray, float]:
         """A step, (unknowns,), and the decrease of the objective that it promises, to second order."""
-        _, r, J, _ = now
+        _, r, J, *_ = now
         departure, sd = self._prior(u, free)
         H = J.T @ J + np.diag(sd**-2)
         g = J.T @ r + departure / sd**2

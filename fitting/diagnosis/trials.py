@@ -19,7 +19,8 @@ LIKELY = 0.01
 HALVING = ((10, 2), (5, 4))
 """How many of the best candidates take how many trial steps, before the best are fitted to the end."""
 PROMISING = 2
-"""Candidates that stay because the screen ranks them first, however they began."""
+"""Candidates that stay because the screen ranks them first, however they began; one more does whose next step
+promises most, if that is more than the others have: an effect of many shapes may need many steps."""
 PURSUED = 3
 """Candidates that are fitted to the end, from two starts each."""
 OTHER_SHAPES = (0.15, 0.5, 0.85)
@@ -84,20 +85,23 @@ def trials_of(
     likely = [s for s in found.scores if s.p_value < LIKELY][: effort * most]
     starts = {score.slug: _starts(program.unknowns, score) for score in likely}
     best: dict[str, Fit] = {}
-    kept = [score.slug for score in likely]
+    kept, refitter = [score.slug for score in likely], Refitter(program)
 
     def fitted(job: tuple[str, np.ndarray | Fit, int]) -> tuple[str, Fit]:
         slug, start, rounds = job
-        fit = Refitter(program).fit((*current.slugs, slug), start, rounds, current.evaluation)
+        fit = refitter.fit((*current.slugs, slug), start, rounds, current.evaluation)
         if min(fit.objective, best[slug].objective if slug in best else np.inf) < current.objective:
             return slug, fit
         faint = _fainter(program.unknowns, slug, current.u, fit.u if isinstance(start, Fit) else start)
-        again = Refitter(program).fit(fit.slugs, faint, rounds, current.evaluation)
+        again = refitter.fit(fit.slugs, faint, rounds, current.evaluation)
         return slug, min(fit, again, key=lambda f: f.objective)
 
     def ahead(count: int) -> list[str]:
         first = sorted(best, key=lambda slug: best[slug].objective)[: effort * count]
-        return first + [score.slug for score in likely[:PROMISING] if score.slug not in first]
+        worst = max((best[slug].objective for slug in first), default=0.0)
+        first += [score.slug for score in likely[:PROMISING] if score.slug not in first]
+        promised = {slug: refitter.promised(fit) for slug, fit in best.items() if slug not in first}
+        return first + [slug for slug in sorted(promised, key=promised.get)[:1] if promised[slug] < worst]
 
     for count, rounds in HALVING:
         kept = ahead(count) if best else kept
