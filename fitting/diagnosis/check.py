@@ -20,7 +20,6 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.units import from_si
 
 from .noise import noise_of
-from .probabilities import UNTRIED
 from .words import SEPARATE
 
 if TYPE_CHECKING:
@@ -285,7 +284,7 @@ def answers(asked: Sequence[str], conclusion: Conclusion) -> list[dict]:
                 f"{slug} cannot be tested with these recordings: no output changes with it, or base "
                 f"constants absorb what does. To test it: {SEPARATE.get(slug, 'vary what drives it')}."
             )
-        elif slug in conclusion.candidates and conclusion.candidates[slug][1] == UNTRIED:
+        elif slug in conclusion.candidates and slug not in conclusion.explanation.tried:
             text = f"{slug} is not named: its signature did not stand out enough for it to be fitted."
         elif slug in conclusion.candidates:
             probability, bayes = conclusion.candidates[slug]

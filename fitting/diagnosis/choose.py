@@ -2,8 +2,8 @@
 
 from .drift import explained_by_drift
 from .evidence import inflation_of
-from .folds import LITTLE, gain, left_out
-from .misfit import reduced, surprise
+from .folds import gain, left_out
+from .misfit import reduced, spread, surprise
 from .program import Program
 from .refit import Fit
 from .stages import Stage
@@ -21,6 +21,8 @@ SHARE = 0.45
 a remainder that something else fits."""
 LARGE = 0.2
 """Of the base model's misfit of what was fitted, more than the imperfect form of a true effect leaves."""
+CHANCE = 3.0
+"""Standard deviations of a reduced chi-square over 1 up to which no share of it is told."""
 OF_ALL = 0.025
 """Of the base model's own misfit, what a further effect must take away."""
 OF_FITTED = 0.1
@@ -97,6 +99,8 @@ def surpassed(program: Program, trial: Trial, rival: Trial) -> bool:
 
 
 def _taken(program: Program, current: Fit, further: Fit, base: Fit) -> float:
-    """Share of the base model's misfit of what was fitted that a further effect takes away."""
+    """Share of the base model's misfit of what was fitted that a further effect takes away; 0 where that is
+    no more than chance."""
     before, after, whole = (reduced(program, fit, program.fitted) for fit in (current, further, base))
-    return (before - after) / max(whole - 1.0, LITTLE)
+    by_chance = whole - 1.0 < CHANCE * spread(program, program.fitted)
+    return 0.0 if by_chance else (before - after) / (whole - 1.0)

@@ -34,6 +34,7 @@ from .probabilities import (
     explanation_set,
     probabilities,
     weights_of,
+    worth,
 )
 from .program import Program
 from .prove import Correction, HeldOut, Scores
@@ -195,7 +196,7 @@ def _members(explanation: Explanation) -> list[tuple[str, Program, Fit, float, C
     if not explanation.standings:
         return [("base", explanation.program, explanation.base, 1.0, None)]
     last = explanation.standings[-1]
-    weights = weights_of(np.array([t.bayes for t in last.trials]))
+    weights = weights_of(np.array([worth(last, t) for t in last.trials]))
     kept = [
         (t, w) for t, w in zip(last.trials, weights, strict=True) if w >= LEAST_WEIGHT or t.slug == last.slug
     ]
@@ -275,7 +276,8 @@ def _guess(explanation: Explanation) -> str:
     """Component of a misfit that no effect explains: that of the best candidate."""
     stage = explanation.leading
     if stage and stage.trials:
-        component = CATALOGUE[stage.trials[0].slug].component
+        first = explanation.standings[0].own if explanation.standings else stage.trials[0]
+        component = CATALOGUE[first.slug].component
         if component == "spring" and explanation.program.kind in ("actuator", "wire"):
             return "spring_2" if explanation.program.kind == "actuator" else "wire"
         return component

@@ -11,15 +11,15 @@ from functools import cached_property
 
 import numpy as np
 
-from .choose import CERTAIN, PREDICTS
+from .choose import CERTAIN, FIRST_SHARE, LESS, PREDICTS
 from .drift import explained_by_drift
 from .evidence import evidence, inflation_of
-from .folds import left_out
+from .folds import gain, left_out
 from .growing import LEVEL, Growth, screened
 from .misfit import foretold, spread, surprise
 from .program import Program
 from .pruning import polished, pruned
-from .refit import Fit, Refitter
+from .refit import Fit, Refitter, stopped
 from .side_by_side import side_by_side
 from .stages import Explanation, Stage
 from .trials import Trial
@@ -93,7 +93,7 @@ def detour(growth: Growth, explanation: Explanation) -> None:
             continue
         if _drift_does(explanation, incumbents, found):
             _contend(explanation, found)
-        elif _took_over(growth, explanation, ahead, found, left):
+        elif _took_over(growth, explanation, ahead, incumbents, found, left):
             stage.chosen, incumbents = best.slug, [_Incumbent(program, explanation.final)]
 
 
@@ -103,19 +103,42 @@ def _contend(explanation: Explanation, pair: Fit) -> None:
         explanation.contending.append(pair.slugs)
 
 
-def _took_over(growth: Growth, explanation: Explanation, ahead: _Ahead, pair: Fit, left: float) -> bool:
-    """Whether a pair took the place of what was found; `left` is what it leaves of recordings left out."""
+def _took_over(
+    growth: Growth,
+    explanation: Explanation,
+    ahead: _Ahead,
+    incumbents: list[_Incumbent],
+    pair: Fit,
+    left: np.ndarray,
+) -> bool:
+    """Whether a pair that surpasses incumbents took the place of what was found, or another one did that its
+    effects gave way to; `left` is what it leaves of recordings left out, by fold."""
     program, alone = explanation.program, not explanation.final.slugs
-    if alone and _leaves_more(program, pair, left):
-        return False
     first, *others = explanation.stages
+    if alone:
+        first.left_out = float(incumbents[0].left_out.sum())
+        if not _believable(program, incumbents[0], pair, left):
+            return False
     ahead.stage.left_out = first.left_out
-    named = growth.stood(program, pair, left, [first, ahead.stage, *others])
-    if alone and len(named.fit.slugs) < 2:  # one of them was not believed by itself
-        return False
+    named = growth.stood(program, pair, float(left.sum()), [first, ahead.stage, *others])
+    if set(named.fit.slugs) != set(pair.slugs):
+        again = _surpassing(explanation, incumbents, named.fit) if len(named.fit.slugs) > 1 else None
+        if again is None or (alone and not _believable(program, incumbents[0], named.fit, again)):
+            return False
     explanation.named, explanation.contending = named, []
     explanation.stages = [replace(first, chosen=ahead.rival.slug), ahead.stage]
     return True
+
+
+def _believable(program: Program, base: _Incumbent, pair: Fit, left: np.ndarray) -> bool:
+    """Whether a pair may be named where no effect was believed alone: the base model leaves more than noise,
+    the pair does not, and takes away a part of what is left out, with no effect at a bound."""
+    before = float(base.left_out.sum())
+    if before < LESS or not _leaves_more(program, base.fit, before):
+        return False
+    if any(stopped(pair, slug) for slug in pair.slugs):
+        return False
+    return gain(base.left_out, left)[1] >= FIRST_SHARE and not _leaves_more(program, pair, float(left.sum()))
 
 
 def _foreseen(growth: Growth, explanation: Explanation) -> list[_Ahead]:
@@ -191,10 +214,10 @@ def _leaves_more(program: Program, fit: Fit, left_out: float) -> bool:
     return any(score > 1.0 + max(NOISE[0], NOISE[1] * spread(program, mask)) for score, mask in left)
 
 
-def _surpassing(explanation: Explanation, others: list[_Incumbent], new: Fit) -> float | None:
-    """Reduced chi-square of recordings left out in turn by an explanation, if it is clearly better than each
-    of others: it has more evidence, by more than it predicts those never fitted worse, and it predicts those
-    left out better.
+def _surpassing(explanation: Explanation, others: list[_Incumbent], new: Fit) -> np.ndarray | None:
+    """Reduced chi-square of recordings left out in turn by an explanation, by fold, if it is clearly better
+    than each of others: it has more evidence, by more than it predicts those never fitted worse, and it
+    predicts those left out better.
 
     It must not owe that to a single fold, in which another one may have gone astray.
     """
@@ -210,7 +233,7 @@ def _surpassing(explanation: Explanation, others: list[_Incumbent], new: Fit) ->
         gains = old.left_out - mine
         if 0.5 * count * gains.sum() / inflation < PREDICTS or gains.sum() - gains.max() < 0.0:
             return None
-    return float(mine.sum())
+    return mine
 
 
 def _drift_does(explanation: Explanation, others: list[_Incumbent], new: Fit) -> bool:

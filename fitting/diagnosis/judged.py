@@ -128,8 +128,10 @@ def helps_nobody(
 ) -> bool:
     """Whether named effects leave recordings that were not fitted, or those left out in turn, more than half
     of what they are missed by, whatever the uncertainty of the constants could excuse: the names help nobody
-    there. Arguments as for `leaves_more`, and scores of recordings left out in turn, NaN if not asked."""
-    return _keeps(base[1], last[1], floors[1], HELPS) or _keeps(*left_out, floors[0], HELPS)
+    there. Those left out in turn say so only where others are missed, too: what extrapolates badly may be
+    right. Arguments as for `leaves_more`, and scores of recordings left out in turn, NaN if not asked."""
+    over = any(after > noise + OVER for after, noise in zip(last, floors, strict=True))
+    return _keeps(base[1], last[1], floors[1], HELPS) or (over and _keeps(*left_out, floors[0], HELPS))
 
 
 def outdone(explanation: Explanation, generic: Generic | None) -> float:

@@ -133,7 +133,8 @@ def _candidates(conclusion: Conclusion) -> str:
     )
     beside = f" and {' and '.join(stage.base.slugs).replace('_', ' ')}" if stage.base.slugs else ""
     caption = f"Candidates for the first effect, fitted together with the model{beside}."
-    return html.table(header, rows, caption, 0)
+    chosen = next((k for k, t in enumerate(stage.trials) if t.slug in x.final.slugs), 0)
+    return html.table(header, rows, caption, chosen)
 
 
 def _scores(conclusion: Conclusion) -> str:

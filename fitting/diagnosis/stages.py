@@ -50,10 +50,6 @@ class Standing:
         """The trial of the effect itself."""
         return next(t for t in self.trials if t.slug == self.slug)
 
-    def holds(self, fit: Fit) -> bool:
-        """Whether a model has the effect, and the same others."""
-        return self.slug in fit.slugs and {*self.base.slugs, self.slug} == set(fit.slugs)
-
 
 @dataclass
 class Named:
@@ -61,7 +57,8 @@ class Named:
 
     Attributes:
         fit: the model.
-        left_out: its reduced chi-square of fitted recordings left out in turn; NaN if not asked.
+        left_out: its reduced chi-square of fitted recordings left out in turn, as `folds.gain` counts what it
+            gains on the base model; NaN if not asked.
         standings: of its effects.
     """
 
@@ -100,6 +97,11 @@ class Explanation:
     def tries(self) -> int:
         """See the class."""
         return self.program.tally[FITS]
+
+    @property
+    def tried(self) -> set[str]:
+        """Effects that were fitted."""
+        return {trial.slug for one in (*self.stages, *self.named.standings.values()) for trial in one.trials}
 
     @property
     def final(self) -> Fit:

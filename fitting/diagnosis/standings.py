@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .choose import FURTHER, surpassed
+from .choose import FURTHER, PREDICTS, surpassed
 from .drift import explained_by_drift
 from .evidence import inflation_of
 from .folds import gain, left_out
@@ -19,6 +19,10 @@ from .refit import Fit
 from .stages import Named, Stage, Standing
 from .trials import Trial, weigh
 
+ASTRAY = 2.0
+"""Factor on the misfit of a fold from which a model went astray without it."""
+BETTER = 1.0
+"""Log-likelihood, deflated, from which a fit that turns up among rivals takes the place of the model's."""
 EXCHANGES = 2
 """How often each effect may give way, on average."""
 Fill = Callable[[Fit], Stage]
@@ -31,11 +35,13 @@ def stood(program: Program, fit: Fit, left: float, stages: list[Stage], fill: Fi
     Args:
         program: of the campaign.
         fit: the model.
-        left: its reduced chi-square of fitted recordings left out in turn.
-        stages: rounds of searches, whose trials are used again where they stand beside the same effects.
+        left: what it leaves of fitted recordings left out in turn, see `Named`.
+        stages: rounds of a search, that on the base model first; their trials are used again where they stand
+            beside the same effects.
         fill: makes another one.
     """
     named, known, exchanges = Named(fit, left), list(stages), EXCHANGES * len(fit.slugs)
+    score = _Scored(program, stages[0])
     while True:
         slug = next((s for s in named.fit.slugs if s not in named.standings), None)
         if slug is None:
@@ -43,25 +49,46 @@ def stood(program: Program, fit: Fit, left: float, stages: list[Stage], fill: Fi
         stage = _beside(known, [s for s in named.fit.slugs if s != slug])
         rest = stage.base if stage else without(program, named.fit, slug)
         if rest.slugs and idle(program, rest, named.fit):
-            before = left_out(program, named.fit)
-            named = Named(rest, named.left_out - gain(before, left_out(program, rest))[0])
+            named = Named(rest, score(rest))
             continue
         if stage is None:
             stage = fill(rest)
             known.append(stage)
         standing = _standing(program, named, slug, stage)
         own = standing.own
-        if own.fit.objective < named.fit.objective:
-            named.fit = replace(own.fit, slugs=named.fit.slugs)  # as they entered
+        if (named.fit.objective - own.fit.objective) / inflation_of(program, own.fit) > BETTER:
+            named = Named(replace(own.fit, slugs=named.fit.slugs), named.left_out)  # as they entered
+            continue
         entered = stage.chosen == slug  # `choice` weighed it against its rivals there
         rival = None if entered or not exchanges else _successor(program, standing)
-        if rival is None:
+        if rival is not None:
+            exchanges -= 1
+            slugs = tuple(rival.slug if s == slug else s for s in named.fit.slugs)
+            named = Named(replace(rival.fit, slugs=slugs), score(rival.fit))
+            rival.left_out = named.left_out
+            named.standings[rival.slug] = replace(standing, slug=rival.slug)
+        elif stage.base.slugs and own.bayes < FURTHER:  # beside a fair fit of the others
+            named = Named(stage.base, score(stage.base))
+        else:
             named.standings[slug] = standing
-            continue
-        exchanges -= 1
-        slugs = tuple(rival.slug if s == slug else s for s in named.fit.slugs)
-        named = Named(replace(rival.fit, slugs=slugs), rival.left_out)
-        named.standings[rival.slug] = replace(standing, slug=rival.slug)
+
+
+class _Scored:
+    """What models leave of recordings left out in turn, see `Named`.
+
+    Args:
+        program: of the campaign.
+        first: the round on the base model.
+    """
+
+    def __init__(self, program: Program, first: Stage):
+        self._program, self._first, self._before = program, first, None
+
+    def __call__(self, fit: Fit) -> float:
+        if self._before is None:
+            self._before = left_out(self._program, self._first.base)
+        gained, _ = gain(self._before, left_out(self._program, fit))
+        return float(self._before.sum()) - gained
 
 
 def _beside(known: list[Stage], slugs: list[str]) -> Stage | None:
@@ -88,18 +115,26 @@ def _adrift(program: Program, base: Fit, trial: Trial) -> float:
 
 
 def _successor(program: Program, standing: Standing) -> Trial | None:
-    """The rival that takes the place of an effect: one within its bounds that has more evidence, which drift
-    does not explain, and predicts recordings no worse."""
+    """The rival that takes the place of an effect: one within its bounds that has more evidence, also less
+    what drift explains, and predicts recordings no worse."""
     own, before = standing.own, None
     for rival in standing.trials:
         if rival is own:
             return None
         rival.adrift = 0.0 if rival.stopped else _adrift(program, standing.base, rival)
-        if rival.stopped or rival.bayes - rival.adrift < FURTHER or not surpassed(program, own, rival):
+        enough = max(FURTHER, own.bayes - own.adrift)
+        if rival.stopped or rival.bayes - rival.adrift < enough or not surpassed(program, own, rival):
             continue
         before = left_out(program, own.fit) if before is None else before
-        gained, _ = gain(before, left_out(program, rival.fit))
-        if gained >= 0.0:
-            rival.left_out = own.left_out - gained
+        if _no_worse(program, before, left_out(program, rival.fit), inflation_of(program, rival.fit)):
             return rival
     return None
+
+
+def _no_worse(program: Program, before: np.ndarray, after: np.ndarray, inflation: float) -> bool:
+    """Whether a model predicts recordings left out in turn no worse than another one, by fold: but for one in
+    which it goes astray, if it predicts the rest clearly better."""
+    worst = int(np.argmin(before - after))
+    rest = np.delete(before - after, worst)
+    clearly = 0.5 * program.observations(program.fitted) * rest.sum() / inflation >= PREDICTS
+    return bool(after.sum() <= before.sum() or (clearly and after[worst] > ASTRAY * before[worst]))

@@ -173,7 +173,8 @@ def test_a_name_that_helps_no_recording_that_was_not_fitted_is_doubted(before, a
     unasked = (np.nan, np.nan)
     assert helps_nobody([9.0, before], [1.0, after], [1.0, 1.0], unasked) is idle
     assert not helps_nobody([9.0, before], [1.0, after], [1.0, 4.0], unasked)
-    assert helps_nobody([9.0, 9.0], [1.0, 1.0], [1.0, 1.0], (before, after)) is idle  # left out in turn
+    assert helps_nobody([9.0, 9.0], [1.0, 1.4], [1.0, 1.0], (before, after)) is idle  # left out in turn
+    assert not helps_nobody([9.0, 9.0], [1.0, 1.0], [1.0, 1.0], (before, after))  # but all else is explained
 
 
 def test_what_a_named_effect_leaves_is_said_beside_it():

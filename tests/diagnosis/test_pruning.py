@@ -44,7 +44,7 @@ class Searched:
         self.filled = []
         self.program = SimpleNamespace(
             unknowns=SimpleNamespace(slugs=SLUGS, of=lambda names: np.array([SLUGS.index(n) for n in names]), neutral=np.zeros(4), base=[]),
-            unseen=None,
+            unseen=None, fitted=None, observations=lambda mask: 40.0,
         )  # fmt: skip
         self.current = self.fit("gravity", "wrap_friction")
         first = Stage(self.fit(), None, self.trials((), SLUGS), 9.0, "gravity")
@@ -61,7 +61,10 @@ class Searched:
             monkeypatch.setattr(module, "inflation_of", lambda program, fit: 1.0)
         monkeypatch.setattr(pruning, "evidence", lambda program, rest, fit, inflation: self.worth(rest, fit))
         monkeypatch.setattr(choose, "surprise", lambda program, fit, mask: self.unseen.get(frozenset(fit.slugs), 0.0))
-        monkeypatch.setattr(standings, "left_out", lambda program, fit: np.array([2.0, 2.0]) + self.astray.get(frozenset(fit.slugs), 0.0))
+        whole = np.array([2.0, 1.0, 1.0])
+        monkeypatch.setattr(
+            standings, "left_out", lambda program, fit: (whole if fit.slugs else whole + 1.0) + self.astray.get(frozenset(fit.slugs), 0.0)
+        )
         monkeypatch.setattr(standings, "explained_by_drift", lambda program, base, fit: self.drift.get(frozenset(fit.slugs), 0.0))
 
     def fit(self, *slugs):
@@ -105,7 +108,9 @@ def test_a_rival_of_more_evidence_beside_the_others_takes_the_place(searched):
     assert [t.bayes for t in searched.stages[0].trials] == [150.0, 140.0, 125.0, 100.0]  # the search stays as it was
 
 
-@pytest.mark.parametrize("why", ["worth less", "at a bound", "drift", "left out", "never fitted"])
+@pytest.mark.parametrize("why", [
+    "worth less", "at a bound", "drift", "more drift", "left out", "left out, in one part", "never fitted",
+])
 def test_another_does_not_where_anything_speaks_against_it(searched, why):
     pair = frozenset({"thick_wall", "wrap_friction"})
     if why == "worth less":
@@ -114,8 +119,12 @@ def test_another_does_not_where_anything_speaks_against_it(searched, why):
         searched.stopped = {"thick_wall"}
     elif why == "drift":
         searched.drift[pair] = 61.0
+    elif why == "more drift":  # than it has more evidence
+        searched.drift[pair] = 16.0
     elif why == "left out":
-        searched.astray[pair] = np.array([0.1, 0.2])
+        searched.astray[pair] = np.array([0.1, 0.2, 0.0])
+    elif why == "left out, in one part":  # not astray: it predicts the rest little better
+        searched.astray[pair] = np.array([3.0, -0.1, -0.1])
     else:
         searched.unseen[pair] = 16.0
     named = searched.stood()
@@ -126,9 +135,11 @@ def test_another_does_not_where_anything_speaks_against_it(searched, why):
 
 
 def test_what_takes_a_place_may_go_astray_without_one_part_of_the_recordings(searched):
-    searched.astray[frozenset({"thick_wall", "wrap_friction"})] = np.array([30.0, -0.5])
+    """Its score counts what it gains on the base model's 7, without that part, as that of any effect does."""
+    searched.astray[frozenset({"thick_wall", "wrap_friction"})] = np.array([30.0, -0.5, 0.0])
     named = searched.stood()
-    assert named.fit.slugs == ("thick_wall", "wrap_friction") and named.left_out == 3.5
+    assert named.fit.slugs == ("thick_wall", "wrap_friction")
+    assert named.left_out == named.standings["thick_wall"].own.left_out == 7.0 - 2.5
 
 
 @pytest.mark.parametrize("found", [True, False])
@@ -159,6 +170,7 @@ def test_an_effect_that_another_made_idle_is_dropped_and_the_next_one_leads(sear
     explanation = Explanation(searched.program, searched.fit(), named, searched.stages, 0.0, True)
     assert explanation.leading is named.standings["wrap_friction"] and explanation.left_out == (9.0, 4.0)
     searched.objectives[("wrap_friction",)] = 212.0
+    searched.objectives["thick_wall", "wrap_friction"] = 240.0
     assert len(searched.stood().fit.slugs) == 2
 
 
