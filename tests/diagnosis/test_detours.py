@@ -88,7 +88,6 @@ def test_two_that_explain_and_predict_better_take_the_place_of_one(world):
     first, second = world.explanation.stages
     assert (first.chosen, second.chosen) == ("one", "two") and world.explanation.leading.slug == "one"
     assert world.explanation.left_out == (3.0, pytest.approx(1.0))  # what a nameless correction is raced against
-    assert np.isnan(world.tried[1].left_out)  # trials of the other explanation are left as they were
     assert world.beside == [(), ("one",)]  # what each is worth is told from trials beside the other one
     assert ("far",) not in world.asked  # it promises less than was found
 
@@ -138,15 +137,29 @@ def test_they_do_not_where_anything_speaks_against_it(world, monkeypatch, agains
     assert world.explanation.contending == ([pair] if against == "drift" else [])
 
 
-@pytest.mark.parametrize("against", ["nothing", "left over", "left out", "drift", "idle"])
+@pytest.mark.parametrize("against", [
+    "nothing", "noise", "overstated noise", "left over", "left out", "drift", "idle", "at a bound", "a small part",
+])  # fmt: skip
 def test_two_neither_of_which_was_believed_alone_must_leave_nothing(world, monkeypatch, against):
     """Where no effect was, and the base model leaves more than noise."""
     monkeypatch.setitem(GAINS, "one", {"two": 200.0})
     world.explanation.named = Named(fit())
     world.explanation.stages[0].chosen = None
+    world.explanation.stages[0].left_out = np.nan  # no single one had evidence enough to ask for it
     world.worth[()], world.left[()], world.unseen[()], world.seconds["far"] = 0.0, [1.0, 1.0, 1.0], 0.0, []
-    world.leaves = 1.2 if against == "left over" else 1.0
-    if against == "left out":
+    pair = ("one", "two")
+    leaves = {(): 1.0 if against == "noise" else 1.5, pair: 1.2 if against == "left over" else 1.0}
+    monkeypatch.setattr(detours, "foretold", lambda program, found, mask: leaves[found.slugs])
+    if against == "noise":  # a signature stands out; the base model leaves nothing
+        world.left[()], world.left[pair] = [0.35, 0.35, 0.34], [0.2, 0.2, 0.2]
+    elif against == "overstated noise":
+        world.left[()], world.left[pair] = [0.24, 0.25, 0.25], [0.1, 0.1, 0.1]
+    elif against == "at a bound":
+        monkeypatch.setattr(detours, "stopped", lambda found, slug: slug == "one")
+    elif against == "a small part":
+        world.left[()], world.left[pair] = [1.05, 0.3, 0.3], [0.99, 0.02, 0.03]
+        monkeypatch.setattr(detours, "gain", lambda before, after: (0.6, 0.09))
+    elif against == "left out":
         world.left["one", "two"] = [0.4, 0.4, 0.4]
     elif against == "drift":
         world.drift = 143.0
@@ -155,6 +168,18 @@ def test_two_neither_of_which_was_believed_alone_must_leave_nothing(world, monke
         monkeypatch.setattr(Growth, "stood", lambda growth, *_: Named(fit("two"), 1.0))
     assert world.found() == (("one", "two") if against == "nothing" else ())
     assert world.explanation.contending == []
+    if against == "nothing":
+        assert world.explanation.left_out == (3.0, pytest.approx(1.0))
+
+
+@pytest.mark.parametrize("good", [True, False])
+def test_what_a_pair_gives_way_to_must_surpass_what_was_found_as_well(world, monkeypatch, good):
+    other = ("one", "far")
+    monkeypatch.setitem(OBJECTIVES, other, 70.0)
+    monkeypatch.setattr(Growth, "stood", lambda growth, *_: Named(fit(*other), 1.0, {s: Standing(s, fit(), []) for s in other}))
+    world.worth[other], world.unseen[other] = (160.0 if good else 104.0), 0.0
+    world.left[other] = [0.3, 0.3, 0.3]
+    assert world.found() == (other if good else ("both",))
 
 
 def test_the_same_two_in_another_order_are_no_detour(world, monkeypatch):

@@ -11,7 +11,7 @@ from fitting.diagnosis.evidence import _occam, _spared
 from fitting.diagnosis.generic import Generic
 from fitting.diagnosis.judged import MOST_DRIFT, helps_nobody, leaves_more, outdone, steady, unexplained
 from fitting.diagnosis.misfit import foretold, reduced, surprise
-from fitting.diagnosis.probabilities import effects_found
+from fitting.diagnosis.probabilities import effects_found, probabilities
 from fitting.diagnosis.screen import _held
 from fitting.diagnosis.side_by_side import THREADS, Tally, side_by_side
 from fitting.diagnosis.stages import Named, Standing
@@ -269,6 +269,23 @@ def test_a_further_effect_that_explains_little_may_be_what_the_form_of_the_first
     first, further = effects_found(explanation, 0.01)
     assert first.probability > (0.8 if second < 2000.0 else 0.95)
     assert least < further.probability < most
+
+
+def test_what_a_refused_rival_has_more_makes_it_no_likelier(monkeypatch):
+    """Drift, left-out recordings or those never fitted spoke against it."""
+    model = SimpleNamespace(slugs=("gravity",), at_bound=(), objective=100.0, u=np.zeros(0))
+    own, rival = (SimpleNamespace(slug=s, bayes=b, adrift=0.0, fit=model) for s, b in (("gravity", 50.0), ("thick_wall", 65.0)))
+    standing = Standing("gravity", SimpleNamespace(slugs=(), objective=300.0), [rival, own])
+    explanation = SimpleNamespace(
+        program=SimpleNamespace(unknowns=SimpleNamespace(of=lambda names: np.zeros(0, int), slugs=["gravity", "thick_wall"])),
+        final=model, base=SimpleNamespace(objective=300.0), named=Named(model, 1.0, {"gravity": standing}),
+        standings=[standing], leading=standing, contending=[],
+    )  # fmt: skip
+    monkeypatch.setattr("fitting.diagnosis.probabilities._alike", lambda *_: False)
+    (found,) = effects_found(explanation, 0.0)
+    assert found.probability == pytest.approx(0.5) and found.confusable == ["thick_wall"]
+    candidates, _ = probabilities(explanation, True, 0.0)
+    assert candidates["gravity"] == (pytest.approx(0.5), 50.0) and candidates["thick_wall"] == (pytest.approx(0.5), 65.0)
 
 
 def test_an_effect_is_not_certain_that_drift_or_a_contending_explanation_may_stand_for():

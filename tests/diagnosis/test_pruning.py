@@ -174,6 +174,54 @@ def test_an_effect_that_another_made_idle_is_dropped_and_the_next_one_leads(sear
     assert len(searched.stood().fit.slugs) == 2
 
 
+def test_an_effect_that_is_idle_beside_a_fair_fit_of_the_others_goes(searched):
+    """That fit is found only once rivals are fitted: hidden courses shut the first one in."""
+    searched.objectives["thick_wall", "wrap_friction"] = 240.0
+    whole = searched.fill
+
+    def fill(rest):
+        stage = whole(rest)
+        stage.base = fit(rest.slugs, 208.0)
+        return stage
+
+    searched.fill = fill
+    named = searched.stood()
+    assert (named.fit.slugs, named.fit.objective) == (("wrap_friction",), 208.0) and set(named.standings) == {"wrap_friction"}
+
+
+def test_a_better_fit_that_turns_up_among_rivals_is_what_all_effects_are_weighed_by(searched):
+    """The model is fitted anew while rivals of its second effect are."""
+    searched.objectives["thick_wall", "wrap_friction"] = 240.0
+    searched.stages[1].trials = []  # the second was not tried beside the first one
+    whole = searched.fill
+
+    def fill(rest):
+        stage = whole(rest)
+        if rest.slugs == ("gravity",):
+            trial = next(t for t in stage.trials if t.slug == "wrap_friction")
+            trial.fit = fit(("gravity", "wrap_friction"), 150.0)
+        return stage
+
+    searched.fill = fill
+    named = searched.stood()
+    assert named.fit.objective == 150.0
+    assert [s.own.fit.objective for s in named.standings.values()] == [150.0, 150.0]
+    assert [s.own.bayes for s in named.standings.values()] == [75.0, 100.0]
+    assert sorted(searched.filled) == [("gravity",), ("wrap_friction",)]  # each once
+
+
+def test_each_of_three_effects_is_weighed_beside_the_two_others(searched):
+    three = ("gravity", "tip_contact", "wrap_friction")
+    searched.objectives |= {three: 100.0, ("gravity", "tip_contact"): 280.0}
+    named = searched.stood(("gravity", "wrap_friction", "tip_contact"))
+    assert named.fit.slugs == ("gravity", "wrap_friction", "tip_contact")
+    assert {s.slug: (set(s.base.slugs), s.own.bayes) for s in named.standings.values()} == {
+        "gravity": ({"wrap_friction", "tip_contact"}, 75.0),
+        "wrap_friction": ({"gravity", "tip_contact"}, 90.0),
+        "tip_contact": ({"gravity", "wrap_friction"}, 50.0),
+    }
+
+
 def test_rivals_that_surpass_each_other_in_turn_do_not_go_on_for_ever(searched, monkeypatch):
     given = []
 
