@@ -79,3 +79,15 @@ def test_a_step_to_the_bounds_is_the_best_within_them():
     best = points[:, np.argmin(values)]
     assert fit.u == pytest.approx(best, abs=0.02)
     assert fit.objective <= values.min() + 0.1
+
+
+def test_a_fit_of_few_steps_tells_how_much_lower_its_next_one_leads():
+    """To second order, within the bounds; at the end of a fit it promises little more."""
+    program = Valley(1.0)
+    refitter = Refitter(program)
+    begun = refitter.fit((), np.array([-1.2, 1.0]), rounds=0)
+    r, J = begun.evaluation.joined(None)
+    g, H = J.T @ r + begun.u, J.T @ J + np.eye(2)
+    assert refitter.promised(begun) == pytest.approx(begun.objective - 0.5 * g @ np.linalg.solve(H, g))
+    ended = refitter.fit((), np.array([-1.2, 1.0]), rounds=60)
+    assert 0.0 <= ended.objective - refitter.promised(ended) < 0.5 < begun.objective - refitter.promised(begun)

@@ -1,0 +1,45 @@
+"""Which candidates are fitted to the end: the best so far, what the screen ranks first, and what promises most."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from fitting.diagnosis import trials
+from fitting.diagnosis.trials import TO_THE_END, trials_of
+
+SLUGS = tuple(f"quick_{k}" for k in range(9))
+
+
+class Fits:
+    """Every candidate ends at once, but `slow`, whose first steps hardly lead anywhere."""
+
+    def __init__(self, promises):
+        self.promises, self.ended = promises, set()
+
+    def fit(self, slugs, start, rounds=0, near=None):
+        slug = slugs[-1]
+        if rounds == TO_THE_END:
+            self.ended.add(slug)
+        slow = 295.0 if rounds < TO_THE_END else 100.0
+        objective = slow if slug == "slow" else 200.0 + 10.0 * SLUGS.index(slug)
+        return SimpleNamespace(slugs=slugs, objective=objective, u=np.zeros(1), evaluation=None, at_bound=())
+
+    def promised(self, fit):
+        return self.promises.get(fit.slugs[-1], fit.objective)
+
+
+@pytest.mark.parametrize(("promise", "first"), [(150.0, True), (215.0, True), (225.0, False)])
+def test_a_candidate_stays_whose_next_step_promises_more_than_others_have(monkeypatch, promise, first):
+    """The third of those that are fitted to the end is at 220."""
+    fits = Fits({"slow": promise})
+    monkeypatch.setattr(trials, "Refitter", lambda program: fits)
+    monkeypatch.setattr(trials, "weigh", lambda program, current, found: None)
+    monkeypatch.setattr(trials, "_starts", lambda unknowns, score: [np.zeros(1), np.zeros(1)])
+    unknowns = SimpleNamespace(base=np.zeros(0, int))
+    program = SimpleNamespace(unknowns=unknowns, hidden=True)
+    current = SimpleNamespace(slugs=(), objective=300.0, u=np.zeros(1), evaluation=None)
+    screen = SimpleNamespace(scores=[SimpleNamespace(slug=s, p_value=0.001) for s in (*SLUGS, "slow")])
+    found = trials_of(program, current, screen, lambda _: None, 1)
+    assert fits.ended == {"quick_0", "quick_1", "quick_2"} | ({"slow"} if first else set())
+    assert (found[0].slug == "slow") is first and len(found) == 10
