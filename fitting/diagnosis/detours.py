@@ -31,6 +31,8 @@ DETOURS = 2, 3
 """Of them, how many are pursued."""
 SECONDS = 5
 """Second effects that are fitted beside each."""
+LEFT_ALONE = 1.5
+"""Reduced chi-square that they must promise where no effect was believed alone: that pair leaves nothing."""
 NOISE = 0.05, 2.0
 """Excess of a reduced chi-square over 1 up to which it is noise: this much, and as many of its standard
 deviations."""
@@ -159,7 +161,10 @@ def _foreseen(growth: Growth, explanation: Explanation) -> list[_Ahead]:
         return _Ahead(rival, stage, fit.objective - gain)
 
     found = side_by_side(ahead, list(zip(rivals, growth.rng.spawn(len(rivals)), strict=True)))
-    found = [a for a in found if a.stage.screen.p_value <= LEVEL and a.promised < final.objective]
+    most = final.objective
+    if not final.slugs:
+        most = min(most, 0.5 * LEFT_ALONE * program.observations(program.fitted))
+    found = [a for a in found if a.stage.screen.p_value <= LEVEL and a.promised < most]
     return sorted(found, key=lambda a: a.promised)[: growth.effort * DETOURS[quick]]
 
 
