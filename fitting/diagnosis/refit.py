@@ -22,6 +22,8 @@ NEARLY = 5.0
 """Factor on that up to which a step is not tried again smaller that made a fit worse by less."""
 MORE, HARDER = 8.0, 3.0
 """Factor on the damping when a step makes a fit worse, and on that factor with every one in a row."""
+LEAST = 1e-6
+"""Least damping: numbers that recordings leave open hold their place."""
 FAILURES = 3
 """Trial steps in a row that may make a fit worse; more end it."""
 LONGEST = 3.0
@@ -129,7 +131,7 @@ class Refitter:
             gain = now[0] - then[0]
             if gain > 0.0:
                 u, now, failures = trial, then, 0
-                damping = max(damping * 0.2, 1e-6)
+                damping = max(damping * 0.2, LEAST)
             else:
                 damping, failures = max(damping, 1e-3) * MORE * HARDER**failures, failures + 1
                 if failures > FAILURES or max(-gain, promised / NEARLY) < little:
@@ -140,7 +142,7 @@ class Refitter:
         """Objective that a fit's next step promises, to second order; one of few trial steps may be far from
         where it leads."""
         r, J = fit.evaluation.joined(self.weight)
-        _, decrease = self._step(fit.u, (fit.objective, r, J), fit.free, 0.0)
+        _, decrease = self._step(fit.u, (fit.objective, r, J), fit.free, LEAST)
         return fit.objective - decrease
 
     def _count(self) -> float:

@@ -91,3 +91,13 @@ def test_a_fit_of_few_steps_tells_how_much_lower_its_next_one_leads():
     assert refitter.promised(begun) == pytest.approx(begun.objective - 0.5 * g @ np.linalg.solve(H, g))
     ended = refitter.fit((), np.array([-1.2, 1.0]), rounds=60)
     assert 0.0 <= ended.objective - refitter.promised(ended) < 0.5 < begun.objective - refitter.promised(begun)
+
+
+def test_what_a_step_promises_is_told_where_numbers_are_open():
+    """Two strengths of which the misfit shows the sum, and no prior says more: the second derivative is singular."""
+    program = Valley(1.0)
+    program.unknowns.items = tuple(SimpleNamespace(**{**vars(i), "effect": "e"}) for i in Unknowns.items)
+    sums = np.full((3, 2), 1e3 / 3.0)
+    program.evaluate = lambda u, columns, near=None: SimpleNamespace(joined=lambda weight: (sums @ u - 1e3, sums), u=u)
+    refitter = Refitter(program)
+    assert refitter.promised(refitter.fit((), np.zeros(2), rounds=0)) == pytest.approx(0.0, abs=1.0)
