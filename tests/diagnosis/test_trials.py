@@ -1,4 +1,4 @@
-"""Which candidates are fitted to the end: the best so far, what the screen ranks first, and what promises most."""
+"""Which candidates are fitted to the end: the best so far, what the screen ranks first, what promises most; what is said of them."""
 
 from types import SimpleNamespace
 
@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis import trials
-from fitting.diagnosis.trials import TO_THE_END, trials_of
+from fitting.diagnosis.check import answers
+from fitting.diagnosis.stages import Explanation, Named, Stage, Standing
+from fitting.diagnosis.trials import TO_THE_END, Trial, trials_of
 
 SLUGS = tuple(f"quick_{k}" for k in range(9))
 
@@ -43,3 +45,18 @@ def test_a_candidate_stays_whose_next_step_promises_more_than_others_have(monkey
     found = trials_of(program, current, screen, lambda _: None, 1)
     assert fits.ended == {"quick_0", "quick_1", "quick_2"} | ({"slow"} if first else set())
     assert (found[0].slug == "slow") is first and len(found) == 10
+
+
+def test_what_is_said_of_an_effect_that_was_asked_for():
+    """`gravity` was fitted in the first round and is no rival of what leads now; `tip_contact` never was."""
+    named = Named(SimpleNamespace(slugs=("thick_wall",)), 1.0, {"thick_wall": Standing("thick_wall", None, [Trial("thick_wall", None, 9.0, 0.0)])})
+    first = Stage(None, SimpleNamespace(untestable=["r_phase"]), [Trial("gravity", None, 4.0, 0.0)])
+    explanation = Explanation(None, None, named, [first], 0.001, True)
+    slugs = ("thick_wall", "gravity", "tip_contact", "r_phase")
+    conclusion = SimpleNamespace(
+        explanation=explanation, found=[SimpleNamespace(slug="thick_wall", probability=0.9)],
+        candidates={slug: (0.01, -5.0) for slug in slugs[1:]},
+    )  # fmt: skip
+    said = [entry["text"] for entry in answers((*slugs, "wrap_friction"), conclusion)]
+    for text, part in zip(said, ("was found", "was tried", "did not stand out", "cannot be tested", "part of the model"), strict=True):
+        assert part in text
