@@ -1,7 +1,7 @@
 """Which candidate enters a model, if any may: evidence, and what recordings that are left out say."""
 
-from .drift import explained_by_drift
-from .evidence import inflation_of
+from .drift import adrift
+from .evidence import inflation_of, log_likelihood
 from .folds import gain, left_out
 from .misfit import reduced, spread, surprise
 from .program import Program
@@ -71,14 +71,13 @@ def choice(program: Program, current: Fit, stage: Stage, base: Fit, original: fl
             stage.left_out = float(before.sum())
         if stage.left_out < (FAINT if trial.stopped else LESS):
             continue
-        drifting = explained_by_drift(program, current, trial.fit)
-        trial.adrift = drifting / inflation_of(program, trial.fit)
+        trial.adrift = adrift(program, current, trial.fit)
         if trial.bayes - trial.adrift < enough:
             continue
         gained, share = gain(before, left_out(program, trial.fit))
         trial.left_out = stage.left_out - gained
-        count = program.observations(program.fitted)
-        if 0.5 * count * gained / inflation_of(program, trial.fit) < PREDICTS:
+        inflation = inflation_of(program, trial.fit)
+        if log_likelihood(program, gained, inflation) < PREDICTS:
             continue
         taken = _taken(program, current, trial.fit, base)
         if share < (FIRST_SHARE if first or taken >= LARGE else SHARE):
@@ -86,16 +85,10 @@ def choice(program: Program, current: Fit, stage: Stage, base: Fit, original: fl
         if not first and gained < OF_ALL * (original - 1.0) and taken < OF_FITTED:
             continue
         lost = surprise(program, trial.fit, program.unseen) - surprise(program, current, program.unseen)
-        if lost / inflation_of(program, trial.fit) > WORSE and lost > DEARER * 0.5 * count * gained:
+        if lost / inflation > WORSE and lost > DEARER * log_likelihood(program, gained):
             continue
         return trial
     return None
-
-
-def surpassed(program: Program, trial: Trial, rival: Trial) -> bool:
-    """Whether a rival has more evidence than a trial, by more than it predicts those never fitted worse."""
-    lost = surprise(program, rival.fit, program.unseen) - surprise(program, trial.fit, program.unseen)
-    return rival.bayes - trial.bayes > max(lost, 0.0) / inflation_of(program, rival.fit)
 
 
 def _taken(program: Program, current: Fit, further: Fit, base: Fit) -> float:

@@ -34,7 +34,6 @@ from .probabilities import (
     explanation_set,
     probabilities,
     weights_of,
-    worth,
 )
 from .program import Program
 from .prove import Correction, HeldOut, Scores
@@ -196,7 +195,7 @@ def _members(explanation: Explanation) -> list[tuple[str, Program, Fit, float, C
     if not explanation.standings:
         return [("base", explanation.program, explanation.base, 1.0, None)]
     last = explanation.standings[-1]
-    weights = weights_of(np.array([worth(last, t) for t in last.trials]))
+    weights = weights_of(np.array([last.worth(t) for t in last.trials]))
     kept = [
         (t, w) for t, w in zip(last.trials, weights, strict=True) if w >= LEAST_WEIGHT or t.slug == last.slug
     ]
@@ -274,10 +273,8 @@ def _component(explanation: Explanation, found: list[Found], generic: Generic | 
 
 def _guess(explanation: Explanation) -> str:
     """Component of a misfit that no effect explains: that of the best candidate."""
-    stage = explanation.leading
-    if stage and stage.trials:
-        first = explanation.standings[0].own if explanation.standings else stage.trials[0]
-        component = CATALOGUE[first.slug].component
+    if explanation.first:
+        component = CATALOGUE[explanation.first.slug].component
         if component == "spring" and explanation.program.kind in ("actuator", "wire"):
             return "spring_2" if explanation.program.kind == "actuator" else "wire"
         return component
@@ -286,11 +283,10 @@ def _guess(explanation: Explanation) -> str:
 
 def _next(explanation: Explanation, found: list[Found]) -> dict | None:
     """The experiment that separates the best explanation from its nearest rival."""
-    stage = explanation.leading
-    if not stage or not stage.trials or not found:
+    first = explanation.first
+    if not first or not found:
         return None
-    first = explanation.standings[0].own if explanation.standings else stage.trials[0]
-    rivals = [t for t in stage.trials if t is not first]
+    rivals = [t for t in explanation.leading.trials if t is not first]
     names = [first.slug, *(t.slug for t in rivals[:1])]
     if not rivals:
         return {

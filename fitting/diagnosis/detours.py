@@ -12,8 +12,8 @@ from functools import cached_property
 import numpy as np
 
 from .choose import CERTAIN, FIRST_SHARE, LESS, PREDICTS
-from .drift import explained_by_drift
-from .evidence import evidence, inflation_of
+from .drift import adrift
+from .evidence import evidence, inflation_of, log_likelihood
 from .folds import gain, left_out
 from .growing import LEVEL, Growth, screened
 from .misfit import foretold, spread, surprise
@@ -121,7 +121,6 @@ def _took_over(
         first.left_out = float(incumbents[0].left_out.sum())
         if not _believable(program, incumbents[0], pair, left):
             return False
-    ahead.stage.left_out = first.left_out
     named = growth.stood(program, pair, float(left.sum()), [first, ahead.stage, *others])
     if set(named.fit.slugs) != set(pair.slugs):
         again = _surpassing(explanation, incumbents, named.fit) if len(named.fit.slugs) > 1 else None
@@ -157,8 +156,8 @@ def _foreseen(growth: Growth, explanation: Explanation) -> list[_Ahead]:
         fit = Refitter(program).fit(rival.fit.slugs, rival.fit)  # most ended after a few steps
         stage = Stage(fit, screened(program, fit, rng), [])
         gains = [s.gain for s in stage.screen.scores if {rival.slug, s.slug} != set(final.slugs)]
-        gain = 0.5 * max(gains, default=0.0) * stage.screen.scale**2
-        return _Ahead(rival, stage, fit.objective - gain)
+        most = 0.5 * max(gains, default=0.0) * stage.screen.scale**2
+        return _Ahead(rival, stage, fit.objective - most)
 
     found = side_by_side(ahead, list(zip(rivals, growth.rng.spawn(len(rivals)), strict=True)))
     most = final.objective
@@ -227,7 +226,7 @@ def _surpassing(explanation: Explanation, others: list[_Incumbent], new: Fit) ->
     It must not owe that to a single fold, in which another one may have gone astray.
     """
     program = explanation.program
-    inflation, count = inflation_of(program, new), program.observations(program.fitted)
+    inflation = inflation_of(program, new)
     surprised = surprise(program, new, program.unseen)
     for old, gained in zip(others, _gained(explanation, new, others), strict=True):
         lost = max(surprised - surprise(program, old.fit, program.unseen), 0.0)
@@ -236,15 +235,15 @@ def _surpassing(explanation: Explanation, others: list[_Incumbent], new: Fit) ->
     mine = left_out(program, new)  # many fits: asked for last
     for old in others:
         gains = old.left_out - mine
-        if 0.5 * count * gains.sum() / inflation < PREDICTS or gains.sum() - gains.max() < 0.0:
+        enough = log_likelihood(program, gains.sum(), inflation) >= PREDICTS
+        if not enough or gains.sum() - gains.max() < 0.0:
             return None
     return mine
 
 
 def _drift_does(explanation: Explanation, others: list[_Incumbent], new: Fit) -> bool:
     """Whether another explanation and drift of the instruments explain about as much as an explanation."""
-    program, inflation = explanation.program, inflation_of(explanation.program, new)
     return any(
-        gained - explained_by_drift(program, old.fit, new) / inflation < CERTAIN  # that is never negative
+        gained - adrift(explanation.program, old.fit, new) < CERTAIN  # that is never negative
         for old, gained in zip(others, _gained(explanation, new, others), strict=True)
     )

@@ -12,6 +12,7 @@ from scipy.special import logsumexp
 from fitting.models.channels import Channel
 
 from .evaluation import Evaluation
+from .evidence import inflation_of
 from .program import Program
 from .refit import Fit
 
@@ -85,3 +86,8 @@ def explained_by_drift(program: Program, current: Fit, further: Fit) -> float:
     """Log-evidence of a further effect that drift of the instruments explains as well, not deflated."""
     (before, most), (after, _) = drift_gain(program, current), drift_gain(program, further)
     return float(np.clip(before - after, 0.0, max(most, 0.0)))
+
+
+def adrift(program: Program, current: Fit, further: Fit) -> float:
+    """The same, deflated as the further effect's log Bayes factor is."""
+    return explained_by_drift(program, current, further) / inflation_of(program, further)

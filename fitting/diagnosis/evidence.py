@@ -16,6 +16,11 @@ def inflation_of(program: Program, fit: Fit) -> float:
     return max(1.0, left) * lasting(fit.evaluation.misfit[k] for k in np.flatnonzero(program.fitted))
 
 
+def log_likelihood(program: Program, gained: float, inflation: float = 1.0) -> float:
+    """What a gain in the reduced chi-square of the fitted recordings is worth, deflated as evidence is."""
+    return 0.5 * program.observations(program.fitted) * gained / inflation
+
+
 def taken_up(program: Program, fit: Fit) -> float:
     """Measured values of the fitted recordings that hidden courses follow instead of a model: a model that
     lets them follow one more error explains half a unit of log-likelihood by that alone."""

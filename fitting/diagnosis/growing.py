@@ -37,16 +37,15 @@ class Growth:
 
     def grown(self, explanation: Explanation, stage: Stage) -> None:
         """Add effects until no further one may enter."""
-        program, named, original = explanation.program, Named(stage.base), np.nan
+        program, named = explanation.program, Named(stage.base)
         while True:
             explanation.stages.append(stage)
             if stage.screen.p_value > LEVEL:
                 break
-            best = self._step(explanation, stage, original)
+            best = self._step(explanation, stage)
             if not stage.base.slugs:
                 explanation.base = stage.base
             named.fit = stage.base
-            original = stage.left_out if np.isnan(original) else original
             if best is None:
                 break
             fit = polished(program, best.fit) if stage.base.slugs else best.fit
@@ -77,12 +76,12 @@ class Growth:
 
         return stood(program, fit, left, stages, fill)
 
-    def _step(self, explanation: Explanation, stage: Stage, original: float) -> Trial | None:
+    def _step(self, explanation: Explanation, stage: Stage) -> Trial | None:
         """The effect of a screened stage that may enter, if one may; the stage gets its trials."""
         program = explanation.program
         self.fill(program, stage)
         self.progress("predicting recordings left out in turn")
-        best = choice(program, stage.base, stage, explanation.base, original)
+        best = choice(program, stage.base, stage, explanation.base, explanation.left_out[0])
         stage.chosen = best.slug if best else None
         return best
 

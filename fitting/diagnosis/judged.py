@@ -5,12 +5,13 @@ from scipy.stats import chi2
 
 from .choose import PREDICTS
 from .drift import DRIFTS
-from .evidence import inflation_of
+from .evidence import inflation_of, log_likelihood
 from .generic import Generic
 from .growing import LEVEL
 from .misfit import reduced, spread
 from .probabilities import NOTHING_LEFT
 from .program import Program
+from .refit import departed
 from .stages import Explanation
 
 ASTRAY = 3.5
@@ -89,7 +90,7 @@ def refuted(explanation: Explanation, generic: Generic | None, limit: float) -> 
     """
     program, fit = explanation.program, explanation.final
     doubt = 0.0
-    if np.max(np.abs(fit.u[program.unknowns.base]), initial=0.0) > ASTRAY:
+    if departed(program.unknowns, fit) > ASTRAY:
         doubt = DOUBTFUL
     before, after = explanation.left_out
     worse = after >= before
@@ -141,7 +142,7 @@ def outdone(explanation: Explanation, generic: Generic | None) -> float:
         return 0.0
     program = explanation.program
     better = explanation.left_out[1] - generic.left_out  # NaN, which gains nothing, if unasked
-    gain = 0.5 * program.observations(program.fitted) * better / inflation_of(program, explanation.final)
+    gain = log_likelihood(program, better, inflation_of(program, explanation.final))
     return float(gain) if gain > PREDICTS else 0.0
 
 

@@ -133,7 +133,7 @@ def _candidates(conclusion: Conclusion) -> str:
     )
     beside = f" and {' and '.join(stage.base.slugs).replace('_', ' ')}" if stage.base.slugs else ""
     caption = f"Candidates for the first effect, fitted together with the model{beside}."
-    chosen = next((k for k, t in enumerate(stage.trials) if t.slug in x.final.slugs), 0)
+    chosen = [t.slug for t in stage.trials].index(x.first.slug)
     return html.table(header, rows, caption, chosen)
 
 

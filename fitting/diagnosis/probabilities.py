@@ -60,12 +60,12 @@ def probabilities(
     stage = explanation.leading
     trials = {t.slug: t for t in stage.trials} if stage else {}
     bayes = {slug: float(trials[slug].bayes) if slug in trials else UNTRIED for slug in slugs}
-    most = explanation.standings[0].own.bayes if explanation.standings else np.inf
     if not mismatch:
         nothing = 0.9 + 0.09 * explanation.p_value
         share = (1.0 - nothing) / (len(slugs) + 1)
         return {slug: (share, min(bayes[slug], 0.0)) for slug in slugs}, nothing
-    logs = [min(bayes[slug], most) for slug in slugs]
+    worth = explanation.standings[0].worth if explanation.standings else (lambda trial: trial.bayes)
+    logs = [worth(trials[slug]) if slug in trials else UNTRIED for slug in slugs]
     weights = (1.0 - unknown) * weights_of(np.array([*logs, -_others(explanation)]))
     bayes |= {s.slug: float(s.own.bayes) for s in explanation.standings}
     shares = {slug: (float(w), bayes[slug]) for slug, w in zip(slugs, weights, strict=False)}
@@ -79,12 +79,6 @@ def _others(explanation: Explanation) -> float:
         return 0.0
     inflation = inflation_of(explanation.program, explanation.final)
     return max(evidence(explanation.program, explanation.base, stage.base, inflation), 0.0)
-
-
-def worth(standing: Standing, rival: Trial) -> float:
-    """Log Bayes factor of a rival of an effect: what it has more was refused, for drift of the instruments
-    explains it or other recordings contradict it, and may be as likely at most."""
-    return min(rival.bayes, standing.own.bayes)
 
 
 def weights_of(logs: np.ndarray) -> np.ndarray:
@@ -110,7 +104,7 @@ def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
         standing = explanation.named.standings[slug]
         trial = standing.own
         rivals = [t for t in standing.trials if t.slug not in fit.slugs]
-        weights = weights_of(np.array([trial.bayes, 0.0, *(worth(standing, t) for t in rivals)]))
+        weights = weights_of(np.array([trial.bayes, 0.0, *(standing.worth(t) for t in rivals)]))
         probability = float(weights[0]) * (1.0 - unknown)
         probability = min(probability, max(_share(explanation, standing) / IMPERFECT, DOUBTFUL))
         if stopped(fit, slug):

@@ -78,6 +78,11 @@ def stopped(fit: Fit, slug: str) -> bool:
     return any(name.startswith(f"{slug}.") for name in fit.at_bound)
 
 
+def departed(unknowns: Unknowns, fit: Fit) -> float:
+    """Largest departure of a base constant from nominal, in standard deviations."""
+    return float(np.max(np.abs(fit.u[unknowns.base]), initial=0.0))
+
+
 class Refitter:
     """Fits models of one program.
 

@@ -50,6 +50,11 @@ class Standing:
         """The trial of the effect itself."""
         return next(t for t in self.trials if t.slug == self.slug)
 
+    def worth(self, trial: Trial) -> float:
+        """Log Bayes factor of a trial: what a rival has more was refused, for drift of the instruments
+        explains it or other recordings contradict it, and may be as likely at most."""
+        return min(trial.bayes, self.own.bayes)
+
 
 @dataclass
 class Named:
@@ -117,6 +122,13 @@ class Explanation:
     def leading(self) -> "Standing | Stage | None":
         """What the model's first effect is worth, and its rivals; where it has none, the first trials."""
         return next(iter([*self.standings, *self.stages]), None)
+
+    @property
+    def first(self) -> Trial | None:
+        """The trial of the first effect; where none was found, the best of the first trials, if any."""
+        if self.standings:
+            return self.standings[0].own
+        return next(iter(self.stages[0].trials), None) if self.stages else None
 
     @property
     def left_out(self) -> tuple[float, float]:

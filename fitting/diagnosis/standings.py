@@ -9,13 +9,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from .choose import FURTHER, PREDICTS, surpassed
-from .drift import explained_by_drift
-from .evidence import inflation_of
+from .choose import FURTHER, PREDICTS
+from .drift import adrift
+from .evidence import inflation_of, log_likelihood
 from .folds import gain, left_out
+from .misfit import surprise
 from .program import Program
 from .pruning import idle, without
-from .refit import Fit
+from .refit import Fit, departed
 from .stages import Named, Stage, Standing
 from .trials import Trial, weigh
 
@@ -60,7 +61,7 @@ def stood(program: Program, fit: Fit, left: float, stages: list[Stage], fill: Fi
             named = Named(replace(own.fit, slugs=named.fit.slugs), named.left_out)  # as they entered
             continue
         entered = stage.chosen == slug  # `choice` weighed it against its rivals there
-        rival = None if entered or not exchanges else _successor(program, standing)
+        rival = None if entered or not exchanges else _successor(program, standing, score)
         if rival is not None:
             exchanges -= 1
             slugs = tuple(rival.slug if s == slug else s for s in named.fit.slugs)
@@ -74,7 +75,7 @@ def stood(program: Program, fit: Fit, left: float, stages: list[Stage], fill: Fi
 
 
 class _Scored:
-    """What models leave of recordings left out in turn, see `Named`.
+    """What models leave of recordings left out in turn, each asked for once.
 
     Args:
         program: of the campaign.
@@ -82,13 +83,18 @@ class _Scored:
     """
 
     def __init__(self, program: Program, first: Stage):
-        self._program, self._first, self._before = program, first, None
+        self._program, self._base, self._known = program, first.base, {}
+
+    def by_fold(self, fit: Fit) -> np.ndarray:
+        """See `folds.left_out`."""
+        if id(fit) not in self._known:  # a fit that is kept keeps its id
+            self._known[id(fit)] = fit, left_out(self._program, fit)
+        return self._known[id(fit)][1]
 
     def __call__(self, fit: Fit) -> float:
-        if self._before is None:
-            self._before = left_out(self._program, self._first.base)
-        gained, _ = gain(self._before, left_out(self._program, fit))
-        return float(self._before.sum()) - gained
+        """See `Named`."""
+        before = self.by_fold(self._base)
+        return float(before.sum()) - gain(before, self.by_fold(fit))[0]
 
 
 def _beside(known: list[Stage], slugs: list[str]) -> Stage | None:
@@ -103,32 +109,34 @@ def _standing(program: Program, named: Named, slug: str, stage: Stage) -> Standi
         standing.trials.append(Trial(slug, named.fit, 0.0, np.nan))
     own = standing.own
     own.fit = min(own.fit, named.fit, key=lambda fit: fit.objective)
-    own.returned = float(np.max(np.abs(own.fit.u[program.unknowns.base]), initial=0.0))
+    own.returned = departed(program.unknowns, own.fit)
     own.left_out = named.left_out
     weigh(program, stage.base, standing.trials)
-    own.adrift = _adrift(program, stage.base, own)
+    own.adrift = adrift(program, stage.base, own.fit)
     return standing
 
 
-def _adrift(program: Program, base: Fit, trial: Trial) -> float:
-    return explained_by_drift(program, base, trial.fit) / inflation_of(program, trial.fit)
-
-
-def _successor(program: Program, standing: Standing) -> Trial | None:
+def _successor(program: Program, standing: Standing, score: _Scored) -> Trial | None:
     """The rival that takes the place of an effect: one within its bounds that has more evidence, also less
     what drift explains, and predicts recordings no worse."""
-    own, before = standing.own, None
+    own = standing.own
     for rival in standing.trials:
         if rival is own:
             return None
-        rival.adrift = 0.0 if rival.stopped else _adrift(program, standing.base, rival)
+        rival.adrift = 0.0 if rival.stopped else adrift(program, standing.base, rival.fit)
         enough = max(FURTHER, own.bayes - own.adrift)
-        if rival.stopped or rival.bayes - rival.adrift < enough or not surpassed(program, own, rival):
+        if rival.stopped or rival.bayes - rival.adrift < enough or not _surpassed(program, own, rival):
             continue
-        before = left_out(program, own.fit) if before is None else before
-        if _no_worse(program, before, left_out(program, rival.fit), inflation_of(program, rival.fit)):
+        before, after = score.by_fold(own.fit), score.by_fold(rival.fit)
+        if _no_worse(program, before, after, inflation_of(program, rival.fit)):
             return rival
     return None
+
+
+def _surpassed(program: Program, trial: Trial, rival: Trial) -> bool:
+    """Whether a rival has more evidence than a trial, by more than it predicts those never fitted worse."""
+    lost = surprise(program, rival.fit, program.unseen) - surprise(program, trial.fit, program.unseen)
+    return rival.bayes - trial.bayes > max(lost, 0.0) / inflation_of(program, rival.fit)
 
 
 def _no_worse(program: Program, before: np.ndarray, after: np.ndarray, inflation: float) -> bool:
@@ -136,5 +144,5 @@ def _no_worse(program: Program, before: np.ndarray, after: np.ndarray, inflation
     which it goes astray, if it predicts the rest clearly better."""
     worst = int(np.argmin(before - after))
     rest = np.delete(before - after, worst)
-    clearly = 0.5 * program.observations(program.fitted) * rest.sum() / inflation >= PREDICTS
+    clearly = log_likelihood(program, rest.sum(), inflation) >= PREDICTS
     return bool(after.sum() <= before.sum() or (clearly and after[worst] > ASTRAY * before[worst]))

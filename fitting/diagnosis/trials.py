@@ -7,7 +7,7 @@ import numpy as np
 
 from .evidence import evidence, inflation_of, taken_up
 from .program import Program
-from .refit import Fit, Refitter, stopped
+from .refit import Fit, Refitter, departed, stopped
 from .screen import Score, Screen
 from .side_by_side import side_by_side
 from .unknowns import Unknowns
@@ -120,7 +120,7 @@ def trials_of(
     trials = [Trial(slug, fit, 0.0, np.nan) for slug, fit in best.items()]
     trials.sort(key=lambda t: t.fit.objective)
     for trial in trials:
-        trial.returned = float(np.max(np.abs(trial.fit.u[program.unknowns.base]), initial=0.0))
+        trial.returned = departed(program.unknowns, trial.fit)
     weigh(program, current, trials)
     return trials
 

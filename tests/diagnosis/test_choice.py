@@ -22,7 +22,7 @@ def world(monkeypatch):
     for name, value in {
         "left_out": lambda program, fit: np.array(LEFT_OUT[fit.name]),
         "reduced": lambda program, fit, mask: fit.fitted,
-        "explained_by_drift": lambda *_: 0.0,
+        "adrift": lambda *_: 0.0,
         "inflation_of": lambda *_: 1.0,
         "surprise": lambda *_: 0.0,
     }.items():
@@ -59,7 +59,7 @@ def test_what_takes_a_large_part_of_all_may_leave_more_behind(world, monkeypatch
     (4.0, 0.0, False, False),
 ])  # fmt: skip
 def test_a_further_effect_needs_less_evidence_than_the_first(world, monkeypatch, bayes, drift, first, further):
-    monkeypatch.setattr(choose, "explained_by_drift", lambda *_: drift)
+    monkeypatch.setattr(choose, "adrift", lambda *_: drift)
     for name, enters in (("base", first), ("first", further)):
         trial = Trial("second", fit("second", 1.1), bayes, 1.0)
         monkeypatch.setitem(LEFT_OUT, "base", LEFT_OUT["first"])

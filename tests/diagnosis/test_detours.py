@@ -52,7 +52,7 @@ class World:
         self.drift = 0.0
         put("screened", screened)
         put("trials_of", self._trials)
-        put("explained_by_drift", lambda program, old, new: self.drift)
+        put("adrift", lambda program, old, new: self.drift)
         put("evidence", lambda program, base, found, inflation: self.worth[found.slugs])
         put("Refitter", lambda program: SimpleNamespace(fit=lambda slugs, start: start))
         put("polished", lambda program, found: found)

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.diagnosis import choose, explain, growing, pruning, standings
+from fitting.diagnosis import explain, growing, pruning, standings
 from fitting.diagnosis.growing import Growth
 from fitting.diagnosis.stages import Explanation, Named, Stage
 from fitting.diagnosis.standings import stood
@@ -57,15 +57,15 @@ class Searched:
 
         monkeypatch.setattr(pruning, "Refitter", lambda program: SimpleNamespace(fit=refit))
         monkeypatch.setattr(standings, "weigh", self.weigh)
-        for module in (pruning, choose, standings):
+        for module in (pruning, standings):
             monkeypatch.setattr(module, "inflation_of", lambda program, fit: 1.0)
         monkeypatch.setattr(pruning, "evidence", lambda program, rest, fit, inflation: self.worth(rest, fit))
-        monkeypatch.setattr(choose, "surprise", lambda program, fit, mask: self.unseen.get(frozenset(fit.slugs), 0.0))
+        monkeypatch.setattr(standings, "surprise", lambda program, fit, mask: self.unseen.get(frozenset(fit.slugs), 0.0))
         whole = np.array([2.0, 1.0, 1.0])
         monkeypatch.setattr(
             standings, "left_out", lambda program, fit: (whole if fit.slugs else whole + 1.0) + self.astray.get(frozenset(fit.slugs), 0.0)
         )
-        monkeypatch.setattr(standings, "explained_by_drift", lambda program, base, fit: self.drift.get(frozenset(fit.slugs), 0.0))
+        monkeypatch.setattr(standings, "adrift", lambda program, base, fit: self.drift.get(frozenset(fit.slugs), 0.0))
 
     def fit(self, *slugs):
         return fit(slugs, self.objectives[tuple(sorted(slugs))], bool(self.stopped & set(slugs)))
@@ -225,7 +225,7 @@ def test_each_of_three_effects_is_weighed_beside_the_two_others(searched):
 def test_rivals_that_surpass_each_other_in_turn_do_not_go_on_for_ever(searched, monkeypatch):
     given = []
 
-    def successor(program, standing):
+    def successor(program, standing, score):
         given.append(standing.slug)
         return next(t for t in standing.trials if t.slug != standing.slug)
 
