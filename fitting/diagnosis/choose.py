@@ -12,8 +12,10 @@ from .trials import Trial
 CERTAIN = 8.0
 """Log Bayes factor from which the first effect enters; the number of candidates is already counted."""
 FURTHER = 5.0
-"""The same for a further one: something is missing for sure there. What is less than `CERTAIN` is said to be
-tentative."""
+"""The same for a further one: something is missing for sure there."""
+SETTLED = 12.0
+"""Log Bayes factor, less what drift explains, below which what is found is said to be tentative: one null
+in a hundred reached 9."""
 FIRST_SHARE = 0.1
 """Of the misfit of recordings left out in turn, what the first effect must take away."""
 SHARE = 0.45

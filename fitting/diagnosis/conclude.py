@@ -14,11 +14,12 @@ from .growing import LEVEL
 from .judged import (
     GROSS,
     HELPS,
-    NAMELESS,
+    by_nameless,
     contradicted,
     helps_nobody,
     leaves_more,
     limit_of,
+    nameless_probability,
     outdone,
     refuted,
     steady,
@@ -102,7 +103,7 @@ def conclude(explanation: Explanation) -> Conclusion:
     if named:
         unknown = max(unknown, refuted(explanation, generic, limits[0]))
     if mismatch and not named:
-        unknown = max(unknown, 0.9)
+        unknown = max(unknown, nameless_probability(explanation, base, generic))
     if not mismatch:  # no candidate survived being fitted; what is left is judged as a whole
         explanation.p_value = max(explanation.p_value, tail(program, steady(base[0], generic)))
         explanation.p_is_bound = False
@@ -116,7 +117,7 @@ def conclude(explanation: Explanation) -> Conclusion:
     place, rest, members = locate(explanation), None, _members(explanation)
     scores = Scores()
     if mismatch and (unknown > 0.5 or not named):
-        if generic is not None and generic.bayes > NAMELESS:
+        if by_nameless(generic):
             place = place.led_by(generic.driver)
         seen = None if generic is None else generic.quantity
         found, model, rest, before, after = _described(explanation, place, seen, unknown, found, scores)
@@ -255,7 +256,7 @@ def _component(explanation: Explanation, found: list[Found], generic: Generic | 
         return "none"
     named = [f.slug for f in found if f.slug != UNMODELLED]
     if not named or found[0].slug == UNMODELLED:
-        softened = generic is not None and generic.quantity == WALL and generic.bayes > NAMELESS
+        softened = by_nameless(generic) and generic.quantity == WALL
         return "elastomer" if softened else _guess(explanation)
     component = CATALOGUE[named[0]].component
     if component == "spring" and explanation.program.kind == "wire":

@@ -3,13 +3,13 @@
 import numpy as np
 from scipy.stats import chi2
 
-from .choose import PREDICTS
+from .choose import CERTAIN, PREDICTS, SETTLED
 from .drift import DRIFTS
 from .evidence import inflation_of, log_likelihood
 from .generic import Generic
 from .growing import LEVEL
 from .misfit import reduced, spread
-from .probabilities import NOTHING_LEFT
+from .probabilities import NOTHING_LEFT, TENTATIVE
 from .program import Program
 from .refit import departed
 from .stages import Explanation
@@ -39,8 +39,12 @@ MOST_DRIFT = 2.0 * DRIFTS[-1] ** 2
 SURE = 3.5
 """Standard deviations of a reduced chi-square over 1 from which the same, where the noise is stated, no
 chance makes a signature as strong and what was not fitted is not predicted as well as noise lets it."""
-NAMELESS = 12.0
-"""Log Bayes factor of a nameless correction from which a misfit that no effect explains is one."""
+NAMELESS = CERTAIN
+"""Log Bayes factor of a nameless correction, which has drift for a rival, from which a misfit that no effect
+explains is one: that of a first effect. Of 130 nulls none reached 4."""
+NAMED_NOTHING = 0.9
+"""Probability of something unknown, at least, where recordings contradict the model and no effect explains
+it."""
 GROSS = 4.0
 """Reduced chi-square from which recordings contradict the model: fitted and left-out ones even where no
 signature of an effect stands out, either where one does."""
@@ -54,9 +58,24 @@ def contradicted(explanation: Explanation, base: list[float], generic: Generic |
         base: reduced chi-square of the base model, of what was fitted and, as `foretold`, of what scores.
         generic: the best nameless correction.
     """
+    return by_nameless(generic) or _by_signature(explanation, base, generic)
+
+
+def by_nameless(generic: Generic | None) -> bool:
+    """Whether a nameless correction says that something is missing."""
+    return generic is not None and generic.bayes > NAMELESS
+
+
+def nameless_probability(explanation: Explanation, base: list[float], generic: Generic | None) -> float:
+    """Probability of something unknown where recordings contradict the base model and no effect explains it:
+    tentative where only a nameless correction of little evidence says so. Arguments as for `contradicted`."""
+    settled = generic is not None and generic.bayes > SETTLED
+    return NAMED_NOTHING if settled or _by_signature(explanation, base, generic) else TENTATIVE
+
+
+def _by_signature(explanation: Explanation, base: list[float], generic: Generic | None) -> bool:
+    """Whether a signature stands out, and so does what is left as a whole."""
     program = explanation.program
-    if generic is not None and generic.bayes > NAMELESS:
-        return True
     if explanation.p_value > LEVEL:
         return False
     sure = explanation.p_is_bound and program.noise_stated and base[1] > 1.0

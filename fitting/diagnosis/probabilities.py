@@ -6,7 +6,7 @@ import numpy as np
 
 from pneusma_jax.effects import CATALOGUE
 
-from .choose import CERTAIN, CLOSE
+from .choose import CLOSE, SETTLED
 from .evidence import evidence, inflation_of
 from .misfit import reduced
 from .program import Program
@@ -23,7 +23,7 @@ IMPERFECT, DOUBTFUL = 0.2, 0.5
 """Share of all misfit explained up to which an effect may be what the form of another one, rightly named,
 leaves; and the probability of such a one."""
 TENTATIVE = 0.7
-"""Most probability of an effect whose evidence, less what drift explains, would not let it in first."""
+"""Most probability of what has less evidence, less what drift explains, than `SETTLED`."""
 UNTRIED = -5.0
 """Log Bayes factor of a candidate whose signature was not worth a fit."""
 CONTENDED = 0.5
@@ -109,7 +109,7 @@ def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
         probability = min(probability, max(_share(explanation, standing) / IMPERFECT, DOUBTFUL))
         if stopped(fit, slug):
             probability *= 0.7
-        if trial.bayes - trial.adrift < CERTAIN:
+        if trial.bayes - trial.adrift < SETTLED:
             probability = min(probability, TENTATIVE)
         others = [pair for pair in explanation.contending if slug not in pair]
         if others:

@@ -9,7 +9,16 @@ from fitting.diagnosis import evidence, trials
 from fitting.diagnosis.conclude import _left_over
 from fitting.diagnosis.evidence import _occam, _spared
 from fitting.diagnosis.generic import Generic
-from fitting.diagnosis.judged import MOST_DRIFT, helps_nobody, leaves_more, outdone, steady, unexplained
+from fitting.diagnosis.judged import (
+    MOST_DRIFT,
+    contradicted,
+    helps_nobody,
+    leaves_more,
+    nameless_probability,
+    outdone,
+    steady,
+    unexplained,
+)
 from fitting.diagnosis.misfit import foretold, reduced, surprise
 from fitting.diagnosis.probabilities import effects_found, probabilities
 from fitting.diagnosis.screen import _held
@@ -302,9 +311,24 @@ def test_an_effect_is_not_certain_that_drift_or_a_contending_explanation_may_sta
     assert effects_found(explanation, 0.01)[0].probability > 0.95
     entered.bayes, entered.adrift = 12.0, 6.0  # a further one, of which drift makes half
     assert effects_found(explanation, 0.01)[0].probability == 0.7
-    entered.bayes, entered.adrift = 200.0, 0.0
+    entered.bayes, entered.adrift = 9.0, 0.0  # enough to enter first, and some null in a hundred gets as far
+    assert effects_found(explanation, 0.01)[0].probability == 0.7
+    entered.bayes = 200.0
     explanation.contending = [("gravity", "tip_contact")]  # it is part of both
     assert effects_found(explanation, 0.01)[0].probability > 0.95
     explanation.contending = [("thick_wall", "tip_contact"), ("thick_wall", "gravity")]
     found = effects_found(explanation, 0.01)[0]
     assert found.probability == 0.5 and found.confusable == ["thick_wall", "tip_contact"]
+
+
+@pytest.mark.parametrize(("worth", "signature", "unknown"), [
+    (6.0, 0.5, None), (10.0, 0.5, 0.7), (30.0, 0.5, 0.9), (10.0, 0.001, 0.9),
+])  # fmt: skip
+def test_what_only_a_nameless_correction_of_little_evidence_says_is_tentative(worth, signature, unknown):
+    program = SimpleNamespace(noise_stated=True, fitted=np.ones(2, bool), observations=lambda chosen: 500)
+    explanation = SimpleNamespace(program=program, p_value=signature, p_is_bound=signature == 0.001)
+    generic = Generic("force", "time", worth, 1.0, 1.5)
+    base = [1.5, 1.5]
+    assert contradicted(explanation, base, generic) == (unknown is not None)
+    if unknown:
+        assert nameless_probability(explanation, base, generic) == unknown
