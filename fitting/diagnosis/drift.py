@@ -11,6 +11,7 @@ from scipy.special import logsumexp
 
 from fitting.models.channels import Channel
 
+from .averaging import averaged_away
 from .evaluation import Evaluation
 from .evidence import inflation_of
 from .program import Program
@@ -89,5 +90,7 @@ def explained_by_drift(program: Program, current: Fit, further: Fit) -> float:
 
 
 def adrift(program: Program, current: Fit, further: Fit) -> float:
-    """The same, deflated as the further effect's log Bayes factor is."""
-    return explained_by_drift(program, current, further) / inflation_of(program, further)
+    """What the instruments explain of a further effect, deflated as its log Bayes factor is: slow drift, and
+    noise of inputs that the effect averages away."""
+    luck = averaged_away(program, current, further)
+    return (explained_by_drift(program, current, further) + luck) / inflation_of(program, further)

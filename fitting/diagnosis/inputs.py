@@ -52,9 +52,22 @@ def _noise(recording: Recording, name: str) -> float:
     return sigma * float(np.sqrt((1.0 + correlation) / (1.0 - correlation)))
 
 
+def readings_kept(recordings: list[Recording], stacked: Rows, name: str) -> np.ndarray:
+    """Part of the 1-sigma of an input's readings that smoothing left in its rows, from 0 to 1, (recordings of
+    the stack,): that of fast changes of the readings that rows still have."""
+    found = np.ones(len(stacked.mask))
+    for k, recording in enumerate(recordings):
+        rows = np.asarray(stacked.inputs[name])[k][np.asarray(stacked.mask)[k]]
+        raw = recording.si(name) if recording.has(name) else rows
+        if len(raw) == len(rows) > 3 and np.isfinite(raw).all():
+            fast, before = (np.std(np.diff(values, 2)) for values in (rows, raw))
+            found[k] = min(fast / before, 1.0) if before > 0.0 else 1.0
+    return found
+
+
 def shifted(stacked: Rows, name: str, sigma: np.ndarray) -> Rows:
-    """Recordings with an input shifted by a number each."""
-    moved = jnp.asarray(np.asarray(stacked.inputs[name]) + sigma[:, None])
+    """Recordings with an input shifted by a number each, or by one in every row."""
+    moved = jnp.asarray(np.asarray(stacked.inputs[name]) + np.reshape(sigma, (len(sigma), -1)))
     return replace(stacked, inputs=stacked.inputs | {name: moved})
 
 
