@@ -2,7 +2,7 @@
 
 from .drift import adrift
 from .evidence import inflation_of, log_likelihood
-from .folds import gain, left_out
+from .folds import LeftOut, gain
 from .misfit import reduced, spread, surprise
 from .program import Program
 from .refit import Fit
@@ -14,8 +14,8 @@ CERTAIN = 8.0
 FURTHER = 5.0
 """The same for a further one: something is missing for sure there."""
 SETTLED = 12.0
-"""Log Bayes factor, less what drift explains, below which what is found is said to be tentative: one null
-in a hundred reached 9."""
+"""Log Bayes factor, less what instruments explain, below which what is found is said to be tentative: one
+null in a hundred reached 9."""
 FIRST_SHARE = 0.1
 """Of the misfit of recordings left out in turn, what the first effect must take away."""
 SHARE = 0.45
@@ -50,7 +50,9 @@ BEHIND = 0.2, 0.1
 recordings refute what explains the fitted ones best, what explains them much worse is no better a guess."""
 
 
-def choice(program: Program, current: Fit, stage: Stage, base: Fit, original: float) -> Trial | None:
+def choice(
+    program: Program, current: Fit, stage: Stage, base: Fit, original: float, scores: LeftOut
+) -> Trial | None:
     """The trial that enters the model, if any may.
 
     Args:
@@ -59,24 +61,27 @@ def choice(program: Program, current: Fit, stage: Stage, base: Fit, original: fl
         stage: with the trials, best first; what is left out is scored as far as it is asked for.
         base: model without effects.
         original: its score on recordings left out; NaN for the first effect.
+        scores: of recordings left out in turn.
     """
     first, before = not current.slugs, None
     enough = CERTAIN if first else FURTHER
-    behind = max(CLOSE, BEHIND[0 if first else 1] * stage.trials[0].bayes) if stage.trials else 0.0
+    best = None
     for trial in stage.trials:
+        best = trial.bayes if best is None else best
         if trial.bayes < enough or (not first and trial.stopped):
             continue
-        if stage.trials[0].bayes - trial.bayes > behind:
+        if best - trial.bayes > max(CLOSE, BEHIND[0 if first else 1] * best):
             break
         if before is None:
-            before = left_out(program, current)
+            before = scores(current)
             stage.left_out = float(before.sum())
         if stage.left_out < (FAINT if trial.stopped else LESS):
             continue
         trial.adrift = adrift(program, current, trial.fit)
         if trial.bayes - trial.adrift < enough:
+            best = best if best > trial.bayes else None  # what instruments explain is no better guess
             continue
-        gained, share = gain(before, left_out(program, trial.fit))
+        gained, share = gain(before, scores(trial.fit))
         trial.left_out = stage.left_out - gained
         inflation = inflation_of(program, trial.fit)
         if log_likelihood(program, gained, inflation) < PREDICTS:

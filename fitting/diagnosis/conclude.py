@@ -103,7 +103,7 @@ def conclude(explanation: Explanation) -> Conclusion:
     if named:
         unknown = max(unknown, refuted(explanation, generic, limits[0]))
     if mismatch and not named:
-        unknown = max(unknown, nameless_probability(explanation, base, generic))
+        unknown = nameless_probability(explanation, base, generic, unknown)
     if not mismatch:  # no candidate survived being fitted; what is left is judged as a whole
         explanation.p_value = max(explanation.p_value, tail(program, steady(base[0], generic)))
         explanation.p_is_bound = False

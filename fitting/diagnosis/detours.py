@@ -7,14 +7,13 @@ that also leave nothing.
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
 from .choose import CERTAIN, FIRST_SHARE, LESS, PREDICTS
 from .drift import adrift
 from .evidence import evidence, inflation_of, log_likelihood
-from .folds import gain, left_out
+from .folds import gain
 from .growing import LEVEL, Growth, screened
 from .misfit import foretold, spread, surprise
 from .program import Program
@@ -53,19 +52,6 @@ class _Ahead:
     promised: float
 
 
-@dataclass
-class _Incumbent:
-    """A model that a pair must surpass."""
-
-    program: Program
-    fit: Fit
-
-    @cached_property
-    def left_out(self) -> np.ndarray:
-        """See `folds.left_out`: many fits, asked for by every pair that gets so far."""
-        return left_out(self.program, self.fit)
-
-
 def detour(growth: Growth, explanation: Explanation) -> None:
     """Look for such a pair where what was found leaves more than noise.
 
@@ -76,7 +62,7 @@ def detour(growth: Growth, explanation: Explanation) -> None:
     program = explanation.program
     if not explanation.stages[0].trials or not _noticed(explanation):
         return
-    incumbents, complete = [_Incumbent(program, explanation.final)], False
+    incumbents, complete = [explanation.final], False
     for ahead in _foreseen(growth, explanation):
         rival, stage = ahead.rival, ahead.stage
         growth.progress(f"looking for a second effect beside {rival.slug}")
@@ -85,18 +71,16 @@ def detour(growth: Growth, explanation: Explanation) -> None:
         if best is None or not _worth_more(explanation, best.fit, incumbents):
             continue
         if not complete:
-            seconds = _with_its_second(growth, explanation)
-            incumbents, complete = incumbents + [_Incumbent(program, fit) for fit in seconds], True
+            incumbents, complete = incumbents + _with_its_second(growth, explanation), True
             if not _worth_more(explanation, best.fit, incumbents):
                 continue
         found = pruned(program, polished(program, best.fit))
-        left = _surpassing(explanation, incumbents, found) if len(found.slugs) > 1 else None
-        if left is None:
+        if len(found.slugs) < 2 or not _surpassing(explanation, incumbents, found):
             continue
         if _drift_does(explanation, incumbents, found):
             _contend(explanation, found)
-        elif _took_over(growth, explanation, ahead, incumbents, found, left):
-            stage.chosen, incumbents = best.slug, [_Incumbent(program, explanation.final)]
+        elif _took_over(growth, explanation, ahead, incumbents, found):
+            stage.chosen, incumbents = best.slug, [explanation.final]
 
 
 def _contend(explanation: Explanation, pair: Fit) -> None:
@@ -109,37 +93,39 @@ def _took_over(
     growth: Growth,
     explanation: Explanation,
     ahead: _Ahead,
-    incumbents: list[_Incumbent],
+    incumbents: list[Fit],
     pair: Fit,
-    left: np.ndarray,
 ) -> bool:
     """Whether a pair that surpasses incumbents took the place of what was found, or another one did that its
-    effects gave way to; `left` is what it leaves of recordings left out, by fold."""
-    program, alone = explanation.program, not explanation.final.slugs
+    effects gave way to."""
+    alone, scores = not explanation.final.slugs, explanation.scores
     first, *others = explanation.stages
     if alone:
-        first.left_out = float(incumbents[0].left_out.sum())
-        if not _believable(program, incumbents[0], pair, left):
+        first.left_out = float(scores(explanation.final).sum())
+        if not _believable(explanation, pair):
             return False
-    named = growth.stood(program, pair, float(left.sum()), [first, ahead.stage, *others])
+    left = scores.gained(explanation.base, pair)
+    named = growth.stood(explanation, pair, left, [first, ahead.stage, *others])
     if set(named.fit.slugs) != set(pair.slugs):
-        again = _surpassing(explanation, incumbents, named.fit) if len(named.fit.slugs) > 1 else None
-        if again is None or (alone and not _believable(program, incumbents[0], named.fit, again)):
+        if len(named.fit.slugs) < 2 or not _surpassing(explanation, incumbents, named.fit):
+            return False
+        if alone and not _believable(explanation, named.fit):
             return False
     explanation.named, explanation.contending = named, []
     explanation.stages = [replace(first, chosen=ahead.rival.slug), ahead.stage]
     return True
 
 
-def _believable(program: Program, base: _Incumbent, pair: Fit, left: np.ndarray) -> bool:
+def _believable(explanation: Explanation, pair: Fit) -> bool:
     """Whether a pair may be named where no effect was believed alone: the base model leaves more than noise,
     the pair does not, and takes away a part of what is left out, with no effect at a bound."""
-    before = float(base.left_out.sum())
-    if before < LESS or not _leaves_more(program, base.fit, before):
+    program, base = explanation.program, explanation.final
+    before, left = explanation.scores(base), explanation.scores(pair)
+    if before.sum() < LESS or not _leaves_more(program, base, float(before.sum())):
         return False
     if any(stopped(pair, slug) for slug in pair.slugs):
         return False
-    return gain(base.left_out, left)[1] >= FIRST_SHARE and not _leaves_more(program, pair, float(left.sum()))
+    return gain(before, left)[1] >= FIRST_SHARE and not _leaves_more(program, pair, float(left.sum()))
 
 
 def _foreseen(growth: Growth, explanation: Explanation) -> list[_Ahead]:
@@ -182,15 +168,15 @@ def _with_its_second(growth: Growth, explanation: Explanation) -> list[Fit]:
     return [] if second is None else [polished(program, second.fit)]
 
 
-def _gained(explanation: Explanation, new: Fit, others: list[_Incumbent]) -> list[float]:
+def _gained(explanation: Explanation, new: Fit, others: list[Fit]) -> list[float]:
     """Log evidence of an explanation over each of others, all deflated as its own is."""
     program, base = explanation.program, explanation.base
     inflation = inflation_of(program, new)
     mine = evidence(program, base, new, inflation)
-    return [mine - evidence(program, base, old.fit, inflation) for old in others]
+    return [mine - evidence(program, base, old, inflation) for old in others]
 
 
-def _worth_more(explanation: Explanation, new: Fit, others: list[_Incumbent]) -> bool:
+def _worth_more(explanation: Explanation, new: Fit, others: list[Fit]) -> bool:
     """Whether an explanation has clearly more evidence than each of others."""
     return all(gained >= CERTAIN for gained in _gained(explanation, new, others))
 
@@ -218,10 +204,9 @@ def _leaves_more(program: Program, fit: Fit, left_out: float) -> bool:
     return any(score > 1.0 + max(NOISE[0], NOISE[1] * spread(program, mask)) for score, mask in left)
 
 
-def _surpassing(explanation: Explanation, others: list[_Incumbent], new: Fit) -> np.ndarray | None:
-    """Reduced chi-square of recordings left out in turn by an explanation, by fold, if it is clearly better
-    than each of others: it has more evidence, by more than it predicts those never fitted worse, and it
-    predicts those left out better.
+def _surpassing(explanation: Explanation, others: list[Fit], new: Fit) -> bool:
+    """Whether an explanation is clearly better than each of others: it has more evidence, by more than it
+    predicts those never fitted worse, and it predicts those left out in turn better.
 
     It must not owe that to a single fold, in which another one may have gone astray.
     """
@@ -229,21 +214,21 @@ def _surpassing(explanation: Explanation, others: list[_Incumbent], new: Fit) ->
     inflation = inflation_of(program, new)
     surprised = surprise(program, new, program.unseen)
     for old, gained in zip(others, _gained(explanation, new, others), strict=True):
-        lost = max(surprised - surprise(program, old.fit, program.unseen), 0.0)
+        lost = max(surprised - surprise(program, old, program.unseen), 0.0)
         if gained - lost / inflation < CERTAIN:
-            return None
-    mine = left_out(program, new)  # many fits: asked for last
+            return False
+    mine = explanation.scores(new)  # many fits: asked for last
     for old in others:
-        gains = old.left_out - mine
+        gains = explanation.scores(old) - mine
         enough = log_likelihood(program, gains.sum(), inflation) >= PREDICTS
         if not enough or gains.sum() - gains.max() < 0.0:
-            return None
-    return mine
+            return False
+    return True
 
 
-def _drift_does(explanation: Explanation, others: list[_Incumbent], new: Fit) -> bool:
+def _drift_does(explanation: Explanation, others: list[Fit], new: Fit) -> bool:
     """Whether another explanation and drift of the instruments explain about as much as an explanation."""
     return any(
-        gained - adrift(explanation.program, old.fit, new) < CERTAIN  # that is never negative
+        gained - adrift(explanation.program, old, new) < CERTAIN  # that is never negative
         for old, gained in zip(others, _gained(explanation, new, others), strict=True)
     )

@@ -1,4 +1,4 @@
-"""Slow drift of every instrument by itself: what it explains as well is no physics.
+"""What instruments by themselves explain is no physics: slow drift of every one, and noise of inputs.
 
 A zero that wanders within its noise leaves slow misfit that some effect or other always fits a little. Drift
 is a Gaussian process of each output of each recording, a few cosines of a size within the noise, so its

@@ -72,6 +72,28 @@ def _parts_of_all(sizes: Sequence[int], members: Sequence[int]) -> list[Masks]:
     return found
 
 
+class LeftOut:
+    """What models leave of fitted recordings left out in turn: many fits, so each is asked for once.
+
+    Args:
+        program: of the campaign.
+    """
+
+    def __init__(self, program: Program):
+        self._program, self._known = program, {}
+
+    def __call__(self, fit: Fit) -> np.ndarray:
+        """See `left_out`."""
+        if id(fit) not in self._known:  # a fit that is kept keeps its id
+            self._known[id(fit)] = fit, left_out(self._program, fit)
+        return self._known[id(fit)][1]
+
+    def gained(self, base: Fit, fit: Fit) -> float:
+        """What a model leaves, as a reduced chi-square, as `gain` counts what it gains on a base model."""
+        before = self(base)
+        return float(before.sum()) - gain(before, self(fit))[0]
+
+
 def left_out(program: Program, fit: Fit) -> np.ndarray:
     """Chi-square of the fitted recordings, predicted by fits without them: a reduced one, in parts by fold.
 

@@ -49,7 +49,7 @@ class Growth:
             if best is None:
                 break
             fit = polished(program, best.fit) if stage.base.slugs else best.fit
-            named = self.stood(program, fit, best.left_out, explanation.stages)
+            named = self.stood(explanation, fit, best.left_out, explanation.stages)
             if len(named.fit.slugs) >= MOST_EFFECTS or _been(explanation, named.fit):
                 break
             stage = self.stage(program, named.fit)
@@ -65,8 +65,9 @@ class Growth:
         stage.trials = trials_of(program, stage.base, stage.screen, self.progress, self.effort, most)
         stage.base = fair(program, stage.base, stage.trials)
 
-    def stood(self, program: Program, fit: Fit, left: float, stages: list[Stage]) -> Named:
+    def stood(self, explanation: Explanation, fit: Fit, left: float, stages: list[Stage]) -> Named:
         """See `standings.stood`."""
+        program = explanation.program
 
         def fill(rest: Fit) -> Stage:
             self.progress(f"trying what else there is beside {' and '.join(rest.slugs)}")
@@ -74,14 +75,16 @@ class Growth:
             self.fill(program, stage, RIVALS)
             return stage
 
-        return stood(program, fit, left, stages, fill)
+        return stood(program, fit, left, stages, fill, explanation.scores)
 
     def _step(self, explanation: Explanation, stage: Stage) -> Trial | None:
         """The effect of a screened stage that may enter, if one may; the stage gets its trials."""
         program = explanation.program
         self.fill(program, stage)
         self.progress("predicting recordings left out in turn")
-        best = choice(program, stage.base, stage, explanation.base, explanation.left_out[0])
+        best = choice(
+            program, stage.base, stage, explanation.base, explanation.left_out[0], explanation.scores
+        )
         stage.chosen = best.slug if best else None
         return best
 

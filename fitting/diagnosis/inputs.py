@@ -15,6 +15,7 @@ import numpy as np
 
 from fitting.models.channels import Channel, serial_correlation
 from fitting.models.rows import Rows
+from fitting.noise import robust_noise
 from fitting.recordings import Recording
 
 from .noise import noise_of
@@ -52,16 +53,18 @@ def _noise(recording: Recording, name: str) -> float:
     return sigma * float(np.sqrt((1.0 + correlation) / (1.0 - correlation)))
 
 
-def readings_kept(recordings: list[Recording], stacked: Rows, name: str) -> np.ndarray:
-    """Part of the 1-sigma of an input's readings that smoothing left in its rows, from 0 to 1, (recordings of
-    the stack,): that of fast changes of the readings that rows still have."""
-    found = np.ones(len(stacked.mask))
-    for k, recording in enumerate(recordings):
-        rows = np.asarray(stacked.inputs[name])[k][np.asarray(stacked.mask)[k]]
-        raw = recording.si(name) if recording.has(name) else rows
-        if len(raw) == len(rows) > 3 and np.isfinite(raw).all():
-            fast, before = (np.std(np.diff(values, 2)) for values in (rows, raw))
-            found[k] = min(fast / before, 1.0) if before > 0.0 else 1.0
+def white_noise(recordings: list[Recording], stacked: Rows) -> dict[str, np.ndarray]:
+    """1-sigma of what is new from row to row of noisy inputs, SI, by quantity, (recordings of the stack,).
+
+    As rows have it, smoothed or averaged, told by their second differences; not more than `input_noise`,
+    since a course may change as fast. Errors that last, or a stated size that readings do not have, are none.
+    """
+    found = input_noise(recordings, stacked)
+    for name, sigma in found.items():
+        for k in np.flatnonzero(sigma):
+            there = np.asarray(stacked.mask)[k]
+            time, rows = np.asarray(stacked.time)[k][there], np.asarray(stacked.inputs[name])[k][there]
+            sigma[k] = min(sigma[k], robust_noise(time, rows)) if len(rows) > 2 else 0.0
     return found
 
 

@@ -66,11 +66,18 @@ def by_nameless(generic: Generic | None) -> bool:
     return generic is not None and generic.bayes > NAMELESS
 
 
-def nameless_probability(explanation: Explanation, base: list[float], generic: Generic | None) -> float:
+def nameless_probability(
+    explanation: Explanation, base: list[float], generic: Generic | None, left: float
+) -> float:
     """Probability of something unknown where recordings contradict the base model and no effect explains it:
-    tentative where only a nameless correction of little evidence says so. Arguments as for `contradicted`."""
+    tentative where only a nameless correction of little evidence says so.
+
+    Args:
+        explanation, base, generic: as for `contradicted`.
+        left: probability of it from how much is left.
+    """
     settled = generic is not None and generic.bayes > SETTLED
-    return NAMED_NOTHING if settled or _by_signature(explanation, base, generic) else TENTATIVE
+    return max(left, NAMED_NOTHING) if settled or _by_signature(explanation, base, generic) else TENTATIVE
 
 
 def _by_signature(explanation: Explanation, base: list[float], generic: Generic | None) -> bool:

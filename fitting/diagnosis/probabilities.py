@@ -23,7 +23,7 @@ IMPERFECT, DOUBTFUL = 0.2, 0.5
 """Share of all misfit explained up to which an effect may be what the form of another one, rightly named,
 leaves; and the probability of such a one."""
 TENTATIVE = 0.7
-"""Most probability of what has less evidence, less what drift explains, than `SETTLED`."""
+"""Most probability of what has less evidence, less what instruments explain, than `SETTLED`."""
 UNTRIED = -5.0
 """Log Bayes factor of a candidate whose signature was not worth a fit."""
 CONTENDED = 0.5

@@ -162,7 +162,7 @@ class Program:
             values = self.unknowns.values(u)
             self.stacked = kind_module(self.kind).prepared(values, self.stacked, self.channels)
             here = self.evaluate(u, nothing)
-            self.stacked = self._begun(self.stacked, here, u)
+            self.stacked = self.begun(self.stacked, here, u)
             self.taken = np.array([np.sum(here.drivers["taken"][k]) for k in range(len(self.channels))])
 
     def prepared(self, u: np.ndarray) -> "Program":
@@ -233,7 +233,7 @@ class Program:
         stacked = self.stacked if stacked is None else stacked
         width = self._compiled.width
         chunks = [columns[first : first + width] for first in range(0, max(len(columns), 1), width)]
-        start = self._begun(stacked, near, u) if near is not None else stacked
+        start = self.begun(stacked, near, u) if near is not None else stacked
         search = Search(self.channels, self.pace, self.failed) if moving else None
         first = self._run(u, chunks[0], start)
         if search:
@@ -264,7 +264,7 @@ class Program:
         runs = [self._run(here.u, chunk, stacked) for chunk in chunks]
         return {name: np.concatenate([run.slopes[name] for run in runs]) for name in runs[0].slopes}
 
-    def _begun(self, stacked: Rows, near: Evaluation, u: np.ndarray) -> Rows:
+    def begun(self, stacked: Rows, near: Evaluation, u: np.ndarray) -> Rows:
         """Recordings whose searches for hidden courses begin with those of an evaluation, foretold at `u`."""
         if self.pace.shape[1]:
             return with_courses(stacked, near.courses_at(u))

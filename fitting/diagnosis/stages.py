@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .folds import LeftOut
 from .program import Program
 from .refit import Fit
 from .screen import Screen
@@ -87,6 +88,7 @@ class Explanation:
             that they contradict.
         contending: effects that together explain and predict the recordings better than `final`, but by no
             more than drift of the instruments explains.
+        scores: of recordings left out in turn.
     """
 
     program: Program
@@ -97,6 +99,10 @@ class Explanation:
     p_is_bound: bool
     together: bool = False
     contending: list[tuple[str, ...]] = field(default_factory=list)
+    scores: LeftOut = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self.scores = LeftOut(self.program)
 
     @property
     def tries(self) -> int:

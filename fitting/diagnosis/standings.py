@@ -12,7 +12,7 @@ import numpy as np
 from .choose import FURTHER, PREDICTS
 from .drift import adrift
 from .evidence import inflation_of, log_likelihood
-from .folds import gain, left_out
+from .folds import LeftOut
 from .misfit import surprise
 from .program import Program
 from .pruning import idle, without
@@ -30,7 +30,9 @@ Fill = Callable[[Fit], Stage]
 """Screens the effects that a model does not have and fits the most promising."""
 
 
-def stood(program: Program, fit: Fit, left: float, stages: list[Stage], fill: Fill) -> Named:
+def stood(
+    program: Program, fit: Fit, left: float, stages: list[Stage], fill: Fill, scores: LeftOut
+) -> Named:
     """A model whose effects hold their places beside each other, with what each is worth there.
 
     Args:
@@ -40,9 +42,10 @@ def stood(program: Program, fit: Fit, left: float, stages: list[Stage], fill: Fi
         stages: rounds of a search, that on the base model first; their trials are used again where they stand
             beside the same effects.
         fill: makes another one.
+        scores: of recordings left out in turn.
     """
     named, known, exchanges = Named(fit, left), list(stages), EXCHANGES * len(fit.slugs)
-    score = _Scored(program, stages[0])
+    base = stages[0].base
     while True:
         slug = next((s for s in named.fit.slugs if s not in named.standings), None)
         if slug is None:
@@ -50,7 +53,7 @@ def stood(program: Program, fit: Fit, left: float, stages: list[Stage], fill: Fi
         stage = _beside(known, [s for s in named.fit.slugs if s != slug])
         rest = stage.base if stage else without(program, named.fit, slug)
         if rest.slugs and idle(program, rest, named.fit):
-            named = Named(rest, score(rest))
+            named = Named(rest, scores.gained(base, rest))
             continue
         if stage is None:
             stage = fill(rest)
@@ -61,40 +64,17 @@ def stood(program: Program, fit: Fit, left: float, stages: list[Stage], fill: Fi
             named = Named(replace(own.fit, slugs=named.fit.slugs), named.left_out)  # as they entered
             continue
         entered = stage.chosen == slug  # `choice` weighed it against its rivals there
-        rival = None if entered or not exchanges else _successor(program, standing, score)
+        rival = None if entered or not exchanges else _successor(program, standing, scores)
         if rival is not None:
             exchanges -= 1
             slugs = tuple(rival.slug if s == slug else s for s in named.fit.slugs)
-            named = Named(replace(rival.fit, slugs=slugs), score(rival.fit))
+            named = Named(replace(rival.fit, slugs=slugs), scores.gained(base, rival.fit))
             rival.left_out = named.left_out
             named.standings[rival.slug] = replace(standing, slug=rival.slug)
         elif stage.base.slugs and own.bayes < FURTHER:  # beside a fair fit of the others
-            named = Named(stage.base, score(stage.base))
+            named = Named(stage.base, scores.gained(base, stage.base))
         else:
             named.standings[slug] = standing
-
-
-class _Scored:
-    """What models leave of recordings left out in turn, each asked for once.
-
-    Args:
-        program: of the campaign.
-        first: the round on the base model.
-    """
-
-    def __init__(self, program: Program, first: Stage):
-        self._program, self._base, self._known = program, first.base, {}
-
-    def by_fold(self, fit: Fit) -> np.ndarray:
-        """See `folds.left_out`."""
-        if id(fit) not in self._known:  # a fit that is kept keeps its id
-            self._known[id(fit)] = fit, left_out(self._program, fit)
-        return self._known[id(fit)][1]
-
-    def __call__(self, fit: Fit) -> float:
-        """See `Named`."""
-        before = self.by_fold(self._base)
-        return float(before.sum()) - gain(before, self.by_fold(fit))[0]
 
 
 def _beside(known: list[Stage], slugs: list[str]) -> Stage | None:
@@ -116,7 +96,7 @@ def _standing(program: Program, named: Named, slug: str, stage: Stage) -> Standi
     return standing
 
 
-def _successor(program: Program, standing: Standing, score: _Scored) -> Trial | None:
+def _successor(program: Program, standing: Standing, scores: LeftOut) -> Trial | None:
     """The rival that takes the place of an effect: one within its bounds that has more evidence, also less
     what drift explains, and predicts recordings no worse."""
     own = standing.own
@@ -127,7 +107,7 @@ def _successor(program: Program, standing: Standing, score: _Scored) -> Trial | 
         enough = max(FURTHER, own.bayes - own.adrift)
         if rival.stopped or rival.bayes - rival.adrift < enough or not _surpassed(program, own, rival):
             continue
-        before, after = score.by_fold(own.fit), score.by_fold(rival.fit)
+        before, after = scores(own.fit), scores(rival.fit)
         if _no_worse(program, before, after, inflation_of(program, rival.fit)):
             return rival
     return None

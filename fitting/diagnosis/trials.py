@@ -45,7 +45,8 @@ class Trial:
         returned: largest departure of a base constant from nominal, in standard deviations.
         left_out: reduced chi-square of fitted recordings left out in turn, as `folds.gain` counts; NaN
             where it was not asked for.
-        adrift: part of `bayes` that drift of the instruments explains as well; 0 where it was not asked for.
+        adrift: part of `bayes` that the instruments explain as well: their drift, and noise of inputs that
+            the effect averages away; 0 where it was not asked for.
     """
 
     slug: str

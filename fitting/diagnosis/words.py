@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from pneusma_jax.effects import CATALOGUE
 
 from .misfit import foretold
+from .probabilities import TENTATIVE
 
 if TYPE_CHECKING:
     from .conclude import Conclusion
@@ -90,6 +91,13 @@ def _verdict(conclusion: Conclusion) -> list[str]:
     names = [f.slug for f in conclusion.found if f not in over]
     if names and names[0] == "unmodelled":
         lead = "The recordings contradict the base model, and no effect that is known here explains them."
+        rival = conclusion.generic
+        if conclusion.unknown <= TENTATIVE and not conclusion.explanation.final.slugs and rival is not None:
+            lead = (
+                "The recordings may contradict the base model: no effect that is known explains them, and "
+                f"a smooth function of {rival.driver.replace('_', ' ')} without a name does with a log Bayes "
+                f"factor of {rival.bayes:.2g}, which is little."
+            )
     elif len(names) == 1:
         lead = f"The base model leaves out {names[0]}: {CATALOGUE[names[0]].sentence}"
     else:
@@ -145,10 +153,10 @@ def _by_chance(chance: str) -> str:
 
 
 def contended(slugs: tuple[str, ...]) -> str:
-    """Of effects that explain more than those that are named, but by no more than drift does."""
+    """Of effects that explain more than those that are named, but by no more than instruments do."""
     return (
         f"{' and '.join(slugs)} together explain and predict the recordings better than what is named, but "
-        "drift of the instruments explains the difference as well"
+        "drift or noise of the instruments explains the difference as well"
     )
 
 

@@ -17,10 +17,14 @@ def fit(name, fitted):
     return SimpleNamespace(slugs=() if name == "base" else (name,), name=name, fitted=fitted, at_bound=())
 
 
+def scores(fit):
+    """What a model leaves of recordings left out in turn, by fold."""
+    return np.array(LEFT_OUT[fit.name])
+
+
 @pytest.fixture
 def world(monkeypatch):
     for name, value in {
-        "left_out": lambda program, fit: np.array(LEFT_OUT[fit.name]),
         "reduced": lambda program, fit, mask: fit.fitted,
         "adrift": lambda *_: 0.0,
         "inflation_of": lambda *_: 1.0,
@@ -37,7 +41,7 @@ def world(monkeypatch):
 def test_a_further_effect_takes_much_of_what_the_base_model_missed(world, base, original, enters):
     first, second = fit("first", 4.0), fit("second", 1.1)
     stage = Stage(first, None, [Trial("second", second, 300.0, 1.0)])
-    found = choose.choice(PROGRAM, first, stage, fit("base", base), original)
+    found = choose.choice(PROGRAM, first, stage, fit("base", base), original, scores)
     assert (found is not None) is enters
 
 
@@ -47,7 +51,7 @@ def test_what_takes_a_large_part_of_all_may_leave_more_behind(world, monkeypatch
     monkeypatch.setitem(LEFT_OUT, "second", [1.2, 1.1, 1.1])  # a third of what is left out
     current = fit("first", 3.0)
     stage = Stage(current, None, [Trial("second", fit("second", fitted), 300.0, 1.0)])
-    found = choose.choice(PROGRAM, current, stage, fit("base", 6.0), 20.0)
+    found = choose.choice(PROGRAM, current, stage, fit("base", 6.0), 20.0, scores)
     assert (found is not None) is enters
 
 
@@ -64,7 +68,7 @@ def test_a_further_effect_needs_less_evidence_than_the_first(world, monkeypatch,
         trial = Trial("second", fit("second", 1.1), bayes, 1.0)
         monkeypatch.setitem(LEFT_OUT, "base", LEFT_OUT["first"])
         current = fit(name, 4.0)
-        found = choose.choice(PROGRAM, current, Stage(current, None, [trial]), fit("base", 6.0), 20.0)
+        found = choose.choice(PROGRAM, current, Stage(current, None, [trial]), fit("base", 6.0), 20.0, scores)
         assert (found is trial) is enters
         assert trial.adrift == (drift if bayes > (8.0 if name == "base" else 5.0) else 0.0)
 
@@ -75,5 +79,19 @@ def test_nothing_enters_where_the_model_predicts_better_than_noise_lets_it(world
     monkeypatch.setitem(LEFT_OUT, "second", [0.2, 0.2, 0.2])
     current = fit(name, 4.0)
     stage = Stage(current, None, [Trial("second", fit("second", 1.1), 300.0, 1.0)])
-    assert choose.choice(PROGRAM, current, stage, fit("base", 6.0), 20.0) is None
+    assert choose.choice(PROGRAM, current, stage, fit("base", 6.0), 20.0, scores) is None
     assert stage.left_out < choose.LESS
+
+
+def test_what_a_model_leaves_of_recordings_left_out_is_asked_for_once(monkeypatch):
+    from fitting.diagnosis import folds
+
+    asked = []
+    monkeypatch.setattr(folds, "left_out", lambda program, fit: asked.append(fit.name) or np.array(LEFT_OUT[fit.name]))
+    first, second, again = fit("first", 4.0), fit("second", 1.1), fit("first", 4.0)
+    known = folds.LeftOut(PROGRAM)
+    assert known(first).sum() == pytest.approx(4.6)
+    assert known.gained(first, second) == pytest.approx(1.35)
+    assert asked == ["first", "second"]
+    known(again)  # another fit, however alike
+    assert asked == ["first", "second", "first"]

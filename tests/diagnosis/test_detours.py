@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.diagnosis import detours, growing
+from fitting.diagnosis import detours, folds, growing
 from fitting.diagnosis.growing import Growth
 from fitting.diagnosis.probabilities import probabilities
 from fitting.diagnosis.stages import Explanation, Named, Stage, Standing
@@ -31,7 +31,7 @@ class World:
 
     def __init__(self, monkeypatch):
         self.seconds = {"both": [], "one": [("two", 60.0)]}
-        self.left = {("both",): [0.5, 0.5, 0.5], ("both", "odd"): [0.45, 0.45, 0.5], ("one", "two"): [0.3, 0.3, 0.4]}
+        self.left = {(): [1.0, 1.0, 1.0], ("both",): [0.5, 0.5, 0.5], ("both", "odd"): [0.45, 0.45, 0.5], ("one", "two"): [0.3, 0.3, 0.4]}
         self.unseen = {("both",): 0.0, ("both", "odd"): 20.0, ("one", "two"): 0.0}
         self.leaves = 1.5
         self.worth = {("both",): 100.0, ("both", "odd"): 110.0, ("one", "two"): 150.0}
@@ -59,13 +59,13 @@ class World:
         put("pruned", lambda program, found: found)
         monkeypatch.setattr(Growth, "stood", lambda growth, *model: self._stood(*model))
         put("fair", lambda program, current, trials: current)
-        put("left_out", lambda program, found: np.array(self.left[found.slugs]))
+        monkeypatch.setattr(folds, "left_out", lambda program, found: np.array(self.left[found.slugs]))
         put("surprise", lambda program, found, mask: self.unseen[found.slugs])
         put("inflation_of", lambda program, found: 1.0)
         put("foretold", lambda program, found, mask: self.leaves)
         put("spread", lambda program, mask: 0.01)
 
-    def _stood(self, program, found, left, stages):
+    def _stood(self, explanation, found, left, stages):
         self.beside = [s.base.slugs for s in stages]
         return Named(found, left, {s: Standing(s, fit(), []) for s in found.slugs})
 

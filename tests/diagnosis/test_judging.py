@@ -331,4 +331,5 @@ def test_what_only_a_nameless_correction_of_little_evidence_says_is_tentative(wo
     base = [1.5, 1.5]
     assert contradicted(explanation, base, generic) == (unknown is not None)
     if unknown:
-        assert nameless_probability(explanation, base, generic) == unknown
+        assert nameless_probability(explanation, base, generic, 0.01) == unknown
+        assert nameless_probability(explanation, base, generic, 0.97) == (0.97 if unknown == 0.9 else unknown)

@@ -6,7 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.diagnosis import explain, growing, pruning, standings
+from fitting.diagnosis import explain, folds, growing, pruning, standings
+from fitting.diagnosis.folds import LeftOut
 from fitting.diagnosis.growing import Growth
 from fitting.diagnosis.stages import Explanation, Named, Stage
 from fitting.diagnosis.standings import stood
@@ -63,7 +64,7 @@ class Searched:
         monkeypatch.setattr(standings, "surprise", lambda program, fit, mask: self.unseen.get(frozenset(fit.slugs), 0.0))
         whole = np.array([2.0, 1.0, 1.0])
         monkeypatch.setattr(
-            standings, "left_out", lambda program, fit: (whole if fit.slugs else whole + 1.0) + self.astray.get(frozenset(fit.slugs), 0.0)
+            folds, "left_out", lambda program, fit: (whole if fit.slugs else whole + 1.0) + self.astray.get(frozenset(fit.slugs), 0.0)
         )
         monkeypatch.setattr(standings, "adrift", lambda program, base, fit: self.drift.get(frozenset(fit.slugs), 0.0))
 
@@ -89,7 +90,7 @@ class Searched:
         return Stage(rest, None, self.trials(rest.slugs, [s for s in SLUGS if s not in rest.slugs]))
 
     def stood(self, slugs=None):
-        return stood(self.program, self.current if slugs is None else self.fit(*slugs), 4.0, self.stages, self.fill)
+        return stood(self.program, self.current if slugs is None else self.fit(*slugs), 4.0, self.stages, self.fill, LeftOut(self.program))
 
 
 @pytest.fixture
@@ -245,7 +246,7 @@ def test_a_search_that_comes_back_to_a_model_ends(monkeypatch):
     found = {(): ("gravity",), ("gravity",): ("thick_wall",), ("thick_wall",): ("gravity",)}
     growth, asked = Growth(np.random.default_rng(0), lambda _: None, 1), []
 
-    def choice(program, current, stage, base, original):
+    def choice(program, current, stage, base, original, scores):
         asked.append(current.slugs)
         assert len(asked) < 9
         return Trial(found[current.slugs][0], fit(found[current.slugs], 100.0), 20.0, 0.0)
@@ -256,7 +257,7 @@ def test_a_search_that_comes_back_to_a_model_ends(monkeypatch):
     base = fit((), 300.0)
     program = SimpleNamespace(unknowns=SimpleNamespace(slugs=SLUGS))
     monkeypatch.setattr(growing, "polished", lambda program, fit: fit)
-    monkeypatch.setattr(growing, "stood", lambda program, fit, left, stages, fill: Named(fit, left))
+    monkeypatch.setattr(growing, "stood", lambda program, fit, left, *_: Named(fit, left))
     explanation = Explanation(program, base, Named(base), [], 0.001, True)
     growth.grown(explanation, growth.stage(program, base))
     assert asked == [(), ("gravity",), ("thick_wall",)] and explanation.final.slugs == ("gravity",)
