@@ -97,13 +97,13 @@ def conclude(explanation: Explanation) -> Conclusion:
     if min(base) > GROSS and explanation.p_value > LEVEL:
         explanation.p_value = tail(program, base[0])
     generic = race(program, explanation.base)
-    mismatch = named or contradicted(explanation, base, generic)
+    mismatch = named or contradicted(explanation, base, generic, floors)
     limits = [limit_of(program, mask) for mask in masks]
     unknown = unexplained(alone, last, floors, limits) if mismatch else 0.0
     if named:
         unknown = max(unknown, refuted(explanation, generic, limits[0]))
     if mismatch and not named:
-        unknown = nameless_probability(explanation, base, generic, unknown)
+        unknown = nameless_probability(explanation, base, generic, floors, unknown)
     if not mismatch:  # no candidate survived being fitted; what is left is judged as a whole
         explanation.p_value = max(explanation.p_value, tail(program, steady(base[0], generic)))
         explanation.p_is_bound = False

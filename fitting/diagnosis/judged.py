@@ -50,15 +50,18 @@ GROSS = 4.0
 signature of an effect stands out, either where one does."""
 
 
-def contradicted(explanation: Explanation, base: list[float], generic: Generic | None) -> bool:
+def contradicted(
+    explanation: Explanation, base: list[float], generic: Generic | None, floors: list[float]
+) -> bool:
     """Whether recordings contradict the base model although no effect explains it.
 
     Args:
         explanation: of the campaign.
         base: reduced chi-square of the base model, of what was fitted and, as `foretold`, of what scores.
         generic: the best nameless correction.
+        floors: what noise leaves of both: misfit that changes from row to row is none of a model's.
     """
-    return by_nameless(generic) or _by_signature(explanation, base, generic)
+    return by_nameless(generic) or _by_signature(explanation, base, generic, floors)
 
 
 def by_nameless(generic: Generic | None) -> bool:
@@ -67,24 +70,28 @@ def by_nameless(generic: Generic | None) -> bool:
 
 
 def nameless_probability(
-    explanation: Explanation, base: list[float], generic: Generic | None, left: float
+    explanation: Explanation, base: list[float], generic: Generic | None, floors: list[float], left: float
 ) -> float:
     """Probability of something unknown where recordings contradict the base model and no effect explains it:
     tentative where only a nameless correction of little evidence says so.
 
     Args:
-        explanation, base, generic: as for `contradicted`.
+        explanation, base, generic, floors: as for `contradicted`.
         left: probability of it from how much is left.
     """
     settled = generic is not None and generic.bayes > SETTLED
-    return max(left, NAMED_NOTHING) if settled or _by_signature(explanation, base, generic) else TENTATIVE
+    settled = settled or _by_signature(explanation, base, generic, floors)
+    return max(left, NAMED_NOTHING) if settled else TENTATIVE
 
 
-def _by_signature(explanation: Explanation, base: list[float], generic: Generic | None) -> bool:
+def _by_signature(
+    explanation: Explanation, base: list[float], generic: Generic | None, floors: list[float]
+) -> bool:
     """Whether a signature stands out, and so does what is left as a whole."""
     program = explanation.program
     if explanation.p_value > LEVEL:
         return False
+    base = [score - (noise - 1.0) for score, noise in zip(base, floors, strict=True)]
     sure = explanation.p_is_bound and program.noise_stated and base[1] > 1.0
     chance = 1.0 + SURE * spread(program, program.fitted)
     left = steady(base[0], generic)

@@ -56,6 +56,7 @@ class Program:
         taken: measured values of every recording that hidden courses take up, shape (recordings,).
         pace: variance per second of every hidden course, (recordings, courses); no courses, no columns.
         bare: channels with their own noise only.
+        apart: readings that are not counted because they stand apart from their neighbours, see `apart`.
     """
 
     kind: str
@@ -69,6 +70,7 @@ class Program:
     taken: np.ndarray = field(default_factory=lambda: np.zeros(0))
     pace: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     bare: list[list[Channel]] = field(default_factory=list)
+    apart: tuple = ()
     _compiled: Compiled | None = field(default=None, repr=False)
 
     @classmethod

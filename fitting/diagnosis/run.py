@@ -56,7 +56,8 @@ def diagnose(
     explanation = explain(program, np.random.default_rng(seed), progress, 2 if thorough else 1)
     progress("scoring recordings that were not fitted")
     conclusion = conclude(explanation)
-    conclusion.notes = [*_bodies(conclusion), *notes, *_beyond(conclusion, model), *conclusion.notes]
+    apart = [one.text for one in explanation.program.apart]
+    conclusion.notes = [*_bodies(conclusion), *notes, *apart, *_beyond(conclusion, model), *conclusion.notes]
     if explanation.together:
         conclusion.notes.append(
             "Recordings for validation were fitted, too: only they contradict the base model, or they "

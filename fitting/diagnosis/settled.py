@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .apart import without_apart
 from .campaign_noise import with_noise_of
 from .evidence import inflation_of
 from .misfit import reduced
@@ -27,7 +28,9 @@ def settled_fit(program: Program, start: np.ndarray | None = None) -> tuple[Prog
     places all about it: fractions at their limits, and rows that a metal remembers, shut in false optima that
     would pass for missing physics.
     """
-    program, fit = _settled(program, Refitter(program).fit((), start))
+    fit = Refitter(program).fit((), start)
+    program = without_apart(program, fit.evaluation)
+    program, fit = _settled(program, fit)
     if reduced(program, fit, program.fitted) > POOR:
         others = side_by_side(lambda u: Refitter(program).fit((), u), _elsewhere(program, fit))
         other = min(others, key=lambda f: f.objective)

@@ -65,14 +65,15 @@ def test_a_chi_square_beyond_chance_contradicts_the_model_only_with_a_signature_
 
     from fitting.diagnosis.judged import contradicted
 
-    def verdict(bound, stated, scored=1.1):
+    def verdict(bound, stated, scored=1.1, noise=1.0):
         program = SimpleNamespace(noise_stated=stated, fitted=np.ones(2, bool), observations=lambda chosen: 500)
         explanation = SimpleNamespace(program=program, p_value=0.001, p_is_bound=bound)
-        return contradicted(explanation, [1.3, scored], None)
+        return contradicted(explanation, [1.3, scored], None, [noise, 1.0])
 
     assert verdict(True, True)
     assert not verdict(False, True) and not verdict(True, False)
     assert not verdict(True, True, 0.95)  # recordings for validation see nothing of it
+    assert not verdict(True, True, noise=1.25)  # it changes from row to row
 
 
 def test_a_silicone_that_cures_is_a_stiffness_that_goes_with_time(tmp_path):

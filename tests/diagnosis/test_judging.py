@@ -329,7 +329,7 @@ def test_what_only_a_nameless_correction_of_little_evidence_says_is_tentative(wo
     explanation = SimpleNamespace(program=program, p_value=signature, p_is_bound=signature == 0.001)
     generic = Generic("force", "time", worth, 1.0, 1.5)
     base = [1.5, 1.5]
-    assert contradicted(explanation, base, generic) == (unknown is not None)
+    assert contradicted(explanation, base, generic, [1.0, 1.0]) == (unknown is not None)
     if unknown:
-        assert nameless_probability(explanation, base, generic, 0.01) == unknown
-        assert nameless_probability(explanation, base, generic, 0.97) == (0.97 if unknown == 0.9 else unknown)
+        assert nameless_probability(explanation, base, generic, [1.0, 1.0], 0.01) == unknown
+        assert nameless_probability(explanation, base, generic, [1.0, 1.0], 0.97) == (0.97 if unknown == 0.9 else unknown)
