@@ -28,9 +28,7 @@ def settled_fit(program: Program, start: np.ndarray | None = None) -> tuple[Prog
     places all about it: fractions at their limits, and rows that a metal remembers, shut in false optima that
     would pass for missing physics.
     """
-    fit = Refitter(program).fit((), start)
-    program = without_apart(program, fit.evaluation)
-    program, fit = _settled(program, fit)
+    program, fit = _settled(program, Refitter(program).fit((), start))
     if reduced(program, fit, program.fitted) > POOR:
         others = side_by_side(lambda u: Refitter(program).fit((), u), _elsewhere(program, fit))
         other = min(others, key=lambda f: f.objective)
@@ -50,7 +48,9 @@ def _elsewhere(program: Program, fit: Fit) -> list[np.ndarray]:
 
 
 def _settled(program: Program, fit: Fit) -> tuple[Program, Fit]:
-    """The program with the noise that a base model shows, and its fit there."""
+    """The program with the noise that a base model shows, and its fit there; without readings that stand
+    apart from what the model leaves."""
+    program = without_apart(program, fit.evaluation)
     for _ in range(SETTLING):
         program = with_noise_of(program, fit.evaluation).prepared(fit.u)
         if program.pace.shape[1]:
