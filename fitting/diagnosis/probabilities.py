@@ -104,7 +104,8 @@ def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
         standing = explanation.named.standings[slug]
         trial = standing.own
         rivals = [t for t in standing.trials if t.slug not in fit.slugs]
-        weights = weights_of(np.array([trial.bayes, 0.0, *(standing.worth(t) for t in rivals)]))
+        net = standing.net
+        weights = weights_of(np.array([net, 0.0, *(standing.worth(t) for t in rivals)]))
         probability = float(weights[0]) * (1.0 - unknown)
         probability = min(probability, max(_share(explanation, standing) / IMPERFECT, DOUBTFUL))
         if stopped(fit, slug):
@@ -119,8 +120,8 @@ def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
             item = program.unknowns.items[k]
             sd = item.spread(fit.u[k], fit.sd(k))
             parameters[item.name] = {"value": float(item.value(fit.u[k])), "sd": float(sd), "unit": item.unit}
-        limit = max(CLOSE, 2.0 * _unit(trial.bayes))
-        close = [t.slug for t in rivals if trial.bayes - t.bayes < limit or _alike(program, t, trial)]
+        limit = max(CLOSE, 2.0 * _unit(net))
+        close = [t.slug for t in rivals if net - t.bayes < limit or _alike(program, t, standing)]
         close += dict.fromkeys(s for pair in others for s in pair if s not in close and s not in fit.slugs)
         found.append(
             Found(
@@ -136,10 +137,10 @@ def _share(explanation: Explanation, standing: Standing) -> float:
     return (standing.base.objective - standing.own.fit.objective) / max(whole, 1e-9)
 
 
-def _alike(program: Program, rival: Trial, trial: Trial) -> bool:
+def _alike(program: Program, rival: Trial, standing: Standing) -> bool:
     """Whether a rival explains the recordings nearly as well: its misfit is as good as noise, too."""
-    mine, other = (reduced(program, t.fit, program.fitted) for t in (trial, rival))
-    return other < 1.1 * max(mine, 1.0) and trial.bayes - rival.bayes < 10.0
+    mine, other = (reduced(program, t.fit, program.fitted) for t in (standing.own, rival))
+    return other < 1.1 * max(mine, 1.0) and standing.net - rival.bayes < 10.0
 
 
 def explanation_set(candidates: dict[str, tuple[float, float]], unknown: float) -> list[str]:

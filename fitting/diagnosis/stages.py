@@ -51,10 +51,16 @@ class Standing:
         """The trial of the effect itself."""
         return next(t for t in self.trials if t.slug == self.slug)
 
+    @property
+    def net(self) -> float:
+        """Log Bayes factor of the effect itself, less noise of inputs that it averages away: a rival without
+        that luck is as good as it is without."""
+        return self.own.bayes - self.own.averaged
+
     def worth(self, trial: Trial) -> float:
         """Log Bayes factor of a trial: what a rival has more was refused, for drift of the instruments
         explains it or other recordings contradict it, and may be as likely at most."""
-        return min(trial.bayes, self.own.bayes)
+        return min(trial.bayes, self.net)
 
 
 @dataclass

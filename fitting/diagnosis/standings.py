@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from .averaging import averaged_away
 from .choose import FURTHER, PREDICTS
 from .drift import adrift
 from .evidence import inflation_of, log_likelihood
@@ -93,6 +94,7 @@ def _standing(program: Program, named: Named, slug: str, stage: Stage) -> Standi
     own.left_out = named.left_out
     weigh(program, stage.base, standing.trials)
     own.adrift = adrift(program, stage.base, own.fit)
+    own.averaged = averaged_away(program, stage.base, own.fit) / inflation_of(program, own.fit)
     return standing
 
 

@@ -47,6 +47,7 @@ class Trial:
             where it was not asked for.
         adrift: part of `bayes` that the instruments explain as well: their drift, and noise of inputs that
             the effect averages away; 0 where it was not asked for.
+        averaged: the latter by itself, which rivals do not gain.
     """
 
     slug: str
@@ -55,6 +56,7 @@ class Trial:
     returned: float
     left_out: float = np.nan
     adrift: float = 0.0
+    averaged: float = 0.0
 
     @property
     def stopped(self) -> bool:

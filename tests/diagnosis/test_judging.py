@@ -262,7 +262,7 @@ def test_a_further_effect_that_explains_little_may_be_what_the_form_of_the_first
     """Of 5000 of misfit explained: evidence of 200 is beyond doubt for something, not for a second effect."""
 
     def trial(slug, bayes, objective):
-        return SimpleNamespace(slug=slug, bayes=bayes, adrift=0.0, fit=SimpleNamespace(objective=objective, u=np.zeros(0)))
+        return SimpleNamespace(slug=slug, bayes=bayes, adrift=0.0, averaged=0.0, fit=SimpleNamespace(objective=objective, u=np.zeros(0)))
 
     slugs = ("self_heating_rate", "channel_lag")
     others = {"self_heating_rate": 6000.0 - second, "channel_lag": 1000.0 + second}
@@ -283,7 +283,7 @@ def test_a_further_effect_that_explains_little_may_be_what_the_form_of_the_first
 def test_what_a_refused_rival_has_more_makes_it_no_likelier(monkeypatch):
     """Drift, left-out recordings or those never fitted spoke against it."""
     model = SimpleNamespace(slugs=("gravity",), at_bound=(), objective=100.0, u=np.zeros(0))
-    own, rival = (SimpleNamespace(slug=s, bayes=b, adrift=0.0, fit=model) for s, b in (("gravity", 50.0), ("thick_wall", 65.0)))
+    own, rival = (SimpleNamespace(slug=s, bayes=b, adrift=0.0, averaged=0.0, fit=model) for s, b in (("gravity", 50.0), ("thick_wall", 65.0)))
     standing = Standing("gravity", SimpleNamespace(slugs=(), objective=300.0), [rival, own])
     explanation = SimpleNamespace(
         program=SimpleNamespace(unknowns=SimpleNamespace(of=lambda names: np.zeros(0, int), slugs=["gravity", "thick_wall"])),
@@ -297,9 +297,27 @@ def test_what_a_refused_rival_has_more_makes_it_no_likelier(monkeypatch):
     assert candidates["gravity"] == (pytest.approx(0.5), 50.0) and candidates["thick_wall"] == (pytest.approx(0.5), 65.0)
 
 
+def test_a_rival_without_luck_is_as_good_as_an_effect_is_without_its_own(monkeypatch):
+    """A delay that averages noise of a temperature, and a hysteresis that does not."""
+    model = SimpleNamespace(slugs=("channel_lag",), at_bound=(), objective=100.0, u=np.zeros(0))
+    own = SimpleNamespace(slug="channel_lag", bayes=64.0, adrift=18.0, averaged=0.0, fit=model)
+    rival = SimpleNamespace(slug="transformation_hysteresis", bayes=43.0, fit=model)
+    standing = Standing("channel_lag", SimpleNamespace(slugs=(), objective=300.0), [own, rival])
+    explanation = SimpleNamespace(
+        program=SimpleNamespace(unknowns=SimpleNamespace(of=lambda names: np.zeros(0, int))),
+        final=model, base=SimpleNamespace(objective=300.0), named=Named(model, 1.0, {"channel_lag": standing}), contending=[],
+    )  # fmt: skip
+    monkeypatch.setattr("fitting.diagnosis.probabilities._alike", lambda *_: False)
+    (found,) = effects_found(explanation, 0.0)
+    assert found.probability > 0.99 and found.confusable == []
+    own.averaged = 18.0
+    (found,) = effects_found(explanation, 0.0)
+    assert found.probability < 0.85 and found.confusable == ["transformation_hysteresis"] and found.bayes == 64.0
+
+
 def test_an_effect_is_not_certain_that_drift_or_a_contending_explanation_may_stand_for():
     model = SimpleNamespace(objective=100.0, u=np.zeros(0))
-    entered = SimpleNamespace(slug="gravity", bayes=200.0, adrift=0.0, fit=model)
+    entered = SimpleNamespace(slug="gravity", bayes=200.0, adrift=0.0, averaged=0.0, fit=model)
     first = Standing("gravity", SimpleNamespace(objective=300.0), [entered])
     explanation = SimpleNamespace(
         program=SimpleNamespace(unknowns=SimpleNamespace(of=lambda names: np.zeros(0, int))),
