@@ -1,7 +1,8 @@
 """Readings that stand apart from their neighbours: a lost marker, a spike of a load cell, no physics.
 
 They are told by what the refitted base model leaves, whatever else it leaves: one row that is far from the
-rows on both sides, which agree. Where the model itself jumps as much, a delay would leave such a row, too.
+rows on both sides, which agree. Where the model itself bends as much, a delay would leave such a row, too,
+and at the turn of a load so would anything that goes with it.
 """
 
 from dataclasses import dataclass, replace
@@ -18,8 +19,8 @@ FAR, FARTHER = 6.0, 5.0
 """Distance from the neighbours, in standard deviations: stated ones, and those that such distances show."""
 AGREE = 3.0
 """Part of that distance within which the neighbours lie, as a divisor."""
-JUMPS = 2.0
-"""Factor by which it is more than what the model jumps by there."""
+BENDS = 2.0
+"""Factor by which it is more than what the model bends by there."""
 BESIDE = 3
 """Neighbours on each side."""
 MOST = 0.03
@@ -96,11 +97,10 @@ def standing_apart(channel: Channel, predicted: np.ndarray) -> tuple[np.ndarray,
         return there[:0], 0.0
     sigma, course = channel.sigma[there], predicted[there]
     far, apart = _beside((channel.measured[there] - course) / sigma)
-    steps, apart_steps = _beside(np.diff(course, prepend=course[0]) / sigma)
-    jumps = np.where(apart_steps < steps / AGREE, steps, 0.0)  # a corner is none
-    jumps = np.lib.stride_tricks.sliding_window_view(np.pad(jumps, 2), 5).max(axis=1)
+    bends = np.pad(np.abs(np.diff(course, 2)), 2) / np.pad(sigma, 1, "edge")
+    bends = np.lib.stride_tricks.sliding_window_view(bends, 3).max(axis=1)
     usual = np.median(far) / norm.ppf(0.75)
-    odd = (far > max(FAR, FARTHER * usual)) & (apart < far / AGREE) & (far > JUMPS * jumps)
+    odd = (far > max(FAR, FARTHER * usual)) & (apart < far / AGREE) & (far > BENDS * bends)
     if not odd.any() or odd.sum() > max(MOST * len(there), 1.0):
         return there[:0], 0.0
     return there[odd], float(far[odd].max())

@@ -26,10 +26,10 @@ def noise(seed=1):
 def test_single_readings_far_from_both_sides_stand_apart_on_any_course(course):
     measured = course + 2.0 + noise()  # what the model misses by a slow course says nothing of single rows
     assert apart(measured, course) == ([], 0.0)
-    for row, size in ((50, 12.0), (51, -15.0), (200, 20.0)):
+    for row, size in ((50, 12.0), (51, -15.0), (230, 20.0)):
         measured[row] += size * SIGMA
     rows, far = apart(measured, course)
-    assert rows == [50, 51, 200] and 17.0 < far < 23.0
+    assert rows == [50, 51, 230] and 17.0 < far < 23.0
 
 
 @pytest.mark.parametrize("left", [
@@ -49,6 +49,12 @@ def test_what_a_delay_leaves_at_a_step_does_not():
     assert apart(late + noise(), course)[0] == []
 
 
+def test_what_goes_with_a_load_does_not_where_it_turns():
+    """One row is at the largest strain, and those beside it are not."""
+    load = 5.0 * np.abs(TIME - 200.0)
+    assert apart(load + 3.0 * (load < 2.0) + noise(), load)[0] == []
+
+
 def test_noise_that_is_larger_than_stated_does_not():
     assert apart(4.0 * noise(), 0.0 * TIME)[0] == []
 
@@ -62,7 +68,7 @@ def test_missing_rows_are_nobodys_neighbours():
 
 def test_spikes_of_a_load_cell_are_no_physics_and_a_note_names_them(tmp_path):
     spikes = np.zeros(200)
-    spikes[[30, 60]] = -20.0 * NOISE, 15.0 * NOISE  # where a load turns, too
+    spikes[[38, 52]] = -20.0 * NOISE, 15.0 * NOISE
     folder = write(tmp_path / "c", lambda e: 1.02 * curve(e) + spikes[: e.size])
     conclusion = diagnose(read_campaign(folder), seed=1)
     assert not conclusion.mismatch
