@@ -8,9 +8,9 @@ and at the turn of a load so would anything that goes with it.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import norm
 
 from fitting.models.channels import Channel
+from fitting.noise import GAUSSIAN_MAD
 
 from .evaluation import Evaluation
 from .program import Program
@@ -70,7 +70,7 @@ def without_apart(program: Program, here: Evaluation) -> Program:
     bare, channels = ([list(row) for row in rows] for rows in (program.bare, program.channels))
     for k, recording in enumerate(program.recordings):
         for j, channel in enumerate(program.channels[k]):
-            if program.hidden and channel.quantity.startswith("resistance"):
+            if program.follows(channel.quantity):
                 continue
             rows, far = standing_apart(channel, here.predicted[k][j])
             if not rows.size:
@@ -99,7 +99,7 @@ def standing_apart(channel: Channel, predicted: np.ndarray) -> tuple[np.ndarray,
     far, apart = _beside((channel.measured[there] - course) / sigma)
     bends = np.pad(np.abs(np.diff(course, 2)), 2) / np.pad(sigma, 1, "edge")
     bends = np.lib.stride_tricks.sliding_window_view(bends, 3).max(axis=1)
-    usual = np.median(far) / norm.ppf(0.75)
+    usual = np.median(far) / GAUSSIAN_MAD
     odd = (far > max(FAR, FARTHER * usual)) & (apart < far / AGREE) & (far > BENDS * bends)
     if not odd.any() or odd.sum() > max(MOST * len(there), 1.0):
         return there[:0], 0.0

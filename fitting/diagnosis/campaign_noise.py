@@ -25,7 +25,7 @@ def with_noise_of(program: Program, here: Evaluation) -> Program:
         taken = hidden.taken().reshape(shape) if hidden else np.zeros(shape)
         for j, channel in enumerate(program.channels[k]):
             stated = recording.noise_si(channel.quantity) or None
-            if channel.quantity.startswith("resistance") and program.hidden:
+            if program.follows(channel.quantity):
                 continue
             block = max(1, round(len(recording) / max(channel.count, 1)))
             one = series_of(channel, bare[k][j], here.predicted[k][j], stated, block)

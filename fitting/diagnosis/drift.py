@@ -49,7 +49,7 @@ def outputs_of(program: Program) -> list[str]:
     """Measured outputs whose misfit says something by itself: courses follow a resistance, and what they
     leave of it is too little to go by."""
     names = dict.fromkeys(c.quantity for channels in program.channels for c in channels)
-    return [name for name in names if not (program.hidden and name.startswith("resistance"))]
+    return [name for name in names if not program.follows(name)]
 
 
 def _courses(channel: Channel) -> np.ndarray:
@@ -89,8 +89,14 @@ def explained_by_drift(program: Program, current: Fit, further: Fit) -> float:
     return float(np.clip(before - after, 0.0, max(most, 0.0)))
 
 
-def adrift(program: Program, current: Fit, further: Fit) -> float:
+def instrument_parts(program: Program, current: Fit, further: Fit) -> tuple[float, float]:
     """What the instruments explain of a further effect, deflated as its log Bayes factor is: slow drift, and
     noise of inputs that the effect averages away."""
-    luck = averaged_away(program, current, further)
-    return (explained_by_drift(program, current, further) + luck) / inflation_of(program, further)
+    inflation = inflation_of(program, further)
+    parts = explained_by_drift(program, current, further), averaged_away(program, current, further)
+    return parts[0] / inflation, parts[1] / inflation
+
+
+def adrift(program: Program, current: Fit, further: Fit) -> float:
+    """`instrument_parts` together."""
+    return sum(instrument_parts(program, current, further))

@@ -147,6 +147,10 @@ class Program:
         """Whether there are hidden courses, which `prepare` looks for."""
         return self.pace.shape[1] > 0 or hasattr(kind_module(self.kind), "prepared")
 
+    def follows(self, quantity: str) -> bool:
+        """Whether hidden courses follow an output, so that its misfit says little by itself."""
+        return self.hidden and quantity.startswith("resistance")
+
     def prepare(self, u: np.ndarray) -> None:
         """Find hidden courses and how fast they walk at the numbers of `u`, where the kind has them."""
         nothing = self.unknowns.base[:0]

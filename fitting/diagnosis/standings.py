@@ -9,9 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from .averaging import averaged_away
 from .choose import FURTHER, PREDICTS
-from .drift import adrift
+from .drift import adrift, instrument_parts
 from .evidence import inflation_of, log_likelihood
 from .folds import LeftOut
 from .misfit import surprise
@@ -93,8 +92,8 @@ def _standing(program: Program, named: Named, slug: str, stage: Stage) -> Standi
     own.returned = departed(program.unknowns, own.fit)
     own.left_out = named.left_out
     weigh(program, stage.base, standing.trials)
-    own.adrift = adrift(program, stage.base, own.fit)
-    own.averaged = averaged_away(program, stage.base, own.fit) / inflation_of(program, own.fit)
+    drifting, own.averaged = instrument_parts(program, stage.base, own.fit)
+    own.adrift = drifting + own.averaged
     return standing
 
 

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from one_column import Column
 
 from fitting.diagnosis import averaging
 from fitting.diagnosis.inputs import shifted, white_noise
@@ -11,25 +12,6 @@ from fitting.models.rows import Rows
 from fitting.simulation.denoise import denoised
 
 ROWS, STATED = 4000, 0.2
-
-
-class Thermometer:
-    """A recording that is noisy where it is asked for its readings."""
-
-    def __init__(self, values, stated):
-        self.values, self.stated = values, stated
-
-    def has(self, name):
-        return name == "temperature"
-
-    def noise_si(self, name):
-        return self.stated
-
-    def si(self, name):
-        return self.values
-
-    def __len__(self):
-        return len(self.values)
 
 
 def stand(course, stated=STATED):
@@ -50,7 +32,7 @@ def stand(course, stated=STATED):
 
     fits = [SimpleNamespace(u=np.array([x]), evaluation=None) for x in (0.0, 1.0)]
     program = SimpleNamespace(
-        recordings=[Thermometer(course, stated)] * 2, stacked=stacked, unknowns=SimpleNamespace(base=np.zeros(0, int)),
+        recordings=[Column("temperature", course, stated)] * 2, stacked=stacked, unknowns=SimpleNamespace(base=np.zeros(0, int)),
         fitted=np.array([True, False]), evaluate=evaluate, begun=lambda rows, near, u: rows, followed=lambda near: [None, None],
     )  # fmt: skip
     return program, *fits

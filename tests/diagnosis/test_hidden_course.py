@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from one_column import Column
 from scipy.linalg import block_diag, toeplitz
 
 from fitting.diagnosis.folds import gain
@@ -179,27 +180,8 @@ def test_noise_of_an_input_without_a_clock_and_with_correlated_errors():
     stacked = SimpleNamespace(mask=np.ones((1, 400), bool), inputs={"strain": None}, measured={})
 
     def noise(values, stated):
-        return input_noise([_Column(values, 0.01 if stated else None)], stacked)["strain"][0]
+        return input_noise([Column("strain", values, 0.01 if stated else None)], stacked)["strain"][0]
 
     assert noise(0.01 * white, False) == pytest.approx(0.01, rel=0.2)
     assert noise(0.01 * white, True) == pytest.approx(0.01)
     assert noise(0.01 * slow, True) == pytest.approx(0.03, rel=0.35)
-
-
-class _Column:
-    """A recording that is nothing but one column."""
-
-    def __init__(self, values, noise):
-        self.values, self.noise = values, noise
-
-    def __len__(self):
-        return len(self.values)
-
-    def has(self, name):
-        return name == "strain"
-
-    def si(self, name):
-        return self.values
-
-    def noise_si(self, name):
-        return self.noise

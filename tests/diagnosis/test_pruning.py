@@ -66,8 +66,9 @@ class Searched:
         monkeypatch.setattr(
             folds, "left_out", lambda program, fit: (whole if fit.slugs else whole + 1.0) + self.astray.get(frozenset(fit.slugs), 0.0)
         )
-        monkeypatch.setattr(standings, "averaged_away", lambda *_: 0.0)
-        monkeypatch.setattr(standings, "adrift", lambda program, base, fit: self.drift.get(frozenset(fit.slugs), 0.0))
+        drift = lambda program, base, fit: self.drift.get(frozenset(fit.slugs), 0.0)  # noqa: E731
+        monkeypatch.setattr(standings, "adrift", drift)
+        monkeypatch.setattr(standings, "instrument_parts", lambda *fits: (drift(*fits), 0.0))
 
     def fit(self, *slugs):
         return fit(slugs, self.objectives[tuple(sorted(slugs))], bool(self.stopped & set(slugs)))
