@@ -22,7 +22,7 @@ UNUSED = 90 * 86400.0
 """Seconds after which a program that nobody asked for is removed."""
 
 
-def kept(function: Callable, name: str) -> Callable:
+def kept(function: Callable, name: str, options: dict[str, bool] | None = None) -> Callable:
     """`jax.jit(function)`, traced once per source, structure and shapes, and not once per process.
 
     Without a compilation cache, or where a static part of the arguments has no lasting name, it is plain
@@ -32,8 +32,10 @@ def kept(function: Callable, name: str) -> Callable:
         function: pure, of pytrees of arrays; returns dictionaries, tuples and lists of arrays. It must
             depend on nothing but its arguments, `name` and the source of the two packages.
         name: says which function this is, with every number that it closes over.
+        options: of the compiler; left out where it does not know them.
     """
-    plain = jax.jit(function)
+    options = _known(tuple(sorted((options or {}).items())))
+    plain = jax.jit(function, compiler_options=options)
     ready: dict[str, Callable] = {}
 
     def call(*arguments: Any) -> Any:
@@ -44,7 +46,8 @@ def kept(function: Callable, name: str) -> Callable:
         if not folder or " at 0x" in words:
             return plain(*arguments)
         if words not in ready:
-            ready[words] = jax.jit(_program(Path(folder) / FOLDER, words, function, structure, shapes).call)
+            program = _program(Path(folder) / FOLDER, words, function, structure, shapes)
+            ready[words] = jax.jit(program.call, compiler_options=options)
         return ready[words](*leaves)
 
     return call
@@ -82,6 +85,16 @@ def _write(path: Path, content: bytes) -> None:
                 other.unlink(missing_ok=True)
     except OSError:
         pass
+
+
+@functools.cache
+def _known(options: tuple[tuple[str, bool], ...]) -> dict[str, bool]:
+    """Compiler options, or none where this version or device refuses them."""
+    try:
+        jax.jit(lambda x: x + 1.0, compiler_options=dict(options)).lower(0.0).compile()
+    except Exception:  # what is raised differs between versions
+        return {}
+    return dict(options)
 
 
 @functools.cache

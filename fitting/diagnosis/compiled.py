@@ -65,7 +65,8 @@ class Compiled:
 
             return jax.vmap(along, out_axes=(None, 0, None))(along_base, along_own, along_courses)
 
-        self._evaluate = kept(evaluate, f"diagnosis of {kind}: {' '.join(unknowns.slugs)}")
+        options = getattr(module, "COMPILER_OPTIONS", None)
+        self._evaluate = kept(evaluate, f"diagnosis of {kind}: {' '.join(unknowns.slugs)}", options)
 
     @property
     def width(self) -> int:

@@ -7,7 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.kept import FOLDER, kept
+from fitting.kept import FOLDER, _known, kept
+from fitting.models.with_effects.actuator import COMPILER_OPTIONS
 
 
 @pytest.fixture
@@ -61,3 +62,13 @@ def test_without_a_cache_it_is_plain_jit(cache: Path) -> None:
     traces: list[int] = []
     kept(_counted(traces), "twice")({"a": jnp.arange(2.0)}, jnp.ones(2))
     assert not cache.exists()
+
+
+def test_options_that_the_compiler_does_not_know_are_left_out(cache: Path) -> None:
+    options = {"xla_cpu_no_such_option": True}
+    found = kept(_counted([]), "twice", options)({"a": jnp.arange(2.0)}, jnp.ones(2))
+    np.testing.assert_array_equal(found["sum"], [2.0, 3.0])
+
+
+def test_an_actuators_options_are_those_of_this_compiler() -> None:
+    assert _known(tuple(COMPILER_OPTIONS.items())) == COMPILER_OPTIONS

@@ -31,6 +31,8 @@ FOLLOWING = ("gain", "ohms", "gamma", "sd")
 """Columns of phases that follow resistances."""
 MOST_ROWS = 128
 """Rows of a recording: every one is an equilibrium."""
+COMPILER_OPTIONS = {"xla_cpu_use_fusion_emitters": False}
+"""A run is a long loop over small arrays; the older code generation takes a fifth less time for it."""
 parameters_for = actuator.parameters_for
 
 
