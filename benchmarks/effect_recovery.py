@@ -1,11 +1,13 @@
 """Every effect, on every kind of recording that it concerns: simulated at typical strength, with noise, and
-fitted again together with the base model's constants.
+found again by the steps of a diagnosis: the base model refitted, its noise settled, the effect screened and
+fitted together with the base from all its starts.
 
     python benchmarks/effect_recovery.py [KIND ...] [--seed 1]
 
 Recordings are those of `calibration_data/examples`, their measured outputs replaced. A row says how far the
-strengths end from the truth, in standard errors of the fit; `no trace` where these recordings do not show the
-effect at all (its signature is below a standard deviation of the noise), which no method can recover.
+strengths end from the truth, in standard errors of the fit, and what the fit leaves; `not seen` where the
+screen does not see the effect, `no trace` where these recordings do not show it at all (its signature is below a
+standard deviation of the noise), which no method can recover.
 """
 
 import argparse
@@ -14,11 +16,17 @@ from pathlib import Path
 
 import numpy as np
 
+from fitting.diagnosis.misfit import reduced
+from fitting.diagnosis.noise import noise_of
 from fitting.diagnosis.program import Program
 from fitting.diagnosis.refit import Refitter
+from fitting.diagnosis.screen import screen
+from fitting.diagnosis.settled import settled_fit
+from fitting.diagnosis.trials import trials_of
 from fitting.models.with_effects import LETTERS
-from fitting.recordings import read_campaign
+from fitting.recordings import Campaign, read_campaign
 from pneusma_jax import enable_float64
+from pneusma_jax.units import from_si, unit_of_column
 
 EXAMPLES = Path(__file__).parents[1] / "calibration_data" / "examples"
 TRACE = 1.0
@@ -26,46 +34,47 @@ TRACE = 1.0
 WITHIN = 3.0
 
 
-def concealed(program: Program, u: np.ndarray, rng: np.random.Generator) -> Program:
-    """The program with outputs as the model has them at `u`, and noise as the channels state it."""
+def concealed(campaign: Campaign, program: Program, u: np.ndarray, rng: np.random.Generator) -> Campaign:
+    """The campaign with outputs as the model has them at `u`, and white noise; every recording is fitted."""
     predicted = program.evaluate(u, program.unknowns.base[:0]).predicted
-    channels = []
-    for members, values in zip(program.channels, predicted, strict=True):
-        row = []
-        for channel, value in zip(members, values, strict=True):
-            there = np.isfinite(channel.sigma) & np.isfinite(value)
-            error = rng.standard_normal(len(value))
-            rho = np.broadcast_to(channel.correlation, error.shape)
-            for k in range(1, len(error)):
-                error[k] = rho[k] * error[k - 1] + np.sqrt(1 - rho[k] ** 2) * error[k]
-            sigma = np.where(there, channel.sigma, np.inf)
-            measured = np.where(there, value + np.where(there, sigma, 0.0) * error, 0.0)
-            row.append(dataclasses.replace(channel, measured=measured, sigma=sigma))
-        channels.append(row)
-    return dataclasses.replace(program, channels=channels, fitted=np.ones_like(program.fitted))
+    recordings = []
+    for recording, channels, values in zip(campaign.recordings, program.channels, predicted, strict=True):
+        columns = dict(recording.columns)
+        for channel, value in zip(channels, values, strict=True):
+            name = recording.column(channel.quantity)
+            sigma, rows = noise_of(recording, channel.quantity), len(recording)
+            value = value[:rows] + sigma * rng.standard_normal(rows)
+            value = np.where(np.isfinite(recording.si(name)), value, np.nan)
+            columns[name] = from_si(value, unit_of_column(name)[1])
+        recordings.append(dataclasses.replace(recording, columns=columns, role="fit"))
+    return dataclasses.replace(campaign, recordings=recordings)
 
 
-def recovered(program: Program, slug: str, rng: np.random.Generator) -> tuple[str, float]:
+def recovered(campaign: Campaign, program: Program, slug: str, rng: np.random.Generator) -> tuple[str, float]:
     """What came back of an effect, in words, and its distance from the truth in standard errors."""
     unknowns = program.unknowns
-    u = unknowns.neutral.copy()
-    own = unknowns.amplitudes(slug)
+    u, own = unknowns.neutral.copy(), unknowns.amplitudes(slug)
     u[own] = [unknowns.items[k].start for k in own]
-    made = concealed(program, u, rng)
-    without = made.evaluate(unknowns.neutral, unknowns.base[:0]).misfit
-    along = made.evaluate(u, unknowns.base[:0]).misfit
-    size = float(np.sqrt(sum(np.sum((a - b) ** 2) for a, b in zip(along, without, strict=True))))
+    pair = (program.evaluate(x, unknowns.base[:0]).misfit for x in (unknowns.neutral, u))
+    size = float(np.sqrt(sum(np.sum((a - b) ** 2) for a, b in zip(*pair, strict=True))))
     if not size >= TRACE:
         return "no trace", 0.0
-    start = unknowns.neutral.copy()
-    start[own] = 0.5 * u[own]
-    fit = Refitter(made).fit((slug,), start)
+    made, base = settled_fit(Program.of(concealed(campaign, program, u, rng), program.kind))
+    found = screen(Refitter(made), base, [slug], rng)
+    trials = trials_of(made, base, found, lambda _: None, 1)
+    if not trials:
+        return f"not seen (p = {found.scores[0].p_value:.2g})", np.inf
+    fit = trials[0].fit
     free = [k for k in own if unknowns.items[k].start != 0.0] or list(own)
     z = [abs(fit.u[k] - u[k]) / max(fit.sd(k), 1e-9) for k in free]
     worst = free[int(np.argmax(z))]
     item = unknowns.items[worst]
-    found, true = (float(item.value(x[worst])) for x in (fit.u, u))
-    words = f"{item.name} {found:.4g} of {true:.4g} {item.unit}"
+    strength, true = (float(item.value(x[worst])) for x in (fit.u, u))
+    left = f"reduced chi2 {reduced(made, base, made.fitted):.4g} -> {reduced(made, fit, made.fitted):.3f}"
+    words = f"{item.name} {strength:.4g} of {true:.4g} {item.unit}; {left}"
+    if max(z) > WITHIN:  # whether the search or the recordings are at fault
+        beyond = Refitter(made).fit((slug,), u).objective - fit.objective
+        words += f"; objective of a fit from the truth {beyond:+.1f}"
     return words, max(z)
 
 
@@ -77,9 +86,13 @@ def main() -> None:
     enable_float64()
     total, good, silent = 0, 0, 0
     for kind in chosen.kinds or list(LETTERS):
-        program = Program.of(read_campaign(EXAMPLES / kind), kind)
+        campaign = read_campaign(EXAMPLES / kind)
+        program = Program.of(campaign, kind)
+        if any(len(r) > program.stacked.mask.shape[1] for r in campaign.recordings):
+            raise SystemExit(f"{EXAMPLES / kind}: recordings are longer than what a diagnosis evaluates")
         for number, slug in enumerate(program.unknowns.slugs):
-            words, z = recovered(program, slug, np.random.default_rng([chosen.seed, number]))
+            rng = np.random.default_rng([chosen.seed, number])
+            words, z = recovered(campaign, program, slug, rng)
             silent += words == "no trace"
             total, good = total + (words != "no trace"), good + (words != "no trace" and z <= WITHIN)
             print(f"{kind:10s} {slug:36s} {z:6.2f} sd   {words}", flush=True)
