@@ -40,8 +40,8 @@ def runs(campaign: Path) -> None:
     from pneusma_jax import enable_float64
 
     enable_float64()
-    from fitting.diagnosis.program import Program
-    from fitting.diagnosis.side_by_side import side_by_side
+    from fitting.diagnosis.evaluate.program import Program
+    from fitting.diagnosis.evaluate.side_by_side import side_by_side
     from fitting.models.registry import kind_of
     from fitting.recordings import read_campaign
 

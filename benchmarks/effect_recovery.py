@@ -16,13 +16,13 @@ from pathlib import Path
 
 import numpy as np
 
-from fitting.diagnosis.misfit import reduced
-from fitting.diagnosis.noise import noise_of
-from fitting.diagnosis.program import Program
-from fitting.diagnosis.refit import Refitter
-from fitting.diagnosis.screen import screen
-from fitting.diagnosis.settled import settled_fit
-from fitting.diagnosis.trials import trials_of
+from fitting.diagnosis.evaluate.noise import noise_of
+from fitting.diagnosis.evaluate.program import Program
+from fitting.diagnosis.fit.misfit import reduced
+from fitting.diagnosis.fit.refit import Refitter
+from fitting.diagnosis.fit.screen import screen
+from fitting.diagnosis.fit.settled import settled_fit
+from fitting.diagnosis.fit.trials import trials_of
 from fitting.models.with_effects import LETTERS
 from fitting.recordings import Campaign, read_campaign
 from pneusma_jax import enable_float64

@@ -44,10 +44,10 @@ def diagnose_command(
     prepare()
 
     from fitting.diagnosis import diagnose
-    from fitting.diagnosis.document import model_of, report_of
-    from fitting.diagnosis.figures import probability_figure, recordings_figure
-    from fitting.diagnosis.page import page_of
-    from fitting.diagnosis.words import verdict_sentences
+    from fitting.diagnosis.judge.words import verdict_sentences
+    from fitting.diagnosis.report.document import model_of, report_of
+    from fitting.diagnosis.report.figures import probability_figure, recordings_figure
+    from fitting.diagnosis.report.page import page_of
     from fitting.report.figures import png
 
     words = ["pneusma", "diagnose", str(campaign), "--out", str(out), "--seed", str(seed)]

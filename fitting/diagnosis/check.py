@@ -19,11 +19,11 @@ from pneusma_jax.effects import find_effect
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import from_si
 
-from .noise import noise_of
-from .words import SEPARATE
+from .evaluate.noise import noise_of
+from .judge.words import SEPARATE
 
 if TYPE_CHECKING:
-    from .conclude import Conclusion
+    from .judge.conclude import Conclusion
 
 MOVES = 1.5
 """Ratio of a driver's spread to its fast noise from which it varies."""

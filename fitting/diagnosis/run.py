@@ -11,11 +11,11 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.remainder import EDGE
 
 from .check import answers, asked_effects, checked
-from .conclude import Conclusion, conclude
-from .explain import explain
-from .locate import drivers_of
-from .program import Program
-from .words import unstated
+from .evaluate.program import Program
+from .grow.explain import explain
+from .judge.conclude import Conclusion, conclude
+from .judge.locate import drivers_of
+from .judge.words import unstated
 
 FEWEST = 20
 """Measured values below which nothing can be said."""

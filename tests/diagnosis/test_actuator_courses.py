@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting.diagnosis.evaluation import courses_of, with_courses
-from fitting.diagnosis.program import Program
+from fitting.diagnosis.evaluate.evaluation import courses_of, with_courses
+from fitting.diagnosis.evaluate.program import Program
 from fitting.recordings import read_campaign
 
 EXAMPLE = Path(__file__).parents[2] / "calibration_data" / "examples" / "actuator"

@@ -5,7 +5,7 @@ import pytest
 from diagnosis_coupons import NOISE, curve, write
 
 from fitting.diagnosis import diagnose
-from fitting.diagnosis.apart import Apart, standing_apart
+from fitting.diagnosis.fit.apart import Apart, standing_apart
 from fitting.models.channels import Channel
 from fitting.recordings import read_campaign
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from one_column import Column
 
-from fitting.diagnosis import averaging
-from fitting.diagnosis.inputs import shifted, white_noise
+from fitting.diagnosis.evaluate.inputs import shifted, white_noise
+from fitting.diagnosis.fit import averaging
 from fitting.models.rows import Rows
 from fitting.simulation.denoise import denoised
 

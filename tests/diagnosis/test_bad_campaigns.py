@@ -176,7 +176,7 @@ def test_an_effect_that_these_recordings_do_not_show(tmp_path):
 def test_recordings_that_say_nothing_of_their_specimen_are_not_blamed_on_physics_alone():
     from types import SimpleNamespace
 
-    from fitting.diagnosis.words import unstated
+    from fitting.diagnosis.judge.words import unstated
 
     recordings = [
         SimpleNamespace(name="bare", kind="tube", geometry={}),

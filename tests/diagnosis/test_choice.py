@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.diagnosis import choose
-from fitting.diagnosis.stages import Stage
-from fitting.diagnosis.trials import Trial
+from fitting.diagnosis.fit.trials import Trial
+from fitting.diagnosis.grow import choose
+from fitting.diagnosis.grow.stages import Stage
 
 LEFT_OUT = {"first": [1.6, 1.5, 1.5], "second": [0.5, 0.45, 0.4]}
 PROGRAM = SimpleNamespace(fitted=np.array([True]), unseen=np.array([True]), observations=lambda mask: 400.0)
@@ -84,7 +84,7 @@ def test_nothing_enters_where_the_model_predicts_better_than_noise_lets_it(world
 
 
 def test_what_a_model_leaves_of_recordings_left_out_is_asked_for_once(monkeypatch):
-    from fitting.diagnosis import folds
+    from fitting.diagnosis.fit import folds
 
     asked = []
     monkeypatch.setattr(folds, "left_out", lambda program, fit: asked.append(fit.name) or np.array(LEFT_OUT[fit.name]))

@@ -6,8 +6,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.diagnosis.evaluation import COURSE, Raw, courses_of, with_courses
-from fitting.diagnosis.search import ROUNDS, Search
+from fitting.diagnosis.evaluate.course_search import ROUNDS, Search
+from fitting.diagnosis.evaluate.evaluation import COURSE, Raw, courses_of, with_courses
 from fitting.models.channels import Channel
 from fitting.models.rows import Rows
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fitting.diagnosis.courses import (
+from fitting.diagnosis.evaluate.courses import (
     PACES,
     USUAL,
     Course,
@@ -13,7 +13,7 @@ from fitting.diagnosis.courses import (
     remembered_rows,
     told_paces,
 )
-from fitting.diagnosis.probabilities import weights_of
+from fitting.diagnosis.judge.probabilities import weights_of
 from fitting.models.channels import Channel
 
 ROWS = 24

@@ -6,11 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.diagnosis import detours, folds, growing
-from fitting.diagnosis.growing import Growth
-from fitting.diagnosis.probabilities import probabilities
-from fitting.diagnosis.stages import Explanation, Named, Stage, Standing
-from fitting.diagnosis.trials import Trial
+from fitting.diagnosis.fit import folds
+from fitting.diagnosis.fit.trials import Trial
+from fitting.diagnosis.grow import detours, growing
+from fitting.diagnosis.grow.growing import Growth
+from fitting.diagnosis.grow.stages import Explanation, Named, Stage, Standing
+from fitting.diagnosis.judge.probabilities import probabilities
 
 GAINS = {"one": {"two": 150.0, "both": 20.0}, "far": {"two": 20.0}, "both": {"odd": 60.0}}
 """Decrease of chi-square that a second effect promises beside each first one."""
@@ -217,8 +218,8 @@ def test_the_pair_that_promises_most_is_tried_first_and_no_more_than_two_beside_
 
 def test_nothing_at_all_lacks_what_both_effects_are_worth(monkeypatch):
     """An effect that is worth little beside another one is no sign that the recordings show nothing."""
-    monkeypatch.setattr("fitting.diagnosis.probabilities.evidence", lambda program, base, further, inflation: 300.0)
-    monkeypatch.setattr("fitting.diagnosis.probabilities.inflation_of", lambda program, fit: 1.0)
+    monkeypatch.setattr("fitting.diagnosis.judge.probabilities.evidence", lambda program, base, further, inflation: 300.0)
+    monkeypatch.setattr("fitting.diagnosis.judge.probabilities.inflation_of", lambda program, fit: 1.0)
     monkeypatch.setitem(OBJECTIVES, ("two",), 100.0)
     program, pair = SimpleNamespace(unknowns=SimpleNamespace(slugs=["one", "two", "far"])), fit("one", "two")
     named = Named(pair, 1.0, {

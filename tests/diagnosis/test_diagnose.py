@@ -9,9 +9,9 @@ from click.testing import CliRunner
 
 from fitting.augmented import load_model
 from fitting.cli import main
-from fitting.diagnosis import words
-from fitting.diagnosis.document import model_of, report_of
-from fitting.diagnosis.noise import block_noise
+from fitting.diagnosis.evaluate.noise import block_noise
+from fitting.diagnosis.judge import words
+from fitting.diagnosis.report.document import model_of, report_of
 from fitting.models.channels import Channel
 from pneusma_jax.effects import CATALOGUE
 

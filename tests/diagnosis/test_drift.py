@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from diagnosis_coupons import NOISE, curve, softened, write
 
-from fitting.diagnosis.drift import DRIFTS, drift_columns, drift_gain, explained_by_drift
-from fitting.diagnosis.explain import explain
-from fitting.diagnosis.program import Program
-from fitting.diagnosis.refit import Refitter
-from fitting.diagnosis.settled import settled_fit
+from fitting.diagnosis.evaluate.program import Program
+from fitting.diagnosis.fit.drift import DRIFTS, drift_columns, drift_gain, explained_by_drift
+from fitting.diagnosis.fit.refit import Refitter
+from fitting.diagnosis.fit.settled import settled_fit
+from fitting.diagnosis.grow.explain import explain
 from fitting.recordings import read_campaign
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fitting.diagnosis.inputs import with_input_noise
+from fitting.diagnosis.evaluate.inputs import with_input_noise
 from fitting.models.channels import Channel
 
 

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from diagnosis_coupons import NOISE, curve, write
 
-from fitting.diagnosis.generic import race
-from fitting.diagnosis.judged import NAMELESS
-from fitting.diagnosis.locate import Place, knots_of
-from fitting.diagnosis.misfit import reduced
-from fitting.diagnosis.program import Program
-from fitting.diagnosis.remainder import remainder
-from fitting.diagnosis.settled import settled_fit
+from fitting.diagnosis.evaluate.program import Program
+from fitting.diagnosis.fit.misfit import reduced
+from fitting.diagnosis.fit.settled import settled_fit
+from fitting.diagnosis.judge.generic import race
+from fitting.diagnosis.judge.judged import NAMELESS
+from fitting.diagnosis.judge.locate import Place, knots_of
+from fitting.diagnosis.judge.remainder import remainder
 from fitting.recordings import read_campaign
 from pneusma_jax.coupon import simulate_coupon
 from pneusma_jax.remainder import unmodelled
@@ -63,7 +63,7 @@ def test_no_correction_bends_within_the_noise_of_a_driver_that_is_held():
 def test_a_chi_square_beyond_chance_contradicts_the_model_only_with_a_signature_and_a_stated_noise():
     from types import SimpleNamespace
 
-    from fitting.diagnosis.judged import contradicted
+    from fitting.diagnosis.judge.judged import contradicted
 
     def verdict(bound, stated, scored=1.1, noise=1.0):
         program = SimpleNamespace(noise_stated=stated, fitted=np.ones(2, bool), observations=lambda chosen: 500)

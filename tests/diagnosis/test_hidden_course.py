@@ -10,9 +10,9 @@ import pytest
 from one_column import Column
 from scipy.linalg import block_diag, toeplitz
 
-from fitting.diagnosis.folds import gain
-from fitting.diagnosis.inputs import input_noise
-from fitting.diagnosis.misfit import floor
+from fitting.diagnosis.evaluate.inputs import input_noise
+from fitting.diagnosis.fit.folds import gain
+from fitting.diagnosis.fit.misfit import floor
 from fitting.models.channels import Channel
 from fitting.models.with_effects.spring_course import HELD, best_course
 

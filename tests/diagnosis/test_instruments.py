@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fitting.diagnosis.instruments import Series, instrument_of
+from fitting.diagnosis.evaluate.instruments import Series, instrument_of
 
 TIME = np.arange(150)
 

@@ -5,11 +5,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.diagnosis import evidence, trials
-from fitting.diagnosis.conclude import _left_over
-from fitting.diagnosis.evidence import _occam, _spared
-from fitting.diagnosis.generic import Generic
-from fitting.diagnosis.judged import (
+from fitting.diagnosis.evaluate.side_by_side import THREADS, Tally, side_by_side
+from fitting.diagnosis.evaluate.unknowns import Unknowns
+from fitting.diagnosis.fit import evidence, trials
+from fitting.diagnosis.fit.evidence import _occam, _spared
+from fitting.diagnosis.fit.misfit import foretold, reduced, surprise
+from fitting.diagnosis.fit.screen import _held
+from fitting.diagnosis.grow.stages import Named, Standing
+from fitting.diagnosis.judge.conclude import _left_over
+from fitting.diagnosis.judge.generic import Generic
+from fitting.diagnosis.judge.judged import (
     MOST_DRIFT,
     contradicted,
     helps_nobody,
@@ -19,12 +24,7 @@ from fitting.diagnosis.judged import (
     steady,
     unexplained,
 )
-from fitting.diagnosis.misfit import foretold, reduced, surprise
-from fitting.diagnosis.probabilities import effects_found, probabilities
-from fitting.diagnosis.screen import _held
-from fitting.diagnosis.side_by_side import THREADS, Tally, side_by_side
-from fitting.diagnosis.stages import Named, Standing
-from fitting.diagnosis.unknowns import Unknowns
+from fitting.diagnosis.judge.probabilities import effects_found, probabilities
 from fitting.parameters import Parameter, Parameters, Prior
 
 ROWS = 200
@@ -230,7 +230,7 @@ def test_strengths_that_are_not_needed_cost_next_to_nothing():
 ])  # fmt: skip
 def test_a_nameless_correction_that_predicts_better_speaks_against_a_name(monkeypatch, generic, left, gain):
     """Of 400 values, whose misfit counts by half."""
-    monkeypatch.setattr("fitting.diagnosis.judged.inflation_of", lambda program, fit: 2.0)
+    monkeypatch.setattr("fitting.diagnosis.judge.judged.inflation_of", lambda program, fit: 2.0)
     program = SimpleNamespace(fitted=None, observations=lambda mask: 400.0)
     race = None if generic is None else SimpleNamespace(left_out=generic)
     assert outdone(SimpleNamespace(program=program, final=None, left_out=(3.0, left)), race) == pytest.approx(gain)
@@ -290,7 +290,7 @@ def test_what_a_refused_rival_has_more_makes_it_no_likelier(monkeypatch):
         final=model, base=SimpleNamespace(objective=300.0), named=Named(model, 1.0, {"gravity": standing}),
         standings=[standing], leading=standing, contending=[],
     )  # fmt: skip
-    monkeypatch.setattr("fitting.diagnosis.probabilities._alike", lambda *_: False)
+    monkeypatch.setattr("fitting.diagnosis.judge.probabilities._alike", lambda *_: False)
     (found,) = effects_found(explanation, 0.0)
     assert found.probability == pytest.approx(0.5) and found.confusable == ["thick_wall"]
     candidates, _ = probabilities(explanation, True, 0.0)
@@ -307,7 +307,7 @@ def test_a_rival_without_luck_is_as_good_as_an_effect_is_without_its_own(monkeyp
         program=SimpleNamespace(unknowns=SimpleNamespace(of=lambda names: np.zeros(0, int))),
         final=model, base=SimpleNamespace(objective=300.0), named=Named(model, 1.0, {"channel_lag": standing}), contending=[],
     )  # fmt: skip
-    monkeypatch.setattr("fitting.diagnosis.probabilities._alike", lambda *_: False)
+    monkeypatch.setattr("fitting.diagnosis.judge.probabilities._alike", lambda *_: False)
     (found,) = effects_found(explanation, 0.0)
     assert found.probability > 0.99 and found.confusable == []
     own.averaged = 18.0

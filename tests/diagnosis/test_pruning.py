@@ -6,12 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.diagnosis import explain, folds, growing, pruning, standings
-from fitting.diagnosis.folds import LeftOut
-from fitting.diagnosis.growing import Growth
-from fitting.diagnosis.stages import Explanation, Named, Stage
-from fitting.diagnosis.standings import stood
-from fitting.diagnosis.trials import Trial
+from fitting.diagnosis.fit import folds
+from fitting.diagnosis.fit.folds import LeftOut
+from fitting.diagnosis.fit.trials import Trial
+from fitting.diagnosis.grow import explain, growing, pruning, standings
+from fitting.diagnosis.grow.growing import Growth
+from fitting.diagnosis.grow.stages import Explanation, Named, Stage
+from fitting.diagnosis.grow.standings import stood
 
 SLUGS = ("gravity", "thick_wall", "tip_contact", "wrap_friction")
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.diagnosis.quiet import quiet_noise, quiet_readings
+from fitting.diagnosis.evaluate.quiet import quiet_noise, quiet_readings
 
 NAME = "resistance_2"
 

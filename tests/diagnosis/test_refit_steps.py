@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.diagnosis.refit import Refitter
-from fitting.diagnosis.side_by_side import FITS, Tally
+from fitting.diagnosis.evaluate.side_by_side import FITS, Tally
+from fitting.diagnosis.fit.refit import Refitter
 
 
 class Unknowns:

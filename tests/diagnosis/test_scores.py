@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.diagnosis import prove
-from fitting.diagnosis.evaluation import Evaluation
-from fitting.diagnosis.prove import Scores
+from fitting.diagnosis.evaluate.evaluation import Evaluation
+from fitting.diagnosis.judge import prove
+from fitting.diagnosis.judge.prove import Scores
 
 ROWS, RECORDINGS = 4, 3
 

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting.diagnosis.program import Program
-from fitting.diagnosis.refit import Refitter
-from fitting.diagnosis.screen import _Projector, screen
-from fitting.diagnosis.settled import settled_fit
+from fitting.diagnosis.evaluate.program import Program
+from fitting.diagnosis.fit.refit import Refitter
+from fitting.diagnosis.fit.screen import _Projector, screen
+from fitting.diagnosis.fit.settled import settled_fit
 from fitting.recordings import read_campaign
 
 EXAMPLE = Path(__file__).parents[2] / "calibration_data" / "examples" / "actuator"

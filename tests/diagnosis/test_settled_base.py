@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.diagnosis import settled
+from fitting.diagnosis.fit import settled
 
 FALSE, TRUE = 1.5, -0.8
 

@@ -5,10 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.diagnosis import trials
 from fitting.diagnosis.check import answers
-from fitting.diagnosis.stages import Explanation, Named, Stage, Standing
-from fitting.diagnosis.trials import TO_THE_END, Trial, trials_of
+from fitting.diagnosis.fit import trials
+from fitting.diagnosis.fit.trials import TO_THE_END, Trial, trials_of
+from fitting.diagnosis.grow.stages import Explanation, Named, Stage, Standing
 
 SLUGS = tuple(f"quick_{k}" for k in range(9))
 

@@ -6,8 +6,8 @@ from diagnosis_coupons import curve, softened, write
 
 from fitting.augmented import load_model, save_model
 from fitting.diagnosis import diagnose
-from fitting.diagnosis.document import model_of, report_of
-from fitting.diagnosis.words import verdict_sentences
+from fitting.diagnosis.judge.words import verdict_sentences
+from fitting.diagnosis.report.document import model_of, report_of
 from fitting.recordings import read_campaign
 from fitting.simulation import predict
 

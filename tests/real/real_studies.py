@@ -9,7 +9,7 @@ import numpy as np
 from real_campaigns import Case, loading_unloading, tension, thermal_cycles, two_laboratories
 
 from fitting.diagnosis import Conclusion, diagnose
-from fitting.diagnosis.program import Program
+from fitting.diagnosis.evaluate.program import Program
 from fitting.recordings import read_campaign, schema
 from pneusma_jax.units import from_si
 

@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import chi2
 
-from fitting.diagnosis.program import Program
-from fitting.diagnosis.refit import Refitter
-from fitting.diagnosis.settled import settled_fit
+from fitting.diagnosis.evaluate.program import Program
+from fitting.diagnosis.fit.refit import Refitter
+from fitting.diagnosis.fit.settled import settled_fit
 from fitting.models.registry import kind_of
 from fitting.recordings import read_campaign
 from pneusma_jax import enable_float64

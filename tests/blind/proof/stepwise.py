@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.diagnosis.refit import Refitter
-from fitting.diagnosis.side_by_side import RUNS
+from fitting.diagnosis.evaluate.side_by_side import RUNS
+from fitting.diagnosis.fit.refit import Refitter
 
 MOST_EFFECTS = 3
 TRIED = 5

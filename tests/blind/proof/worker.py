@@ -23,7 +23,7 @@ def diagnose_folder(folder, seed):
 
     enable_float64()
     from fitting.diagnosis import diagnose
-    from fitting.diagnosis.document import report_of
+    from fitting.diagnosis.report.document import report_of
     from fitting.recordings import read_campaign
 
     return report_of(diagnose(read_campaign(folder), seed=seed))

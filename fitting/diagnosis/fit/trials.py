@@ -1,0 +1,195 @@
+"""Candidates fitted together with the base: who goes on, and what they are worth."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..evaluate.program import Program
+from ..evaluate.side_by_side import side_by_side
+from ..evaluate.unknowns import Unknowns
+from .evidence import evidence, inflation_of, taken_up
+from .refit import Fit, Refitter, departed, stopped
+from .screen import Score, Screen
+
+TRIED = 10
+"""Candidates that are fitted together with the base, of those that the screen ranks first."""
+LIKELY = 0.01
+"""P-value of a signature, by itself, from which its effect is fitted."""
+HALVING = ((10, 2), (5, 4))
+"""How many of the best candidates take how many trial steps, before the best are fitted to the end."""
+PROMISING = 2
+"""Candidates that stay because the screen ranks them first, however they began; one more does whose next step
+promises most, if that is more than the others have: an effect of many shapes may need many steps."""
+PURSUED = 3
+"""Candidates that are fitted to the end, from two starts each."""
+OTHER_SHAPES = (0.15, 0.5, 0.85)
+"""Shares of the range of its shapes from which such an effect is fitted, too, where fits are quick: a time
+constant or a width has optima of its own."""
+TO_THE_END = 40
+"""Most trial steps of such a fit."""
+FAINTER = 0.1
+"""Part of an effect with which a fit begins again that ended worse than the model without it."""
+SHUT_IN = 5.0
+"""Log Bayes factor of a trial from which the model without it is looked for near its hidden courses, too."""
+
+
+@dataclass
+class Trial:
+    """A candidate fitted together with the base.
+
+    Attributes:
+        slug: candidate effect.
+        fit: the model with it.
+        bayes: log Bayes factor over the model without it, deflated by what the best model leaves.
+        returned: largest departure of a base constant from nominal, in standard deviations.
+        left_out: reduced chi-square of fitted recordings left out in turn, as `folds.gain` counts; NaN
+            where it was not asked for.
+        adrift: part of `bayes` that the instruments explain as well: their drift, and noise of inputs that
+            the effect averages away; 0 where it was not asked for.
+        averaged: the latter by itself, which rivals do not gain.
+    """
+
+    slug: str
+    fit: Fit
+    bayes: float
+    returned: float
+    left_out: float = np.nan
+    adrift: float = 0.0
+    averaged: float = 0.0
+
+    @property
+    def stopped(self) -> bool:
+        """Whether the effect's own strength ended at a physical bound."""
+        return stopped(self.fit, self.slug)
+
+
+def trials_of(
+    program: Program,
+    current: Fit,
+    found: Screen,
+    progress: Callable[[str], None],
+    effort: int,
+    most: int = TRIED,
+) -> list[Trial]:
+    """The candidates that the screen ranks first, fitted together with everything that is present.
+
+    Args:
+        program: of the campaign.
+        current: model so far.
+        found: what the screen says about it.
+        progress: told what happens, in words.
+        effort: 1; 2 follows twice as many.
+        most: candidates at effort 1.
+
+    Returns:
+        The trials, strongest evidence first.
+    """
+    likely = [s for s in found.scores if s.p_value < LIKELY][: effort * most]
+    starts = {score.slug: _starts(program.unknowns, score) for score in likely}
+    best: dict[str, Fit] = {}
+    kept, refitter = [score.slug for score in likely], Refitter(program)
+
+    def fitted(job: tuple[str, np.ndarray | Fit, int]) -> tuple[str, Fit]:
+        slug, start, rounds = job
+        fit = refitter.fit((*current.slugs, slug), start, rounds, current.evaluation)
+        if min(fit.objective, best[slug].objective if slug in best else np.inf) < current.objective:
+            return slug, fit
+        faint = _fainter(program.unknowns, slug, current.u, fit.u if isinstance(start, Fit) else start)
+        again = refitter.fit(fit.slugs, faint, rounds, current.evaluation)
+        return slug, min(fit, again, key=lambda f: f.objective)
+
+    def ahead(count: int) -> list[str]:
+        first = sorted(best, key=lambda slug: best[slug].objective)[: effort * count]
+        worst = max((best[slug].objective for slug in first), default=0.0)
+        first += [score.slug for score in likely[:PROMISING] if score.slug not in first]
+        promised = {slug: refitter.promised(fit) for slug, fit in best.items() if slug not in first}
+        return first + [slug for slug in sorted(promised, key=promised.get)[:1] if promised[slug] < worst]
+
+    for count, rounds in HALVING:
+        kept = ahead(count) if best else kept
+        progress(f"fitting {len(kept)} candidates")
+        jobs = [(slug, best[slug] if slug in best else starts[slug][0], rounds) for slug in kept]
+        best |= dict(side_by_side(fitted, jobs))
+    kept = ahead(PURSUED)
+    progress(f"fitting {', '.join(kept)} to the end")
+    jobs = [(slug, start, TO_THE_END) for slug in kept for start in (best[slug], starts[slug][1])]
+    if not program.hidden:
+        elsewhere = {slug: _reshaped(program.unknowns, slug, best) for slug in kept}
+        jobs += [(slug, start, TO_THE_END) for slug in kept for start in elsewhere[slug]]
+    for slug, fit in side_by_side(fitted, jobs):
+        if fit.objective < best[slug].objective:
+            best[slug] = fit
+    trials = [Trial(slug, fit, 0.0, np.nan) for slug, fit in best.items()]
+    trials.sort(key=lambda t: t.fit.objective)
+    for trial in trials:
+        trial.returned = departed(program.unknowns, trial.fit)
+    weigh(program, current, trials)
+    return trials
+
+
+def _starts(unknowns: Unknowns, score: Score) -> list[np.ndarray]:
+    """Where the fit of a candidate begins: from the screen's estimate, and from nominal constants."""
+    nominal = score.start.copy()
+    nominal[unknowns.base] = 0.0
+    own = unknowns.amplitudes(score.slug)
+    typical = np.array([unknowns.items[k].start for k in own])
+    signs = np.where(score.start[own] < 0.0, -1.0, 1.0)
+    nominal[own] = np.clip(
+        np.where(np.abs(score.start[own]) > 0.0, signs * np.abs(typical), 0.0),
+        unknowns.low[own],
+        unknowns.high[own],
+    )
+    first = score.start.copy()
+    idle = (first[own] == 0.0) & (typical != 0.0)  # an amplitude at zero never tells its shapes
+    first[own[idle]] = 0.02 * typical[idle]
+    return [first, nominal]
+
+
+def _reshaped(unknowns: Unknowns, slug: str, best: dict[str, Fit]) -> list[np.ndarray]:
+    """The best fit of a candidate so far with its shapes elsewhere, at typical strength."""
+    shapes, own, found = unknowns.shapes(slug), unknowns.amplitudes(slug), []
+    for share in OTHER_SHAPES if shapes.size else ():
+        u = best[slug].u.copy()
+        u[shapes] = [unknowns.items[k].at_share(share) for k in shapes]
+        typical = np.array([unknowns.items[k].start for k in own])
+        signs = np.where(u[own] < 0.0, -1.0, 1.0)
+        u[own] = np.clip(signs * np.abs(typical), unknowns.low[own], unknowns.high[own])
+        found.append(u)
+    return found
+
+
+def _fainter(unknowns: Unknowns, slug: str, current: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """A start from which an effect cannot have led astray: the model so far, with a little of the effect."""
+    found, whole, own = current.copy(), unknowns.of([slug]), unknowns.amplitudes(slug)
+    typical = np.array([unknowns.items[k].start for k in own])
+    found[whole] = start[whole]
+    found[own] = FAINTER * np.where(np.abs(start[own]) > FAINTER * np.abs(typical), start[own], typical)
+    return found
+
+
+def fair(program: Program, current: Fit, trials: list[Trial]) -> Fit:
+    """The model so far, its hidden courses begun with those of a trial where that is better.
+
+    The metal's memory has kinks at which the search for a course ends; a trial that got past one would be
+    credited with it. The trials are weighed anew.
+    """
+    if not any(program.followed(current.evaluation)):
+        return current
+    for trial in [t for t in trials if t.bayes > SHUT_IN][:PROMISING]:
+        again = Refitter(program).fit(current.slugs, current.u, near=trial.fit.evaluation)
+        if again.objective < current.objective:
+            current = again
+    weigh(program, current, trials)
+    return current
+
+
+def weigh(program: Program, current: Fit, trials: list[Trial]) -> None:
+    """Log Bayes factors over the current model, deflated by what the best model leaves; strongest first."""
+    if not trials:
+        return
+    inflation = inflation_of(program, min(trials, key=lambda t: t.fit.objective).fit)
+    followed = taken_up(program, current)
+    for trial in trials:
+        trial.bayes = evidence(program, current, trial.fit, inflation, followed)
+    trials.sort(key=lambda t: -t.bayes)

@@ -1,0 +1,1 @@
+"""A conclusion on paper: `document` (report.json), `figures`, `page` (report.html)."""
