@@ -7,6 +7,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 LOW = ("noise.py", "parameters", "recordings", "least_squares", "simulation", "models")
+DIAGNOSIS = ("evaluate", "fit", "grow", "judge", "report")
 HIGH = ("characterise", "diagnosis", "own_base", "posterior", "plan", "report", "cli")
 
 
@@ -40,3 +41,18 @@ def test_what_pipelines_share_imports_no_pipeline(room):
     for path in paths:
         above = {name for name in imported(path) for high in HIGH if name.startswith(f"fitting.{high}")}
         assert not above, f"{path.relative_to(ROOT)} imports {', '.join(sorted(above))}"
+
+
+def test_every_module_of_the_diagnosis_is_in_a_room_or_goes_through_them():
+    folder = ROOT / "fitting" / "diagnosis"
+    assert {path.name for path in folder.glob("*.py")} == {"__init__.py", "check.py", "run.py"}
+    assert {path.parent.name for path in folder.glob("*/*.py")} == set(DIAGNOSIS)
+
+
+@pytest.mark.parametrize("room", DIAGNOSIS)
+def test_a_room_of_the_diagnosis_imports_none_that_comes_later(room):
+    later = tuple(f"fitting.diagnosis.{name}" for name in DIAGNOSIS[DIAGNOSIS.index(room) + 1 :])
+    paths = modules(f"fitting/diagnosis/{room}")
+    assert len(paths) > 1
+    for path in paths:
+        assert not [name for name in imported(path) if later and name.startswith(later)], path
