@@ -6,8 +6,8 @@ fitted together with the base from all its starts.
 
 Recordings are those of `calibration_data/examples`, their measured outputs replaced. A row says how far the
 strengths end from the truth, in standard errors of the fit, and what the fit leaves; `not seen` where the
-screen does not see the effect, `no trace` where these recordings do not show it at all (its signature is below
-a standard deviation of the noise), which no method can recover.
+screen does not see the effect, `no trace` where these recordings do not show it at all (its signature is
+below a standard deviation of the noise), which no method can recover.
 """
 
 import argparse

@@ -24,8 +24,8 @@ from .result import SHORTEST, Equilibrium, Status
 from .root_find import BALANCED
 
 CLOSE = 1e-10
-"""Newton step to come, in scaled unknowns, at which one more, differentiated, ends it. Near corners (friction,
-contact) steps are small long before a row balances, so that a looser end loses rows."""
+"""Newton step to come, in scaled unknowns, at which one more, differentiated, ends it. Near corners
+(friction, contact) steps are small long before a row balances, so that a looser end loses rows."""
 MOST_STEPS = 40
 PATIENCE = 6
 """Steps after which every other one is shorter: laws with corners (friction, contact) send Newton's method to
