@@ -24,8 +24,8 @@ from .result import SHORTEST, Equilibrium, Status
 from .root_find import BALANCED
 
 CLOSE = 1e-10
-"""Newton step to come, in scaled unknowns, at which one more, differentiated, ends it. Near corners
-(friction, contact) steps are small long before a row balances, so that a looser end loses rows."""
+"""Newton step in scaled unknowns after which one more, differentiated, ends it. Near corners (friction,
+contact) steps are small long before a row balances, so that a looser end loses rows."""
 MOST_STEPS = 40
 PATIENCE = 6
 """Steps after which every other one is shorter: laws with corners (friction, contact) send Newton's method to
@@ -132,24 +132,21 @@ def _settled(problem: Problem, guess: Array) -> Equilibrium:
     frozen, body = jax.lax.stop_gradient(problem), problem.actuator
 
     def go_on(carry: tuple) -> Array:
-        return (carry[3] > CLOSE) & (carry[4] < MOST_STEPS)
+        return (carry[2] > CLOSE) & (carry[3] < MOST_STEPS)
 
     def advance(carry: tuple) -> tuple:
-        unknowns, _, before, _, count = carry
+        unknowns, _, _, count = carry
         twice = lambda z: (residual(z, frozen),) * 2  # noqa: E731
         slope, excess = jax.jacfwd(twice, has_aux=True)(unknowns)
         step = jnp.clip(solve_small(slope, excess), -LONGEST, LONGEST)
         share = jnp.where((count < PATIENCE) | (count % 2 == 0), 1.0, SHORTER)
-        size = jnp.max(jnp.abs(step))
-        # near a root every step shrinks at least as much as the one before it did
-        to_come = size * jnp.minimum(size / before, 1.0)
-        return unknowns - share * step, slope, size, to_come, count + 1
+        return unknowns - share * step, slope, jnp.max(jnp.abs(step)), count + 1
 
     held = tuple(getattr(a, "held", lambda a=a: a)() for a in problem.activations)
     frozen = eqx.tree_at(lambda p: p.activations, frozen, jax.lax.stop_gradient(held))
     guess = jax.lax.stop_gradient(guess)
-    first = (guess, jnp.eye(guess.size), jnp.asarray(1.0), jnp.asarray(1.0), 0)
-    root, slope, _, _, count = jax.lax.while_loop(go_on, advance, first)
+    first = (guess, jnp.eye(guess.size), jnp.asarray(1.0), 0)
+    root, slope, _, count = jax.lax.while_loop(go_on, advance, first)
     root, slope = jax.lax.stop_gradient((root, slope))
     size = jnp.max(jnp.abs(residual(root, frozen)))
     if any(hasattr(a, "held") for a in problem.activations):
