@@ -7,6 +7,7 @@ error that a user can cause ends here, as one line on stderr and exit code 2.
 import difflib
 import errno
 import importlib
+import os
 import sys
 from typing import Any
 
@@ -89,6 +90,9 @@ class LazyGroup(click.Group):
         """Import and return a command, or None if there is no such one."""
         if name not in COMMANDS:
             return None
+        # Read when SciPy loads its BLAS. Factoring tall, thin Jacobians in several threads that wait for each
+        # other is up to a hundred times slower than in one, where other programs or fits use the cores.
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         module, function, _ = COMMANDS[name]
         return getattr(importlib.import_module(module), function)
 

@@ -1,13 +1,8 @@
 """`pneusma characterise`: fit a material to a campaign and report on it."""
 
-import os
 from pathlib import Path
 
 import click
-
-# Read when SciPy loads its BLAS. Factoring tall, thin Jacobians in several threads that wait for each other
-# is up to # a hundred times slower than in one, where other programs use the cores.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def _fixed(context: click.Context, option: click.Parameter, given: tuple[str, ...]) -> dict[str, dict] | None:

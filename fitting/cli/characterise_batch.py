@@ -1,11 +1,8 @@
 """`pneusma characterise-batch`: many specimens, one table, one summary."""
 
-import os
 from pathlib import Path
 
 import click
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # see `fitting.cli.characterise`
 
 SOME_FAILED = 1  # exit code
 
