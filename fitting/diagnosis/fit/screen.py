@@ -10,14 +10,14 @@ measured one. An effect that brings them home explains as much as one that takes
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import chi2
 
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.unknowns import Unknowns
-from .refit import Fit, Refitter
+from .refit import Fit, Refitter, departed
 
 SHAPES = 5
 """Shapes tried of every effect."""
@@ -32,6 +32,8 @@ ALIKE = 1e-12
 """Part of the largest below which a direction of a fit's numbers absorbs nothing of its own."""
 AT = 1e-6
 """How close to a bound a scaled base constant is at it."""
+FAR = 3.0
+"""Standard deviations from nominal of a base constant from which effects are scored about nominal, too."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +67,8 @@ class Screen:
         p_is_bound: no simulated null was as strong.
         untestable: slugs of effects that these recordings do not show.
         scale: standard deviation of fast residuals; above 1 where the noise is larger than stated.
+        about_nominal: scores at nominal base constants, strongest first, if those went far: there an effect
+            may seem to act the wrong way.
     """
 
     scores: list[Score]
@@ -72,6 +76,28 @@ class Screen:
     p_is_bound: bool
     untestable: list[str]
     scale: float
+    about_nominal: tuple[Score, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Look:
+    """A misfit and every signature about one point.
+
+    Attributes:
+        here: the evaluation.
+        project: frees signatures of what the base constants absorb.
+        scale: see `Screen`.
+        left: misfit, freed, in units of `scale`.
+        tried: slug, orthonormal directions, start, indices.
+        strength: longest signature of every effect.
+    """
+
+    here: Evaluation
+    project: "_Projector"
+    scale: float
+    left: np.ndarray
+    tried: list[tuple[str, np.ndarray, np.ndarray, np.ndarray]]
+    strength: dict[str, float]
 
 
 class _Projector:
@@ -107,8 +133,23 @@ def screen(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Ge
         slugs: effects to try; those of the fit are left out.
         rng: of the simulated nulls.
     """
+    slugs, weight = [slug for slug in slugs if slug not in fit.slugs], refitter.weight
+    look = _looked(refitter, fit, slugs)
+    scores, pool = _scores(look)
+    pool.append((None, _slow(look.here, weight, look.project)))
+    p_value, bound = _chance(pool, look.left, rng)
+    untestable = [slug for slug in slugs if look.strength[slug] < FAINT]
+    about_nominal = ()
+    if departed(refitter.unknowns, fit) >= FAR:
+        nominal = fit.u.copy()
+        nominal[refitter.unknowns.base] = 0.0
+        about_nominal = tuple(_scores(_looked(refitter, replace(fit, u=nominal), slugs))[0])
+    return Screen(scores, p_value, bound, untestable, look.scale, about_nominal)
+
+
+def _looked(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> _Look:
+    """The signatures of effects about the numbers of a fit."""
     program, unknowns, weight = refitter.program, refitter.unknowns, refitter.weight
-    slugs = [slug for slug in slugs if slug not in fit.slugs]
     here = program.evaluate(fit.u, fit.free, near=fit.evaluation)
     r, A = here.joined(weight)
     departure, sd = refitter._prior(fit.u, fit.free)
@@ -137,11 +178,7 @@ def screen(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Ge
         strength[slug] = float(np.linalg.norm(signature))
         if strength[slug] >= FAINT:
             tried.append((slug, signature / strength[slug], u, own))
-    scores, pool = _scores(tried, left, strength)
-    slow = _slow(here, weight, project)
-    pool.append((None, slow))
-    p_value, bound = _chance(pool, left, rng)
-    return Screen(scores, p_value, bound, [s for s in slugs if strength[s] < FAINT], scale)
+    return _Look(here, project, scale, left, tried, strength)
 
 
 def _held(unknowns: Unknowns, fit: Fit) -> np.ndarray:
@@ -203,18 +240,17 @@ def _tried(
     return [(slug, Q, start, own)]
 
 
-def _scores(
-    tried: list[tuple], left: np.ndarray, strength: dict[str, float]
-) -> tuple[list[Score], list[tuple]]:
+def _scores(look: _Look) -> tuple[list[Score], list[tuple]]:
+    """The best score of every effect, strongest first, and all directions that were tried."""
     best: dict[str, Score] = {}
     pool = []
-    for slug, Q, start, _ in tried:
-        gain = float(np.sum((Q.T @ left) ** 2))
+    for slug, Q, start, _ in look.tried:
+        gain = float(np.sum((Q.T @ look.left) ** 2))
         p = float(chi2.sf(gain, Q.shape[1]))
         pool.append((slug, Q))
         held = best.get(slug)
         if held is None or (p, -gain) < (held.p_value, -held.gain):
-            best[slug] = Score(slug, gain, Q.shape[1], p, start, strength[slug])
+            best[slug] = Score(slug, gain, Q.shape[1], p, start, look.strength[slug])
     order = sorted(best.values(), key=lambda s: -(s.gain - 3.0 * s.freedom))
     return order, pool
 

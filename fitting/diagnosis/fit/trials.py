@@ -21,6 +21,9 @@ HALVING = ((10, 2), (5, 4))
 PROMISING = 2
 """Candidates that stay because the screen ranks them first, however they began; one more does whose next step
 promises most, if that is more than the others have: an effect of many shapes may need many steps."""
+WRONG_WAY = 4
+"""Candidates that are fitted, too, because they score about nominal constants: where those went far, an effect
+that is there may seem to act the other way."""
 PURSUED = 3
 """Candidates that are fitted to the end, from two starts each."""
 OTHER_SHAPES = (0.15, 0.5, 0.85)
@@ -86,6 +89,8 @@ def trials_of(
         The trials, strongest evidence first.
     """
     likely = [s for s in found.scores if s.p_value < LIKELY][: effort * most]
+    others = [s for s in found.about_nominal if s.slug not in {known.slug for known in likely}]
+    likely += [s for s in others if s.p_value < LIKELY][: effort * WRONG_WAY]
     starts = {score.slug: _starts(program.unknowns, score) for score in likely}
     best: dict[str, Fit] = {}
     kept, refitter = [score.slug for score in likely], Refitter(program)
