@@ -1,5 +1,6 @@
 """The score of an effect is what the linearised model with it gains, priors and hidden courses counted."""
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 
 from fitting.diagnosis.evaluate.program import Program
 from fitting.diagnosis.fit.refit import Refitter
-from fitting.diagnosis.fit.screen import _Projector, screen
+from fitting.diagnosis.fit.screen import FAR, _Projector, screen
 from fitting.diagnosis.fit.settled import settled_fit
 from fitting.recordings import read_campaign
 
@@ -45,6 +46,22 @@ def test_a_score_is_what_the_effect_would_gain_with_all_constants_free(refitted,
         assert step < 0.0 <= program.unknowns.low[own[0]]
         return
     assert score.gain * found.scale**2 == pytest.approx(without - with_it, rel=0.02, abs=0.05)
+
+
+def test_effects_are_scored_about_nominal_where_constants_went_far(refitted):
+    """There they are those of a fit that ended at nominal."""
+    program, base, found = refitted
+    assert np.max(np.abs(base.u[program.unknowns.base])) < FAR and not found.about_nominal
+    refitter, far = Refitter(program), base.u.copy()
+    far[program.unknowns.base[0]] = -1.1 * FAR
+    astray = dataclasses.replace(base, u=far)
+    told = screen(refitter, astray, SLUGS, np.random.default_rng(1))
+    nominal = program.unknowns.neutral
+    there = screen(refitter, dataclasses.replace(base, u=nominal), SLUGS, np.random.default_rng(1))
+    assert [s.slug for s in told.about_nominal] == [s.slug for s in there.scores]
+    gains = [[s.gain for s in scores] for scores in (told.about_nominal, there.scores)]
+    assert gains[0] == pytest.approx(gains[1], rel=0.05)
+    assert not np.any(told.about_nominal[0].start[program.unknowns.base])
 
 
 def test_numbers_that_recordings_do_not_tell_apart_are_freed_once():

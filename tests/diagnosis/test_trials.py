@@ -31,6 +31,10 @@ class Fits:
         return self.promises.get(fit.slugs[-1], fit.objective)
 
 
+def _score(slug, p_value=0.001):
+    return SimpleNamespace(slug=slug, p_value=p_value)
+
+
 @pytest.mark.parametrize(("promise", "first"), [(150.0, True), (215.0, True), (225.0, False)])
 def test_a_candidate_stays_whose_next_step_promises_more_than_others_have(monkeypatch, promise, first):
     """The third of those that are fitted to the end is at 220."""
@@ -41,10 +45,24 @@ def test_a_candidate_stays_whose_next_step_promises_more_than_others_have(monkey
     unknowns = SimpleNamespace(base=np.zeros(0, int))
     program = SimpleNamespace(unknowns=unknowns, hidden=True)
     current = SimpleNamespace(slugs=(), objective=300.0, u=np.zeros(1), evaluation=None)
-    screen = SimpleNamespace(scores=[SimpleNamespace(slug=s, p_value=0.001) for s in (*SLUGS, "slow")])
+    screen = SimpleNamespace(scores=[_score(s) for s in (*SLUGS, "slow")], about_nominal=())
     found = trials_of(program, current, screen, lambda _: None, 1)
     assert fits.ended == {"quick_0", "quick_1", "quick_2"} | ({"slow"} if first else set())
     assert (found[0].slug == "slow") is first and len(found) == 10
+
+
+def test_a_candidate_is_fitted_that_scores_about_nominal_constants_alone(monkeypatch):
+    """Where the base model ended, `slow` seems to act the wrong way and has no score."""
+    fits = Fits({})
+    monkeypatch.setattr(trials, "Refitter", lambda program: fits)
+    monkeypatch.setattr(trials, "weigh", lambda program, current, found: None)
+    monkeypatch.setattr(trials, "_starts", lambda unknowns, score: [np.zeros(1), np.zeros(1)])
+    program = SimpleNamespace(unknowns=SimpleNamespace(base=np.zeros(0, int)), hidden=True)
+    current = SimpleNamespace(slugs=(), objective=300.0, u=np.zeros(1), evaluation=None)
+    about = (_score("quick_0"), _score("slow"), _score("by_chance", 0.2))
+    screen = SimpleNamespace(scores=[_score(s) for s in SLUGS[:4]], about_nominal=about)
+    found = trials_of(program, current, screen, lambda _: None, 1)
+    assert {trial.slug for trial in found} == {*SLUGS[:4], "slow"}
 
 
 def test_what_is_said_of_an_effect_that_was_asked_for():

@@ -22,8 +22,8 @@ PROMISING = 2
 """Candidates that stay because the screen ranks them first, however they began; one more does whose next step
 promises most, if that is more than the others have: an effect of many shapes may need many steps."""
 WRONG_WAY = 4
-"""Candidates that are fitted, too, because they score about nominal constants: where those went far, an effect
-that is there may seem to act the other way."""
+"""Candidates that are fitted, too, because they score about nominal constants: where those went far, an
+effect that is there may seem to act the other way."""
 PURSUED = 3
 """Candidates that are fitted to the end, from two starts each."""
 OTHER_SHAPES = (0.15, 0.5, 0.85)
