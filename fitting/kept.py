@@ -34,7 +34,7 @@ def kept(function: Callable, name: str, options: dict[str, bool] | None = None) 
         name: says which function this is, with every number that it closes over.
         options: of the compiler; left out where it does not know them.
     """
-    options = _known(tuple(sorted((options or {}).items())))
+    options = _known(tuple(sorted(options.items()))) if options else None
     plain = jax.jit(function, compiler_options=options)
     ready: dict[str, Callable] = {}
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.noise import robust_noise
+from fitting.noise import GAUSSIAN_MAD, robust_noise
 from fitting.recordings import Recording
 
 CORRELATED = 0.25
@@ -134,6 +134,6 @@ def serial_correlation(values: np.ndarray, sigma: float) -> float:
     if len(values) < 12:
         return 0.0
     bend = np.diff(values, 2)
-    share = (np.median(np.abs(bend)) / (0.6744897501960817 * sigma)) ** 2
+    share = (np.median(np.abs(bend)) / (GAUSSIAN_MAD * sigma)) ** 2
     correlation = 2.0 - np.sqrt(max(1.0 + 0.5 * share, 0.0))
     return float(np.clip(correlation, 0.0, MOST_CORRELATED)) if correlation > CORRELATED else 0.0

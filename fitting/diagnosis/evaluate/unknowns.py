@@ -127,6 +127,12 @@ class Unknowns:
         """Indices of an effect's shape parameters."""
         return np.array([k for k in self.of([slug]) if self.items[k].shape], int)
 
+    def at_nominal(self, u: np.ndarray) -> np.ndarray:
+        """Numbers as in `u`, with every base constant at its nominal value."""
+        found = u.copy()
+        found[self.base] = 0.0
+        return found
+
     def present(self, u: np.ndarray, columns: Iterable[int] = ()) -> np.ndarray:
         """Which effects change anything at `u`, or have one of `columns` as a parameter, (slugs,)."""
         asked = {self.items[k].effect for k in columns}

@@ -15,6 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import chi2
 
+from fitting.noise import GAUSSIAN_MAD
+
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.unknowns import Unknowns
 from .refit import Fit, Refitter, departed
@@ -141,9 +143,8 @@ def screen(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Ge
     untestable = [slug for slug in slugs if look.strength[slug] < FAINT]
     about_nominal = ()
     if departed(refitter.unknowns, fit) >= FAR:
-        nominal = fit.u.copy()
-        nominal[refitter.unknowns.base] = 0.0
-        about_nominal = tuple(_scores(_looked(refitter, replace(fit, u=nominal), slugs))[0])
+        nominal = replace(fit, u=refitter.unknowns.at_nominal(fit.u))
+        about_nominal = tuple(_scores(_looked(refitter, nominal, slugs))[0])
     return Screen(scores, p_value, bound, untestable, look.scale, about_nominal)
 
 
@@ -297,4 +298,4 @@ def _fast(here: Evaluation, weight: np.ndarray) -> float:
     if not steps:
         return 1.0
     joined = np.abs(np.concatenate(steps))
-    return float(max(1.0, np.median(joined) / 0.6744897501960817))
+    return float(max(1.0, np.median(joined) / GAUSSIAN_MAD))

@@ -135,8 +135,7 @@ def trials_of(
 
 def _starts(unknowns: Unknowns, score: Score) -> list[np.ndarray]:
     """Where the fit of a candidate begins: from the screen's estimate, and from nominal constants."""
-    nominal = score.start.copy()
-    nominal[unknowns.base] = 0.0
+    nominal = unknowns.at_nominal(score.start)
     own = unknowns.amplitudes(score.slug)
     typical = np.array([unknowns.items[k].start for k in own])
     signs = np.where(score.start[own] < 0.0, -1.0, 1.0)

@@ -12,8 +12,7 @@ POLISHING = 40
 
 def polished(program: Program, fit: Fit) -> Fit:
     """A chosen model fitted once more: from nominal base constants, too, in case the others held it back."""
-    home = fit.u.copy()
-    home[program.unknowns.base] = 0.0
+    home = program.unknowns.at_nominal(fit.u)
     again = lambda start: Refitter(program).fit(fit.slugs, start, POLISHING)  # noqa: E731
     options = side_by_side(again, (fit, home))
     return min([fit, *options], key=lambda f: f.objective)
