@@ -5,7 +5,7 @@ the best ones explain out of its misfit.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -194,6 +194,29 @@ class Evaluation:
         """Hidden courses at other numbers, to first order."""
         change = np.tensordot(u[self.columns] - self.u[self.columns], self.course_slopes, axes=1)
         return np.clip(self.courses + np.clip(change, -FARTHEST, FARTHEST), 0.0, 1.0)
+
+    def bettered(self, other: "Evaluation") -> "Evaluation":
+        """With the recordings of another evaluation at the same numbers, from other courses, that fit better
+        there."""
+        squares = [[float(m @ m) for m in one.misfit] for one in (self, other)]
+        better = [b < a for a, b in zip(*squares, strict=True)]
+        row = np.zeros(len(next(iter(self.drivers.values()))), bool)
+        row[: len(better)] = better
+
+        def pick(mine: list, theirs: list) -> list:
+            return [b if chosen else a for a, b, chosen in zip(mine, theirs, better, strict=True)]
+
+        along = row[:, None, None]
+        return replace(
+            self,
+            misfit=pick(self.misfit, other.misfit),
+            jacobian=pick(self.jacobian, other.jacobian),
+            predicted=pick(self.predicted, other.predicted),
+            drivers={n: np.where(row[:, None], other.drivers[n], x) for n, x in self.drivers.items()},
+            courses=np.where(along, other.courses, self.courses),
+            course_slopes=np.where(along, other.course_slopes, self.course_slopes),
+            hidden=pick(self.hidden, other.hidden),
+        )
 
     def joined(self, weight: np.ndarray | list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """Misfit and Jacobian (values, columns) of recordings, each weighed by a number or a mask."""

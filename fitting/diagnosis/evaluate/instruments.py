@@ -28,6 +28,9 @@ TAILS = 4.0
 """Degrees of freedom of Student's t that corners of a course are allowed for by."""
 DECISIVE = 4.0
 """Log-likelihood that growth and correlation must each gain to be believed."""
+LIKELY = 1.0
+"""The same of correlation where nobody states the noise: taking correlated errors for white ones there makes
+them much too small, and what is left of them passes for physics."""
 LEAST_FLOOR, MOST_CORRELATION = 0.04, 0.9
 """Part of the usual 1-sigma that noise without a signal has at least; largest correlation of samples."""
 TAKEN = 0.2
@@ -176,8 +179,11 @@ def instrument_of(series: Sequence[Series]) -> Instrument | None:
 def _chosen(cost: Callable[..., float], always: tuple[int, ...]) -> np.ndarray:
     """Logarithms of the scale and of the fall of the 1-sigma without a signal, and the correlation; the last
     two only where they make what was seen much likelier."""
-    tried = [(*_least(cost, (*always, *more)), len(more)) for more in ((), (2,), (1,), (1, 2))]
-    return min(tried, key=lambda told: told[1] + DECISIVE * told[2])[0]
+    price = {1: DECISIVE, 2: LIKELY if always else DECISIVE}
+    tried = [
+        (*_least(cost, (*always, *more)), sum(price[n] for n in more)) for more in ((), (2,), (1,), (1, 2))
+    ]
+    return min(tried, key=lambda told: told[1] + told[2])[0]
 
 
 def _least(cost: Callable[..., float], free: tuple[int, ...]) -> tuple[np.ndarray, float]:

@@ -151,8 +151,14 @@ class Program:
         """Whether hidden courses follow an output, so that its misfit says little by itself."""
         return self.hidden and quantity.startswith("resistance")
 
-    def prepare(self, u: np.ndarray) -> None:
-        """Find hidden courses and how fast they walk at the numbers of `u`, where the kind has them."""
+    def prepare(self, u: np.ndarray, near: Evaluation | None = None) -> None:
+        """Find hidden courses and how fast they walk at the numbers of `u`, where the kind has them.
+
+        Args:
+            u: scaled numbers, (unknowns,).
+            near: an evaluation close by. A recording's search begins with its courses where that ends better:
+                a search from the readings may end in a false optimum that it is out of.
+        """
         nothing = self.unknowns.base[:0]
         if self.pace.shape[1]:
             for _ in range(SETTLING if self.pace.any() else SEARCHING):
@@ -168,13 +174,16 @@ class Program:
             values = self.unknowns.values(u)
             self.stacked = kind_module(self.kind).prepared(values, self.stacked, self.channels)
             here = self.evaluate(u, nothing)
+            if near is not None:
+                here = here.bettered(self.evaluate(u, nothing, near=near))
             self.stacked = self.begun(self.stacked, here, u)
             self.taken = np.array([np.sum(here.drivers["taken"][k]) for k in range(len(self.channels))])
 
-    def prepared(self, u: np.ndarray) -> "Program":
-        """The program with hidden courses as the model at `u` has them; the original is left alone."""
+    def prepared(self, u: np.ndarray, near: Evaluation | None = None) -> "Program":
+        """The program with hidden courses as the model at `u` has them, see `prepare`; the original is left
+        alone."""
         copy = replace(self)
-        copy.prepare(u)
+        copy.prepare(u, near)
         return copy
 
     def followed(self, here: Evaluation) -> list[courses.Hidden | None]:

@@ -52,7 +52,7 @@ def _settled(program: Program, fit: Fit) -> tuple[Program, Fit]:
     apart from what the model leaves."""
     program = without_apart(program, fit.evaluation)
     for _ in range(SETTLING):
-        program = with_noise_of(program, fit.evaluation).prepared(fit.u)
+        program = with_noise_of(program, fit.evaluation).prepared(fit.u, fit.evaluation)
         if program.pace.shape[1]:
             program.count_input_noise(fit.u)
         fit = Refitter(program).fit((), fit.u)
