@@ -16,11 +16,13 @@ from fitting.diagnosis.judge.conclude import _left_over
 from fitting.diagnosis.judge.generic import Generic
 from fitting.diagnosis.judge.judged import (
     MOST_DRIFT,
+    REFUTED,
     contradicted,
     helps_nobody,
     leaves_more,
     nameless_probability,
     outdone,
+    refuted,
     steady,
     unexplained,
 )
@@ -184,6 +186,29 @@ def test_a_name_that_helps_no_recording_that_was_not_fitted_is_doubted(before, a
     assert not helps_nobody([9.0, before], [1.0, after], [1.0, 4.0], unasked)
     assert helps_nobody([9.0, 9.0], [1.0, 1.4], [1.0, 1.0], (before, after)) is idle  # left out in turn
     assert not helps_nobody([9.0, 9.0], [1.0, 1.0], [1.0, 1.0], (before, after))  # but all else is explained
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "validated", "doubt"),
+    [
+        (1.28, 1.40, True, REFUTED),  # missed by more than without the effects
+        (1.28, 1.25, True, 0.0),
+        (0.95, 1.01, True, 0.0),  # as well as noise lets them be
+        (2.50, 2.40, True, 0.0),
+        (1.28, 1.40, False, 0.0),  # every recording was fitted
+    ],
+)
+def test_names_that_make_validation_recordings_worse_are_refuted(before, after, validated, doubt):
+    """Although those that were left out in turn are predicted better."""
+    evaluation = SimpleNamespace(chi2=lambda chosen: 1.0)
+    program = SimpleNamespace(
+        fitted=np.array([True, not validated]),
+        unknowns=SimpleNamespace(base=np.array([0])),
+        observations=lambda chosen: 1,
+    )
+    fit = SimpleNamespace(u=np.zeros(1), evaluation=evaluation)
+    explanation = SimpleNamespace(program=program, final=fit, left_out=(2.0, 1.0))
+    assert refuted(explanation, None, [1.2, 1.3], [2.0, before], [1.0, after]) == doubt
 
 
 def test_what_a_named_effect_leaves_is_said_beside_it():

@@ -101,7 +101,7 @@ def conclude(explanation: Explanation) -> Conclusion:
     limits = [limit_of(program, mask) for mask in masks]
     unknown = unexplained(alone, last, floors, limits) if mismatch else 0.0
     if named:
-        unknown = max(unknown, refuted(explanation, generic, limits[0]))
+        unknown = max(unknown, refuted(explanation, generic, limits, base, last))
     if mismatch and not named:
         unknown = nameless_probability(explanation, base, generic, floors, unknown)
     if not mismatch:  # no candidate survived being fitted; what is left is judged as a whole

@@ -17,8 +17,9 @@ from .probabilities import NOTHING_LEFT, TENTATIVE
 ASTRAY = 3.5
 """Standard deviations from nominal at which a base constant says that the explanation is wrong in form."""
 DOUBTFUL, REFUTED = 0.2, 0.6
-"""Probability of something unknown where a base constant is astray; and where left-out recordings are
-predicted worse than without the effects, or than half as well as by a nameless correction."""
+"""Probability of something unknown where a base constant is astray; and where recordings that were left out,
+or not fitted, are predicted worse than without the effects, or left-out ones half as well as by a nameless
+correction."""
 MUCH_LEFT = 0.45
 """Share of a misfit that no right explanation leaves, of what was fitted or of what was not. Right ones, in
 another form than nature's, left up to 0.19 of it and once 0.3; names that stood for something else 0.2 to 0.3
@@ -115,19 +116,31 @@ def limit_of(program: Program, chosen: np.ndarray) -> float:
     return 1.0 + max(LEFT, SIGNIFICANT * spread(program, chosen))
 
 
-def refuted(explanation: Explanation, generic: Generic | None, limit: float) -> float:
+def refuted(
+    explanation: Explanation,
+    generic: Generic | None,
+    limits: list[float],
+    base: list[float],
+    last: list[float],
+) -> float:
     """Probability of something unknown, from what speaks against the effects that were found.
 
     A nameless correction that predicts left-out recordings better does, where the effects leave more than
-    noise, a reduced chi-square of `limit`, of fitted ones, too.
+    noise, of fitted ones, too. Recordings that were not fitted do where they are missed, and by more than
+    without the effects. (Of 39 mismatches that were scored one was like that, a null.)
+
+    Args:
+        explanation, generic: as for `contradicted`.
+        limits: reduced chi-square, of what was fitted and of what scores, up to which nothing is left.
+        base, last: `foretold` of both, without and with the effects: what extrapolates badly may be right.
     """
     program, fit = explanation.program, explanation.final
     doubt = 0.0
     if departed(program.unknowns, fit) > ASTRAY:
         doubt = DOUBTFUL
     before, after = explanation.left_out
-    worse = after >= before
-    left = min(after, reduced(program, fit, program.fitted)) > limit
+    worse = after >= before or (not program.fitted.all() and last[1] > max(base[1], limits[1]))
+    left = min(after, reduced(program, fit, program.fitted)) > limits[0]
     if generic is not None and left and after - 1.0 > NOTHING_LEFT * (before - 1.0):
         worse |= generic.left_out - 1.0 < 0.5 * (after - 1.0)
     return REFUTED if worse else doubt
