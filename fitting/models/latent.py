@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, PyTree
 
-from fitting.models.settling import banded, ended, settle, solve_coupled
+from fitting.models.settling import banded, ended, largest, settle, solve_coupled
 
 ROUNDS = 20
 """Most trials of a state."""
@@ -137,7 +137,8 @@ def profile(
         return jnp.clip(move, -LONGEST, LONGEST), square, None
 
     settled, _ = settle(lambda state: step(frozen, state), start, told, SETTLED, ROUNDS)
-    return ended(settled, step(model, settled)[0], told, SETTLED)
+    last = step(model, settled)[0]
+    return ended(settled, last, largest(last, told) <= SETTLED)
 
 
 def solve(local: Local, weight: Array, walk: Walk, state: Array, right: Array) -> Array:

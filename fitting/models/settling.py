@@ -80,10 +80,9 @@ def settle(
     return found.best, found.known
 
 
-def ended(settled: Array, last: Array, told: Array, close: float) -> Array:
-    """The settled state with the derivatives of one step more, `last`, which is made if it is small."""
-    small = largest(last, told) <= close
-    return settled + last - jax.lax.stop_gradient(jnp.where(small, 0.0, last))
+def ended(settled: Array, last: Array, made: Array) -> Array:
+    """The settled state with the derivatives of one step more, `last`, and with the step if it is `made`."""
+    return settled + last - jax.lax.stop_gradient(jnp.where(made, 0.0, last))
 
 
 def largest(change: Array, told: Array) -> Array:

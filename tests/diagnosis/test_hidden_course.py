@@ -74,6 +74,21 @@ def test_the_course_is_that_of_generalised_least_squares():
     assert np.all((np.asarray(taken) > 0.0) & (np.asarray(taken) <= 1.0))
 
 
+@pytest.mark.parametrize("jump", [0.0, 1e-4, 0.02])
+def test_no_course_is_credited_with_a_slope_across_a_jump(jump):
+    """A last small step over a jump of all later rows is made if that is better, and predicts what is there."""
+    rows, _ = _rows(np.random.default_rng(4))
+    rows.measured = {name: jnp.full(COUNT, 0.5005) for name in rows.measured}
+
+    def law(x):
+        return jnp.stack([x, x]) + jump * jnp.cumsum(x > 0.5)
+
+    laws = [lambda x: (law(x), None)] * 2
+    found = best_course(*laws, jnp.full(COUNT, 0.4985), ("force", "resistance"), rows)
+    assert found.predicted == pytest.approx(np.asarray(law(found.course)), abs=1e-9)
+    assert bool(jnp.all(found.course > 0.5)) == (jump < 0.01)
+
+
 def test_the_course_follows_a_constant_of_the_law_as_the_implicit_function_does():
     rng = np.random.default_rng(3)
     rows, _ = _rows(rng)

@@ -12,7 +12,7 @@ from jaxtyping import Array, Float, PyTree
 
 from fitting.models.latent import Local, variances
 from fitting.models.rows import Rows
-from fitting.models.settling import banded_side_by_side, ended, settle, solve_coupled
+from fitting.models.settling import banded_side_by_side, ended, largest, settle, solve_coupled
 
 HELD = 1e-6
 """Weight of the course so far in every row, which keeps rows that say nothing where they are."""
@@ -170,11 +170,19 @@ def best_course(outputs: Outputs, frozen: Outputs, read: Array, names: Sequence[
     blank = Local(nothing, nothing, nothing, jnp.zeros(read.shape, int))
     settled, local = settle(step, jnp.clip(read, 0.0, 1.0), everywhere, SETTLED, ROUNDS, blank)
     there, known = outputs(settled)
-    course = ended(settled, system.step(local, settled, there), everywhere, SETTLED)
+    last = system.step(local, settled, there)
+    # where a row begins to renew the metal's memory all later ones jump, which no slope foretells
+    here, seen, after = jax.lax.stop_gradient((settled, there, settled + last))
+    then = frozen(after)[0]
+    better = system.square(measured - then, after) <= system.square(measured - seen, here)
+    made = better & (largest(last, everywhere) <= SETTLED)
+    course = ended(settled, last, made)
+    predicted = there + local.along(course - settled)
+    predicted = predicted + jax.lax.stop_gradient(jnp.where(made, then - predicted, 0.0))
     information, diagonal, upper = system.bands(local)
     inside = (settled > 0.0) & (settled < 1.0)
     taken = jnp.where(inside, jnp.clip(information * variances(diagonal, upper), 0.0, 1.0), 0.0)
-    return Found(course, there + local.along(course - settled), known, taken, local)
+    return Found(course, predicted, known, taken, local)
 
 
 def _local(outputs: Outputs, course: Array) -> Local:
