@@ -2,13 +2,14 @@
 
 import dataclasses
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from fitting.diagnosis.evaluate.program import Program
 from fitting.diagnosis.fit.refit import Refitter
-from fitting.diagnosis.fit.screen import FAR, _Projector, screen
+from fitting.diagnosis.fit.screen import FAR, _in_turn, _Projector, _put_in, screen
 from fitting.diagnosis.fit.settled import settled_fit
 from fitting.recordings import read_campaign
 
@@ -49,19 +50,38 @@ def test_a_score_is_what_the_effect_would_gain_with_all_constants_free(refitted,
 
 
 def test_effects_are_scored_about_nominal_where_constants_went_far(refitted):
-    """There they are those of a fit that ended at nominal."""
+    """There by their slopes, as those of a fit that ended at nominal, and by what they do as a whole."""
     program, base, found = refitted
     assert np.max(np.abs(base.u[program.unknowns.base])) < FAR and not found.about_nominal
     refitter, far = Refitter(program), base.u.copy()
     far[program.unknowns.base[0]] = -1.1 * FAR
     astray = dataclasses.replace(base, u=far)
-    told = screen(refitter, astray, SLUGS, np.random.default_rng(1))
-    nominal = program.unknowns.neutral
-    there = screen(refitter, dataclasses.replace(base, u=nominal), SLUGS, np.random.default_rng(1))
-    assert [s.slug for s in told.about_nominal] == [s.slug for s in there.scores]
-    gains = [[s.gain for s in scores] for scores in (told.about_nominal, there.scores)]
-    assert gains[0] == pytest.approx(gains[1], rel=0.05)
-    assert not np.any(told.about_nominal[0].start[program.unknowns.base])
+    told = screen(refitter, astray, SLUGS, np.random.default_rng(1)).about_nominal
+    nominal = dataclasses.replace(base, u=program.unknowns.neutral)
+    there = {s.slug: s for s in screen(refitter, nominal, SLUGS, np.random.default_rng(1)).scores}
+    by_slope = [s for s in told if np.isfinite(s.strength)]
+    assert by_slope[0].slug == next(iter(there)) == told[0].slug
+    assert all(s.gain == pytest.approx(there[s.slug].gain, rel=0.05) for s in by_slope)
+    assert len({s.slug for s in told}) == len(told)
+    assert not any(np.any(s.start[program.unknowns.base]) for s in told)
+
+
+def test_an_effect_that_is_put_in_gains_what_it_takes_away(refitted):
+    program, base, _ = refitted
+    refitter = Refitter(program)
+    nominal = dataclasses.replace(base, u=program.unknowns.neutral)
+    scores, everything = _put_in(refitter, nominal, SLUGS, 2.0), program.fitted.astype(float)
+    square = lambda u: program.evaluate(u, base.free[:0], near=base.evaluation).chi2(everything)  # noqa: E731
+    assert scores and [s.gain for s in scores] == sorted((s.gain for s in scores), reverse=True)
+    for score in scores:
+        assert 4.0 * score.gain == pytest.approx(square(nominal.u) - square(score.start), rel=1e-6)
+        other = np.setdiff1d(np.arange(len(score.start)), program.unknowns.amplitudes(score.slug))
+        assert np.all(score.start[other] == nominal.u[other])
+
+
+def test_lists_of_scores_are_gone_through_in_turn():
+    a, b, c = (SimpleNamespace(slug=name) for name in "abc")
+    assert [s.slug for s in _in_turn([a, b], [b, a, c])] == ["a", "b", "c"]
 
 
 def test_numbers_that_recordings_do_not_tell_apart_are_freed_once():

@@ -11,6 +11,7 @@ measured one. An effect that brings them home explains as much as one that takes
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 
 import numpy as np
 from scipy.stats import chi2
@@ -18,6 +19,7 @@ from scipy.stats import chi2
 from fitting.noise import GAUSSIAN_MAD
 
 from ..evaluate.evaluation import Evaluation
+from ..evaluate.side_by_side import side_by_side
 from ..evaluate.unknowns import Unknowns
 from .refit import Fit, Refitter, departed
 
@@ -36,6 +38,9 @@ AT = 1e-6
 """How close to a bound a scaled base constant is at it."""
 FAR = 3.0
 """Standard deviations from nominal of a base constant from which effects are scored about nominal, too."""
+WHOLE = (0.3, 1.0)
+"""Parts of a typical effect that are put into the model as they are, about nominal: there misfits may be so
+large that no derivative tells an effect."""
 
 
 @dataclass(frozen=True)
@@ -144,8 +149,46 @@ def screen(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Ge
     about_nominal = ()
     if departed(refitter.unknowns, fit) >= FAR:
         nominal = replace(fit, u=refitter.unknowns.at_nominal(fit.u))
-        about_nominal = tuple(_scores(_looked(refitter, nominal, slugs))[0])
+        by_slope = _scores(_looked(refitter, nominal, slugs))[0]
+        about_nominal = tuple(_in_turn(by_slope, _put_in(refitter, nominal, slugs, look.scale)))
     return Screen(scores, p_value, bound, untestable, look.scale, about_nominal)
+
+
+def _put_in(refitter: Refitter, fit: Fit, slugs: Sequence[str], scale: float) -> list[Score]:
+    """Scores by what effects of typical sizes do to the misfit when nothing else moves, strongest first."""
+    program, unknowns, nothing = refitter.program, refitter.unknowns, fit.free[:0]
+    low, high = unknowns.low, unknowns.high
+
+    def left(u: np.ndarray) -> float:
+        r, _ = program.evaluate(u, nothing, near=fit.evaluation).joined(refitter.weight)
+        return float(r @ r)
+
+    jobs = []
+    for slug in slugs:
+        own = unknowns.amplitudes(slug)
+        typical = np.array([unknowns.items[k].start for k in own])
+        for share in [sign * part for part in WHOLE for sign in (1.0, -1.0)]:
+            u = fit.u.copy()
+            u[own] = np.clip(share * typical, low[own], high[own])
+            if np.any(u[own] != unknowns.neutral[own]):
+                jobs.append((slug, u))
+    before, *after = side_by_side(left, [fit.u, *(u for _, u in jobs)])
+    best: dict[str, Score] = {}
+    for (slug, u), remains in zip(jobs, after, strict=True):
+        gain, freedom = (before - remains) / scale**2, len(unknowns.amplitudes(slug))
+        if gain > (best[slug].gain if slug in best else 0.0):
+            best[slug] = Score(slug, gain, freedom, float(chi2.sf(gain, freedom)), u, np.nan)
+    return sorted(best.values(), key=lambda s: -s.gain)
+
+
+def _in_turn(*lists: Sequence[Score]) -> list[Score]:
+    """The first of every list, the second of every list, and so on; each effect once."""
+    found: dict[str, Score] = {}
+    for row in zip_longest(*lists):
+        for score in row:
+            if score is not None:
+                found.setdefault(score.slug, score)
+    return list(found.values())
 
 
 def _looked(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> _Look:
