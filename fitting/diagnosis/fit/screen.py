@@ -150,7 +150,8 @@ def screen(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Ge
     if departed(refitter.unknowns, fit) >= FAR:
         nominal = replace(fit, u=refitter.unknowns.at_nominal(fit.u))
         by_slope = _scores(_looked(refitter, nominal, slugs))[0]
-        about_nominal = tuple(_in_turn(by_slope, _put_in(refitter, nominal, slugs, look.scale)))
+        whole = [] if fit.slugs else _put_in(refitter, nominal, slugs, look.scale)  # some 100 runs
+        about_nominal = tuple(_in_turn(by_slope, whole))
     return Screen(scores, p_value, bound, untestable, look.scale, about_nominal)
 
 
