@@ -156,9 +156,9 @@ class Program:
 
         Args:
             u: scaled numbers, (unknowns,).
-            near: an evaluation close by, for kinds whose compiled program searches itself: a recording's search
-                begins with its courses where that ends better, as one from the readings may end in a false
-                optimum that it is out of. Other searches go on from the courses of the stack.
+            near: an evaluation close by, for kinds whose compiled program searches itself: the search of a
+                recording begins with its courses where that ends better, as one from the readings may end in
+                a false optimum that it is out of. Other searches go on from the courses of the stack.
         """
         nothing = self.unknowns.base[:0]
         if self.pace.shape[1]:
