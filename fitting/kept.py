@@ -36,19 +36,20 @@ def kept(function: Callable, name: str, options: dict[str, bool] | None = None) 
     """
     options = _known(tuple(sorted(options.items()))) if options else None
     plain = jax.jit(function, compiler_options=options)
-    ready: dict[str, Callable] = {}
+    ready: dict[tuple, Callable] = {}
 
     def call(*arguments: Any) -> Any:
         leaves, structure = jax.tree.flatten(arguments)
         shapes = [jax.typeof(leaf) for leaf in leaves]
-        words = f"{name}|{structure}|{shapes}"
         folder = jax.config.jax_compilation_cache_dir
-        if not folder or " at 0x" in words:
-            return plain(*arguments)
-        if words not in ready:
+        known = (folder, structure, *shapes)
+        if known not in ready:
+            words = f"{name}|{structure}|{shapes}"
+            if not folder or " at 0x" in words:
+                return plain(*arguments)
             program = _program(Path(folder) / FOLDER, words, function, structure, shapes)
-            ready[words] = jax.jit(program.call, compiler_options=options)
-        return ready[words](*leaves)
+            ready[known] = jax.jit(program.call, compiler_options=options)
+        return ready[known](*leaves)
 
     return call
 

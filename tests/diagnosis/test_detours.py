@@ -22,7 +22,7 @@ def fit(*slugs):
     return SimpleNamespace(slugs=slugs, objective=OBJECTIVES[slugs], at_bound=())
 
 
-def screened(program, current, rng):
+def screened(program, current, rng, only_here=False):
     scores = [SimpleNamespace(slug=s, gain=g) for s, g in GAINS[current.slugs[0]].items()]
     return SimpleNamespace(p_value=0.001, scores=scores, scale=1.0)
 
@@ -55,7 +55,9 @@ class World:
         put("trials_of", self._trials)
         put("adrift", lambda program, old, new: self.drift)
         put("evidence", lambda program, base, found, inflation: self.worth[found.slugs])
-        put("Refitter", lambda program: SimpleNamespace(fit=lambda slugs, start: start))
+        self.refitted = []
+        refitter = SimpleNamespace(fit=lambda slugs, start: self.refitted.append(slugs) or start, promised=lambda found: found.objective)
+        put("Refitter", lambda program: refitter)
         put("polished", lambda program, found: found)
         put("pruned", lambda program, found: found)
         monkeypatch.setattr(Growth, "stood", lambda growth, *model: self._stood(*model))
@@ -91,6 +93,15 @@ def test_two_that_explain_and_predict_better_take_the_place_of_one(world):
     assert world.explanation.left_out == (3.0, pytest.approx(1.0))  # what a nameless correction is raced against
     assert world.beside == [(), ("one",)]  # what each is worth is told from trials beside the other one
     assert ("far",) not in world.asked  # it promises less than was found
+
+
+@pytest.mark.parametrize(("objective", "refitted"), [(455.0, True), (465.0, False)])
+def test_a_rival_far_from_what_was_found_is_not_fitted_to_see_what_a_second_effect_promises(world, monkeypatch, objective, refitted):
+    """`far` and a second effect promise 10 less than it leaves alone, what was found leaves 150."""
+    monkeypatch.setitem(OBJECTIVES, ("far",), objective)
+    world.explanation.stages[0].trials[-1] = Trial("far", fit("far"), 40.0, 0.0)
+    assert world.found() == ("one", "two")
+    assert ("one",) in world.refitted and (("far",) in world.refitted) is refitted
 
 
 @pytest.mark.parametrize("where", ["a signature", "left out"])

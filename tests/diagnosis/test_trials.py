@@ -31,38 +31,46 @@ class Fits:
         return self.promises.get(fit.slugs[-1], fit.objective)
 
 
-def _score(slug, p_value=0.001):
-    return SimpleNamespace(slug=slug, p_value=p_value)
+def _score(slug, p_value=0.001, gain=100.0):
+    return SimpleNamespace(slug=slug, p_value=p_value, gain=gain)
+
+
+def _tried(monkeypatch, fits, screen, values=1):
+    """Trials of a campaign of so many values; the base model's objective is 300."""
+    monkeypatch.setattr(trials, "Refitter", lambda program: fits)
+    monkeypatch.setattr(trials, "weigh", lambda program, current, found: None)
+    monkeypatch.setattr(trials, "_starts", lambda unknowns, score: [np.zeros(1), np.zeros(1)])
+    unknowns = SimpleNamespace(base=np.zeros(0, int))
+    program = SimpleNamespace(unknowns=unknowns, hidden=True, fitted=None, observations=lambda mask: values)
+    current = SimpleNamespace(slugs=(), objective=300.0, u=np.zeros(1), evaluation=None)
+    return trials_of(program, current, screen, lambda _: None, 1)
 
 
 @pytest.mark.parametrize(("promise", "first"), [(150.0, True), (215.0, True), (225.0, False)])
 def test_a_candidate_stays_whose_next_step_promises_more_than_others_have(monkeypatch, promise, first):
     """The third of those that are fitted to the end is at 220."""
     fits = Fits({"slow": promise})
-    monkeypatch.setattr(trials, "Refitter", lambda program: fits)
-    monkeypatch.setattr(trials, "weigh", lambda program, current, found: None)
-    monkeypatch.setattr(trials, "_starts", lambda unknowns, score: [np.zeros(1), np.zeros(1)])
-    unknowns = SimpleNamespace(base=np.zeros(0, int))
-    program = SimpleNamespace(unknowns=unknowns, hidden=True)
-    current = SimpleNamespace(slugs=(), objective=300.0, u=np.zeros(1), evaluation=None)
     screen = SimpleNamespace(scores=[_score(s) for s in (*SLUGS, "slow")], about_nominal=())
-    found = trials_of(program, current, screen, lambda _: None, 1)
+    found = _tried(monkeypatch, fits, screen)
     assert fits.ended == {"quick_0", "quick_1", "quick_2"} | ({"slow"} if first else set())
     assert (found[0].slug == "slow") is first and len(found) == 10
 
 
 def test_a_candidate_is_fitted_that_scores_about_nominal_constants_alone(monkeypatch):
     """Where the base model ended, `slow` seems to act the wrong way and has no score."""
-    fits = Fits({})
-    monkeypatch.setattr(trials, "Refitter", lambda program: fits)
-    monkeypatch.setattr(trials, "weigh", lambda program, current, found: None)
-    monkeypatch.setattr(trials, "_starts", lambda unknowns, score: [np.zeros(1), np.zeros(1)])
-    program = SimpleNamespace(unknowns=SimpleNamespace(base=np.zeros(0, int)), hidden=True)
-    current = SimpleNamespace(slugs=(), objective=300.0, u=np.zeros(1), evaluation=None)
-    about = (_score("quick_0"), _score("slow"), _score("by_chance", 0.2))
+    about = (_score("quick_0"), _score("slow", gain=40.0), _score("by_chance", 0.2), _score("quick_8", gain=20.0))
     screen = SimpleNamespace(scores=[_score(s) for s in SLUGS[:4]], about_nominal=about)
-    found = trials_of(program, current, screen, lambda _: None, 1)
+    found = _tried(monkeypatch, Fits({}), screen)
     assert {trial.slug for trial in found} == {*SLUGS[:4], "slow"}
+
+
+@pytest.mark.parametrize(("values", "ended"), [(100, {"quick_0", "quick_1", "quick_2"}), (300, {"quick_0", "quick_2"})])
+def test_beside_one_that_leaves_noise_none_is_fitted_on_that_promises_far_more(monkeypatch, values, ended):
+    """The best is at 200: reduced chi-square 4 of a hundred values, 1.33 of three hundred."""
+    fits = Fits({"quick_1": 601.0, "quick_2": 599.0})
+    screen = SimpleNamespace(scores=[_score(s) for s in SLUGS], about_nominal=())
+    found = _tried(monkeypatch, fits, screen, values)
+    assert fits.ended == ended and len(found) == 9
 
 
 def test_what_is_said_of_an_effect_that_was_asked_for():

@@ -131,7 +131,9 @@ class _Projector:
         return whole - self.A @ (self.H @ (self.A.T @ whole))
 
 
-def screen(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Generator) -> Screen:
+def screen(
+    refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Generator, only_here: bool = False
+) -> Screen:
     """Score every effect against a fit.
 
     Args:
@@ -139,6 +141,7 @@ def screen(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Ge
         fit: model to improve.
         slugs: effects to try; those of the fit are left out.
         rng: of the simulated nulls.
+        only_here: not about nominal constants, whatever the fit's are.
     """
     slugs, weight = [slug for slug in slugs if slug not in fit.slugs], refitter.weight
     look = _looked(refitter, fit, slugs)
@@ -147,10 +150,11 @@ def screen(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Ge
     p_value, bound = _chance(pool, look.left, rng)
     untestable = [slug for slug in slugs if look.strength[slug] < FAINT]
     about_nominal = ()
-    if departed(refitter.unknowns, fit) >= FAR:
+    if not only_here and departed(refitter.unknowns, fit) >= FAR:
         nominal = replace(fit, u=refitter.unknowns.at_nominal(fit.u))
         by_slope = _scores(_looked(refitter, nominal, slugs))[0]
-        whole = [] if fit.slugs else _put_in(refitter, nominal, slugs, look.scale)  # some 100 runs
+        slow = fit.slugs or refitter.program.pace.shape[1]  # 100 runs; 200 where each looks for courses
+        whole = [] if slow else _put_in(refitter, nominal, slugs, look.scale)
         about_nominal = tuple(_in_turn(by_slope, whole))
     return Screen(scores, p_value, bound, untestable, look.scale, about_nominal)
 

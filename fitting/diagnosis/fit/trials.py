@@ -24,8 +24,13 @@ promises most, if that is more than the others have: an effect of many shapes ma
 WRONG_WAY = 4
 """Candidates that are fitted, too, because they score about nominal constants: where those went far, an
 effect that is there may seem to act the other way."""
+COMPARABLE = 0.3
+"""Part of the best of those scores that theirs has at least."""
 PURSUED = 3
 """Candidates that are fitted to the end, from two starts each."""
+ENDED, HOPELESS = 1.5, 3.0
+"""Reduced chi-square of the best candidate from which others are not fitted further whose next step does not
+promise at most so many times its objective: none can leave less than noise."""
 OTHER_SHAPES = (0.15, 0.5, 0.85)
 """Shares of the range of its shapes from which such an effect is fitted, too, where fits are quick: a time
 constant or a width has optima of its own."""
@@ -90,7 +95,8 @@ def trials_of(
     """
     likely = [s for s in found.scores if s.p_value < LIKELY][: effort * most]
     others = [s for s in found.about_nominal if s.slug not in {known.slug for known in likely}]
-    likely += [s for s in others if s.p_value < LIKELY][: effort * WRONG_WAY]
+    enough = COMPARABLE * max((s.gain for s in found.about_nominal), default=0.0)
+    likely += [s for s in others if s.p_value < LIKELY and s.gain >= enough][: effort * WRONG_WAY]
     starts = {score.slug: _starts(program.unknowns, score) for score in likely}
     best: dict[str, Fit] = {}
     kept, refitter = [score.slug for score in likely], Refitter(program)
@@ -108,8 +114,12 @@ def trials_of(
         first = sorted(best, key=lambda slug: best[slug].objective)[: effort * count]
         worst = max((best[slug].objective for slug in first), default=0.0)
         first += [score.slug for score in likely[:PROMISING] if score.slug not in first]
-        promised = {slug: refitter.promised(fit) for slug, fit in best.items() if slug not in first}
-        return first + [slug for slug in sorted(promised, key=promised.get)[:1] if promised[slug] < worst]
+        promised = {slug: refitter.promised(fit) for slug, fit in best.items()}
+        rest = sorted((slug for slug in best if slug not in first), key=promised.get)
+        first += [slug for slug in rest[:1] if promised[slug] < worst]
+        least = min((fit.objective for fit in best.values()), default=np.inf)
+        ended = least < 0.5 * ENDED * program.observations(program.fitted)
+        return [slug for slug in first if promised[slug] <= HOPELESS * least] if ended else first
 
     for count, rounds in HALVING:
         kept = ahead(count) if best else kept

@@ -28,6 +28,9 @@ LOOKED_AT = 4, 6
 are slow, and without."""
 DETOURS = 2, 3
 """Of them, how many are pursued."""
+HOPELESS = 3.0
+"""Factor on the objective of what was found from which a rival's promise ends a look at it, told where its
+fit ended after a few steps: a fit to the end changes such a promise by less."""
 SECONDS = 5
 """Second effects that are fitted beside each."""
 LEFT_ALONE = 1.5
@@ -137,18 +140,25 @@ def _foreseen(growth: Growth, explanation: Explanation) -> list[_Ahead]:
     if rivals:
         growth.progress(f"screening second effects beside {', '.join(t.slug for t in rivals)}")
 
-    def ahead(job: tuple[Trial, np.random.Generator]) -> _Ahead:
-        rival, rng = job
-        fit = Refitter(program).fit(rival.fit.slugs, rival.fit)  # most ended after a few steps
-        stage = Stage(fit, screened(program, fit, rng), [])
-        gains = [s.gain for s in stage.screen.scores if {rival.slug, s.slug} != set(final.slugs)]
-        most = 0.5 * max(gains, default=0.0) * stage.screen.scale**2
-        return _Ahead(rival, stage, fit.objective - most)
-
-    found = side_by_side(ahead, list(zip(rivals, growth.rng.spawn(len(rivals)), strict=True)))
-    most = final.objective
+    most, refitter = final.objective, Refitter(program)
     if not final.slugs:
         most = min(most, 0.5 * LEFT_ALONE * program.observations(program.fitted))
+
+    def look(rival: Trial, fit: Fit, rng: np.random.Generator, briefly: bool = False) -> _Ahead:
+        stage = Stage(fit, screened(program, fit, rng, briefly), [])
+        gains = [s.gain for s in stage.screen.scores if {rival.slug, s.slug} != set(final.slugs)]
+        gained = 0.5 * max(gains, default=0.0) * stage.screen.scale**2
+        return _Ahead(rival, stage, refitter.promised(fit) - gained)
+
+    def ahead(job: tuple[Trial, np.random.Generator]) -> _Ahead:
+        rival, rng = job
+        found = look(rival, rival.fit, rng, briefly=True)
+        if found.promised > HOPELESS * most:
+            return found
+        fit = refitter.fit(rival.fit.slugs, rival.fit)  # most ended after a few steps
+        return look(rival, fit, rng)
+
+    found = side_by_side(ahead, list(zip(rivals, growth.rng.spawn(len(rivals)), strict=True)))
     found = [a for a in found if a.stage.screen.p_value <= LEVEL and a.promised < most]
     return sorted(found, key=lambda a: a.promised)[: growth.effort * DETOURS[quick]]
 
