@@ -1,16 +1,11 @@
-"""How what is left is judged: recordings that a fit has not seen, slow drift, and which effects a run holds."""
+"""How what is left is judged: recordings that a fit has not seen, slow drift, and what is said of names."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from fitting.diagnosis.evaluate.side_by_side import THREADS, Tally, side_by_side
-from fitting.diagnosis.evaluate.unknowns import Unknowns
-from fitting.diagnosis.fit import evidence, trials
-from fitting.diagnosis.fit.evidence import _occam, _spared
 from fitting.diagnosis.fit.misfit import foretold, reduced, surprise
-from fitting.diagnosis.fit.screen import _held
 from fitting.diagnosis.grow.stages import Named, Standing
 from fitting.diagnosis.judge.conclude import _left_over
 from fitting.diagnosis.judge.generic import Generic
@@ -27,7 +22,6 @@ from fitting.diagnosis.judge.judged import (
     unexplained,
 )
 from fitting.diagnosis.judge.probabilities import effects_found, probabilities
-from fitting.parameters import Parameter, Parameters, Prior
 
 ROWS = 200
 
@@ -96,71 +90,6 @@ def test_drift_excuses_what_passes_for_noise_and_no_more():
     assert steady(3.9, None) == 3.9
 
 
-@pytest.mark.parametrize("threads", ["1", "3"])
-def test_jobs_side_by_side_keep_their_order_and_are_all_counted(monkeypatch, threads):
-    monkeypatch.setenv(THREADS, threads)
-    tally = Tally()
-
-    def job(k):
-        for _ in range(200):
-            tally.count("runs")
-        return k * k
-
-    assert side_by_side(job, range(20)) == [k * k for k in range(20)]
-    assert tally["runs"] == 4000
-    with pytest.raises(ZeroDivisionError):
-        side_by_side(lambda k: 1 // k, range(3))
-
-
-def test_an_effect_is_present_where_it_acts_or_is_asked_for():
-    unknowns = Unknowns(Parameters(), ["mullins_softening", "viscoelastic_relaxation", "permanent_set"], "E")
-    u = unknowns.neutral.copy()
-    assert not unknowns.present(u).any()
-    shapes = unknowns.shapes("mullins_softening")
-    u[shapes] += 0.3
-    assert not unknowns.present(u).any()  # shapes of what is absent change nothing
-    assert unknowns.present(u, shapes[:1]).tolist() == [True, False, False]
-    u[unknowns.amplitudes("permanent_set")[0]] = 0.1
-    assert unknowns.present(u).tolist() == [False, False, True]
-
-
-def fitted(objective, follows):
-    """A fit whose hidden courses follow so many measured values."""
-    return SimpleNamespace(objective=objective, evaluation=follows, slugs=(), u=None, at_bound=())
-
-
-def beside_courses(monkeypatch, again=None):
-    """A campaign of one recording with hidden courses; what a refit near a trial's courses ends at."""
-    monkeypatch.setattr(trials, "inflation_of", lambda program, fit: 1.0)
-    monkeypatch.setattr(evidence, "_occam", lambda *anything: 0.0)
-    refitter = SimpleNamespace(fit=lambda slugs, u, near: again)
-    monkeypatch.setattr(trials, "Refitter", lambda program: refitter)
-    followed = lambda follows: [SimpleNamespace(taken=lambda: np.full(100, follows / 100.0))]  # noqa: E731
-    unknowns = SimpleNamespace(slugs=("a",))
-    return SimpleNamespace(followed=followed, fitted=np.array([True]), unknowns=unknowns)
-
-
-def test_what_hidden_courses_follow_more_is_no_evidence(monkeypatch):
-    program = beside_courses(monkeypatch)
-    trial = trials.Trial("a", fitted(80.0, 40.0), 0.0, 0.0)
-    trials.weigh(program, fitted(100.0, 10.0), [trial])
-    assert trial.bayes == pytest.approx(20.0 - 0.5 * 30.0)
-    trials.weigh(program, fitted(100.0, 60.0), [trial])
-    assert trial.bayes == pytest.approx(20.0)
-
-
-def test_no_trial_is_credited_with_a_kink_that_the_model_so_far_was_shut_in_by(monkeypatch):
-    freed = fitted(83.0, 10.0)
-    program = beside_courses(monkeypatch, freed)
-    trial = trials.Trial("a", fitted(80.0, 10.0), 20.0, 0.0)
-    assert trials.fair(program, fitted(100.0, 10.0), [trial]) is freed
-    assert trial.bayes == pytest.approx(3.0)
-    program = beside_courses(monkeypatch, fitted(104.0, 10.0))
-    shut = fitted(100.0, 10.0)
-    assert trials.fair(program, shut, [trial]) is shut
-    assert trial.bayes == pytest.approx(20.0)
-
-
 @pytest.mark.parametrize(("left", "first"), [(1.3, "name"), (2.1, "name"), (3.2, "unmodelled"), (6.0, "unmodelled")])
 def test_a_name_that_leaves_a_quarter_of_a_misfit_gives_way(left, first):
     unknown = unexplained([9.0, 9.0], [1.0, left], [1.0, 1.0], [1.2, 1.2])
@@ -220,36 +149,6 @@ def test_what_a_named_effect_leaves_is_said_beside_it():
     assert found.text.startswith("gravity leaves more than noise")
 
 
-def test_base_constants_at_a_bound_absorb_nothing():
-    names = "first", "second", "third"
-    base = Parameters(*(Parameter(name, 1.0, prior=Prior(1.0, 0.1, 0.5, 1.25)) for name in names))
-    unknowns = Unknowns(base, ("wrap_friction",), "T")
-    u = unknowns.neutral.copy()
-    u[:3] = unknowns.low[0], 0.7, unknowns.high[2]
-    assert list(_held(unknowns, SimpleNamespace(u=u))) == [0, 2]
-
-
-def test_strengths_that_are_not_needed_cost_next_to_nothing():
-    """Two strengths with the same prior: what leaving one out saves, against both evidences in closed form."""
-    H = np.array([[50.0, 10.0, 4.0], [10.0, 80.0, 6.0], [4.0, 6.0, 30.0]])  # a base constant, two strengths
-    best, width = np.array([0.3, 2.0, 0.05]), 5.0
-    cost = np.log(width) - 0.5 * np.log(2.0 * np.pi)
-
-    def evidence(kept):
-        """Of a Gaussian misfit about `best` where the others are zero, less constants."""
-        gone = [n for n in range(3) if n not in kept]
-        inner = H[np.ix_(kept, kept)]
-        pull = H[np.ix_(kept, gone)] @ -best[gone]
-        least = 0.5 * best[gone] @ H[np.ix_(gone, gone)] @ best[gone]
-        least -= 0.5 * pull @ np.linalg.solve(inner, pull)
-        return -least - 0.5 * np.linalg.slogdet(inner)[1] - cost * (len(kept) - 1)
-
-    saved = _spared(np.linalg.inv(H), best, {1: cost, 2: cost})
-    assert saved == pytest.approx(evidence([0, 1]) - evidence([0, 1, 2]))
-    assert saved > 1.0
-    assert _spared(np.linalg.inv(H), np.array([0.3, 2.0, 2.0]), {1: cost, 2: cost}) == 0.0
-
-
 @pytest.mark.parametrize(("generic", "left", "gain"), [
     (1.0, 1.2, 20.0), (1.0, 1.06, 6.0), (1.0, 1.04, 0.0), (1.3, 1.0, 0.0), (1.0, np.nan, 0.0), (None, 1.2, 0.0),
 ])  # fmt: skip
@@ -266,20 +165,6 @@ def test_what_is_said_where_a_nameless_correction_predicts_better():
     named, race = [SimpleNamespace(slug="gravity")], SimpleNamespace(driver="pressure_rate")
     found = _left_over(SimpleNamespace(program=program), 0.25, [0.9, 0.9], named, race, 12.0)
     assert found.bayes == 12.0 and "function of pressure rate without a name predicts" in found.text
-
-
-@pytest.mark.parametrize("inflation", [1.0, 30.0, 900.0])
-def test_evidence_where_much_is_left_is_that_of_as_wide_a_noise(inflation):
-    """A strength of flat prior that recordings tell to 0.02, against its evidence by quadrature."""
-    unknowns, sd, best = Unknowns(Parameters(), ("channel_lag",), "E"), 0.02, 6.0
-    program = SimpleNamespace(unknowns=unknowns)
-    free = unknowns.of(["channel_lag"])
-    current = SimpleNamespace(free=free[:0], covariance=np.zeros((0, 0)), u=unknowns.neutral)
-    fit = SimpleNamespace(free=free, covariance=np.array([[sd**2]]), u=np.array([best]))
-    strength = np.linspace(unknowns.low[0], unknowns.high[0], 200001)
-    likelihood = np.exp(-0.5 * ((strength - best) / sd) ** 2 / inflation)
-    expected = np.log(np.trapezoid(likelihood, strength) / np.ptp(strength))
-    assert _occam(program, current, fit, ["channel_lag"], inflation) == pytest.approx(expected, abs=0.05)
 
 
 @pytest.mark.parametrize(("second", "least", "most"), [(200.0, 0.45, 0.55), (700.0, 0.6, 0.8), (2500.0, 0.95, 1.0)])

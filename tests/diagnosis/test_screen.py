@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis.evaluate.program import Program
+from fitting.diagnosis.evaluate.unknowns import Unknowns
 from fitting.diagnosis.fit.refit import Refitter
-from fitting.diagnosis.fit.screen import FAR, _in_turn, _Projector, _put_in, screen
+from fitting.diagnosis.fit.screen import FAR, _held, _in_turn, _Projector, _put_in, screen
 from fitting.diagnosis.fit.settled import settled_fit
+from fitting.parameters import Parameter, Parameters, Prior
 from fitting.recordings import read_campaign
 
 EXAMPLE = Path(__file__).parents[2] / "calibration_data" / "examples" / "actuator"
@@ -94,3 +96,24 @@ def test_numbers_that_recordings_do_not_tell_apart_are_freed_once():
     np.testing.assert_allclose(freed[:, 0], 0.0, atol=1e-6)
     q = column / np.linalg.norm(column)
     np.testing.assert_allclose(freed[:, 1:], other - q * (q.T @ other), atol=1e-12)
+
+
+def test_base_constants_at_a_bound_absorb_nothing():
+    names = "first", "second", "third"
+    base = Parameters(*(Parameter(name, 1.0, prior=Prior(1.0, 0.1, 0.5, 1.25)) for name in names))
+    unknowns = Unknowns(base, ("wrap_friction",), "T")
+    u = unknowns.neutral.copy()
+    u[:3] = unknowns.low[0], 0.7, unknowns.high[2]
+    assert list(_held(unknowns, SimpleNamespace(u=u))) == [0, 2]
+
+
+def test_an_effect_is_present_where_it_acts_or_is_asked_for():
+    unknowns = Unknowns(Parameters(), ["mullins_softening", "viscoelastic_relaxation", "permanent_set"], "E")
+    u = unknowns.neutral.copy()
+    assert not unknowns.present(u).any()
+    shapes = unknowns.shapes("mullins_softening")
+    u[shapes] += 0.3
+    assert not unknowns.present(u).any()  # shapes of what is absent change nothing
+    assert unknowns.present(u, shapes[:1]).tolist() == [True, False, False]
+    u[unknowns.amplitudes("permanent_set")[0]] = 0.1
+    assert unknowns.present(u).tolist() == [False, False, True]

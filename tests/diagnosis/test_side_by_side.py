@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from fitting.diagnosis.evaluate.side_by_side import THREADS, Tally, side_by_side
 from fitting.models.settling import banded, banded_side_by_side
 
 ROOT = Path(__file__).parents[2]
@@ -35,3 +36,19 @@ def test_both_solvers_of_bands_are_that_of_the_whole_matrix(rows):
     for solver in (banded, banded_side_by_side):
         found = solver(jnp.asarray(diagonal), jnp.asarray(upper))(jnp.asarray(right))
         np.testing.assert_allclose(found, exact, rtol=1e-8, atol=1e-10)
+
+
+@pytest.mark.parametrize("threads", ["1", "3"])
+def test_jobs_side_by_side_keep_their_order_and_are_all_counted(monkeypatch, threads):
+    monkeypatch.setenv(THREADS, threads)
+    tally = Tally()
+
+    def job(k):
+        for _ in range(200):
+            tally.count("runs")
+        return k * k
+
+    assert side_by_side(job, range(20)) == [k * k for k in range(20)]
+    assert tally["runs"] == 4000
+    with pytest.raises(ZeroDivisionError):
+        side_by_side(lambda k: 1 // k, range(3))

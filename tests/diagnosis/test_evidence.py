@@ -1,0 +1,83 @@
+"""Log evidence: what a strength costs, and what beside hidden courses is no evidence."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from fitting.diagnosis.evaluate.unknowns import Unknowns
+from fitting.diagnosis.fit import evidence, trials
+from fitting.diagnosis.fit.evidence import _occam, _spared
+from fitting.parameters import Parameters
+
+
+def fitted(objective, follows):
+    """A fit whose hidden courses follow so many measured values."""
+    return SimpleNamespace(objective=objective, evaluation=follows, slugs=(), u=None, at_bound=())
+
+
+def beside_courses(monkeypatch, again=None):
+    """A campaign of one recording with hidden courses; what a refit near a trial's courses ends at."""
+    monkeypatch.setattr(trials, "inflation_of", lambda program, fit: 1.0)
+    monkeypatch.setattr(evidence, "_occam", lambda *anything: 0.0)
+    refitter = SimpleNamespace(fit=lambda slugs, u, near: again)
+    monkeypatch.setattr(trials, "Refitter", lambda program: refitter)
+    followed = lambda follows: [SimpleNamespace(taken=lambda: np.full(100, follows / 100.0))]  # noqa: E731
+    unknowns = SimpleNamespace(slugs=("a",))
+    return SimpleNamespace(followed=followed, fitted=np.array([True]), unknowns=unknowns)
+
+
+def test_what_hidden_courses_follow_more_is_no_evidence(monkeypatch):
+    program = beside_courses(monkeypatch)
+    trial = trials.Trial("a", fitted(80.0, 40.0), 0.0, 0.0)
+    trials.weigh(program, fitted(100.0, 10.0), [trial])
+    assert trial.bayes == pytest.approx(20.0 - 0.5 * 30.0)
+    trials.weigh(program, fitted(100.0, 60.0), [trial])
+    assert trial.bayes == pytest.approx(20.0)
+
+
+def test_no_trial_is_credited_with_a_kink_that_the_model_so_far_was_shut_in_by(monkeypatch):
+    freed = fitted(83.0, 10.0)
+    program = beside_courses(monkeypatch, freed)
+    trial = trials.Trial("a", fitted(80.0, 10.0), 20.0, 0.0)
+    assert trials.fair(program, fitted(100.0, 10.0), [trial]) is freed
+    assert trial.bayes == pytest.approx(3.0)
+    program = beside_courses(monkeypatch, fitted(104.0, 10.0))
+    shut = fitted(100.0, 10.0)
+    assert trials.fair(program, shut, [trial]) is shut
+    assert trial.bayes == pytest.approx(20.0)
+
+
+def test_strengths_that_are_not_needed_cost_next_to_nothing():
+    """Two strengths with the same prior: what leaving one out saves, against both evidences in closed form."""
+    H = np.array([[50.0, 10.0, 4.0], [10.0, 80.0, 6.0], [4.0, 6.0, 30.0]])  # a base constant, two strengths
+    best, width = np.array([0.3, 2.0, 0.05]), 5.0
+    cost = np.log(width) - 0.5 * np.log(2.0 * np.pi)
+
+    def evidence(kept):
+        """Of a Gaussian misfit about `best` where the others are zero, less constants."""
+        gone = [n for n in range(3) if n not in kept]
+        inner = H[np.ix_(kept, kept)]
+        pull = H[np.ix_(kept, gone)] @ -best[gone]
+        least = 0.5 * best[gone] @ H[np.ix_(gone, gone)] @ best[gone]
+        least -= 0.5 * pull @ np.linalg.solve(inner, pull)
+        return -least - 0.5 * np.linalg.slogdet(inner)[1] - cost * (len(kept) - 1)
+
+    saved = _spared(np.linalg.inv(H), best, {1: cost, 2: cost})
+    assert saved == pytest.approx(evidence([0, 1]) - evidence([0, 1, 2]))
+    assert saved > 1.0
+    assert _spared(np.linalg.inv(H), np.array([0.3, 2.0, 2.0]), {1: cost, 2: cost}) == 0.0
+
+
+@pytest.mark.parametrize("inflation", [1.0, 30.0, 900.0])
+def test_evidence_where_much_is_left_is_that_of_as_wide_a_noise(inflation):
+    """A strength of flat prior that recordings tell to 0.02, against its evidence by quadrature."""
+    unknowns, sd, best = Unknowns(Parameters(), ("channel_lag",), "E"), 0.02, 6.0
+    program = SimpleNamespace(unknowns=unknowns)
+    free = unknowns.of(["channel_lag"])
+    current = SimpleNamespace(free=free[:0], covariance=np.zeros((0, 0)), u=unknowns.neutral)
+    fit = SimpleNamespace(free=free, covariance=np.array([[sd**2]]), u=np.array([best]))
+    strength = np.linspace(unknowns.low[0], unknowns.high[0], 200001)
+    likelihood = np.exp(-0.5 * ((strength - best) / sd) ** 2 / inflation)
+    expected = np.log(np.trapezoid(likelihood, strength) / np.ptp(strength))
+    assert _occam(program, current, fit, ["channel_lag"], inflation) == pytest.approx(expected, abs=0.05)
