@@ -42,14 +42,14 @@ def kept(function: Callable, name: str, options: dict[str, bool] | None = None) 
         leaves, structure = jax.tree.flatten(arguments)
         shapes = [jax.typeof(leaf) for leaf in leaves]
         folder = jax.config.jax_compilation_cache_dir
-        known = (folder, structure, *shapes)
-        if known not in ready:
+        asked = (folder, structure, *shapes)
+        if asked not in ready:
             words = f"{name}|{structure}|{shapes}"
             if not folder or " at 0x" in words:
                 return plain(*arguments)
             program = _program(Path(folder) / FOLDER, words, function, structure, shapes)
-            ready[known] = jax.jit(program.call, compiler_options=options)
-        return ready[known](*leaves)
+            ready[asked] = jax.jit(program.call, compiler_options=options)
+        return ready[asked](*leaves)
 
     return call
 

@@ -22,7 +22,7 @@ def fit(*slugs):
     return SimpleNamespace(slugs=slugs, objective=OBJECTIVES[slugs], at_bound=())
 
 
-def screened(program, current, rng, only_here=False):
+def screened(program, current, rng):
     scores = [SimpleNamespace(slug=s, gain=g) for s, g in GAINS[current.slugs[0]].items()]
     return SimpleNamespace(p_value=0.001, scores=scores, scale=1.0)
 

@@ -10,7 +10,7 @@ import pytest
 from fitting.diagnosis.evaluate.program import Program
 from fitting.diagnosis.evaluate.unknowns import Unknowns
 from fitting.diagnosis.fit.refit import Refitter
-from fitting.diagnosis.fit.screen import FAR, _held, _in_turn, _Projector, _put_in, screen
+from fitting.diagnosis.fit.screen import FAR, _held, _in_turn, _Projector, _put_in, about_nominal, screen
 from fitting.diagnosis.fit.settled import settled_fit
 from fitting.parameters import Parameter, Parameters, Prior
 from fitting.recordings import read_campaign
@@ -54,11 +54,11 @@ def test_a_score_is_what_the_effect_would_gain_with_all_constants_free(refitted,
 def test_effects_are_scored_about_nominal_where_constants_went_far(refitted):
     """There by their slopes, as those of a fit that ended at nominal, and by what they do as a whole."""
     program, base, found = refitted
-    assert np.max(np.abs(base.u[program.unknowns.base])) < FAR and not found.about_nominal
+    assert np.max(np.abs(base.u[program.unknowns.base])) < FAR and not about_nominal(Refitter(program), base, found)
     refitter, far = Refitter(program), base.u.copy()
     far[program.unknowns.base[0]] = -1.1 * FAR
     astray = dataclasses.replace(base, u=far)
-    told = screen(refitter, astray, SLUGS, np.random.default_rng(1)).about_nominal
+    told = about_nominal(refitter, astray, screen(refitter, astray, SLUGS, np.random.default_rng(1)))
     nominal = dataclasses.replace(base, u=program.unknowns.neutral)
     there = {s.slug: s for s in screen(refitter, nominal, SLUGS, np.random.default_rng(1)).scores}
     by_slope = [s for s in told if np.isfinite(s.strength)]

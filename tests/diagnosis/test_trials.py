@@ -38,6 +38,7 @@ def _score(slug, p_value=0.001, gain=100.0):
 def _tried(monkeypatch, fits, screen, values=1):
     """Trials of a campaign of so many values; the base model's objective is 300."""
     monkeypatch.setattr(trials, "Refitter", lambda program: fits)
+    monkeypatch.setattr(trials, "about_nominal", lambda refitter, fit, found: found.about_nominal)
     monkeypatch.setattr(trials, "weigh", lambda program, current, found: None)
     monkeypatch.setattr(trials, "_starts", lambda unknowns, score: [np.zeros(1), np.zeros(1)])
     unknowns = SimpleNamespace(base=np.zeros(0, int))

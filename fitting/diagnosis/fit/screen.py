@@ -74,8 +74,7 @@ class Screen:
         p_is_bound: no simulated null was as strong.
         untestable: slugs of effects that these recordings do not show.
         scale: standard deviation of fast residuals; above 1 where the noise is larger than stated.
-        about_nominal: scores at nominal base constants, strongest first, if those went far: there an effect
-            may seem to act the wrong way.
+        tried: slugs of all effects that were asked for.
     """
 
     scores: list[Score]
@@ -83,7 +82,7 @@ class Screen:
     p_is_bound: bool
     untestable: list[str]
     scale: float
-    about_nominal: tuple[Score, ...] = ()
+    tried: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -131,9 +130,7 @@ class _Projector:
         return whole - self.A @ (self.H @ (self.A.T @ whole))
 
 
-def screen(
-    refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Generator, only_here: bool = False
-) -> Screen:
+def screen(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Generator) -> Screen:
     """Score every effect against a fit.
 
     Args:
@@ -141,7 +138,6 @@ def screen(
         fit: model to improve.
         slugs: effects to try; those of the fit are left out.
         rng: of the simulated nulls.
-        only_here: not about nominal constants, whatever the fit's are.
     """
     slugs, weight = [slug for slug in slugs if slug not in fit.slugs], refitter.weight
     look = _looked(refitter, fit, slugs)
@@ -149,14 +145,19 @@ def screen(
     pool.append((None, _slow(look.here, weight, look.project)))
     p_value, bound = _chance(pool, look.left, rng)
     untestable = [slug for slug in slugs if look.strength[slug] < FAINT]
-    about_nominal = ()
-    if not only_here and departed(refitter.unknowns, fit) >= FAR:
-        nominal = replace(fit, u=refitter.unknowns.at_nominal(fit.u))
-        by_slope = _scores(_looked(refitter, nominal, slugs))[0]
-        slow = fit.slugs or refitter.program.pace.shape[1]  # 100 runs; 200 where each looks for courses
-        whole = [] if slow else _put_in(refitter, nominal, slugs, look.scale)
-        about_nominal = tuple(_in_turn(by_slope, whole))
-    return Screen(scores, p_value, bound, untestable, look.scale, about_nominal)
+    return Screen(scores, p_value, bound, untestable, look.scale, tuple(slugs))
+
+
+def about_nominal(refitter: Refitter, fit: Fit, found: Screen) -> list[Score]:
+    """Scores at nominal base constants, strongest first, where those of a screened fit went far: there an
+    effect may seem to act the wrong way. Empty where they did not."""
+    if departed(refitter.unknowns, fit) < FAR:
+        return []
+    nominal = replace(fit, u=refitter.unknowns.at_nominal(fit.u))
+    by_slope, whole = _scores(_looked(refitter, nominal, found.tried))[0], []
+    if not fit.slugs and not refitter.program.pace.shape[1]:  # 100 runs; 200 where each looks for courses
+        whole = _put_in(refitter, nominal, found.tried, found.scale)
+    return _in_turn(by_slope, whole)
 
 
 def _put_in(refitter: Refitter, fit: Fit, slugs: Sequence[str], scale: float) -> list[Score]:

@@ -8,9 +8,9 @@ import numpy as np
 from ..evaluate.program import Program
 from ..evaluate.side_by_side import side_by_side
 from ..evaluate.unknowns import Unknowns
-from .evidence import evidence, inflation_of, taken_up
+from .evidence import evidence, inflation_of, log_likelihood, taken_up
 from .refit import Fit, Refitter, departed, stopped
-from .screen import Score, Screen
+from .screen import Score, Screen, about_nominal
 
 TRIED = 10
 """Candidates that are fitted together with the base, of those that the screen ranks first."""
@@ -93,13 +93,15 @@ def trials_of(
     Returns:
         The trials, strongest evidence first.
     """
+    refitter = Refitter(program)
     likely = [s for s in found.scores if s.p_value < LIKELY][: effort * most]
-    others = [s for s in found.about_nominal if s.slug not in {known.slug for known in likely}]
-    enough = COMPARABLE * max((s.gain for s in found.about_nominal), default=0.0)
+    nominal = about_nominal(refitter, current, found)
+    others = [s for s in nominal if s.slug not in {known.slug for known in likely}]
+    enough = COMPARABLE * max((s.gain for s in nominal), default=0.0)
     likely += [s for s in others if s.p_value < LIKELY and s.gain >= enough][: effort * WRONG_WAY]
     starts = {score.slug: _starts(program.unknowns, score) for score in likely}
     best: dict[str, Fit] = {}
-    kept, refitter = [score.slug for score in likely], Refitter(program)
+    kept = [score.slug for score in likely]
 
     def fitted(job: tuple[str, np.ndarray | Fit, int]) -> tuple[str, Fit]:
         slug, start, rounds = job
@@ -118,7 +120,7 @@ def trials_of(
         rest = sorted((slug for slug in best if slug not in first), key=promised.get)
         first += [slug for slug in rest[:1] if promised[slug] < worst]
         least = min((fit.objective for fit in best.values()), default=np.inf)
-        ended = least < 0.5 * ENDED * program.observations(program.fitted)
+        ended = least < log_likelihood(program, ENDED, 1.0)
         return [slug for slug in first if promised[slug] <= HOPELESS * least] if ended else first
 
     for count, rounds in HALVING:

@@ -17,7 +17,7 @@ from ..fit.evidence import evidence, inflation_of, log_likelihood
 from ..fit.folds import gain
 from ..fit.misfit import foretold, spread, surprise
 from ..fit.refit import Fit, Refitter, stopped
-from ..fit.trials import Trial
+from ..fit.trials import HOPELESS, Trial
 from .choose import CERTAIN, FIRST_SHARE, LESS, PREDICTS
 from .growing import LEVEL, Growth, screened
 from .pruning import polished, pruned
@@ -28,9 +28,6 @@ LOOKED_AT = 4, 6
 are slow, and without."""
 DETOURS = 2, 3
 """Of them, how many are pursued."""
-HOPELESS = 3.0
-"""Factor on the objective of what was found from which a rival's promise ends a look at it, told where its
-fit ended after a few steps: a fit to the end changes such a promise by less."""
 SECONDS = 5
 """Second effects that are fitted beside each."""
 LEFT_ALONE = 1.5
@@ -142,18 +139,18 @@ def _foreseen(growth: Growth, explanation: Explanation) -> list[_Ahead]:
 
     most, refitter = final.objective, Refitter(program)
     if not final.slugs:
-        most = min(most, 0.5 * LEFT_ALONE * program.observations(program.fitted))
+        most = min(most, log_likelihood(program, LEFT_ALONE, 1.0))
 
-    def look(rival: Trial, fit: Fit, rng: np.random.Generator, briefly: bool = False) -> _Ahead:
-        stage = Stage(fit, screened(program, fit, rng, briefly), [])
+    def look(rival: Trial, fit: Fit, rng: np.random.Generator) -> _Ahead:
+        stage = Stage(fit, screened(program, fit, rng), [])
         gains = [s.gain for s in stage.screen.scores if {rival.slug, s.slug} != set(final.slugs)]
         gained = 0.5 * max(gains, default=0.0) * stage.screen.scale**2
         return _Ahead(rival, stage, refitter.promised(fit) - gained)
 
     def ahead(job: tuple[Trial, np.random.Generator]) -> _Ahead:
         rival, rng = job
-        found = look(rival, rival.fit, rng, briefly=True)
-        if found.promised > HOPELESS * most:
+        found = look(rival, rival.fit, rng)
+        if found.promised > HOPELESS * most:  # by more than a fit to the end changes it
             return found
         fit = refitter.fit(rival.fit.slugs, rival.fit)  # most ended after a few steps
         return look(rival, fit, rng)

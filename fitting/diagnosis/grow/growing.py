@@ -94,6 +94,6 @@ def _been(explanation: Explanation, current: Fit) -> bool:
     return any(set(stage.base.slugs) == set(current.slugs) for stage in explanation.stages)
 
 
-def screened(program: Program, current: Fit, rng: np.random.Generator, only_here: bool = False) -> Screen:
-    """Scores of the effects that a model does not have, see `screen`."""
-    return screen(Refitter(program), current, program.unknowns.slugs, rng, only_here)
+def screened(program: Program, current: Fit, rng: np.random.Generator) -> Screen:
+    """Scores of the effects that a model does not have."""
+    return screen(Refitter(program), current, program.unknowns.slugs, rng)
