@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array
 
 from ..chain import Effect, Known
-from ..nitinol.geometry import coil_angle
+from ..nitinol.geometry import coil_slope
 from ._spec import Spec
 
 
@@ -100,10 +100,10 @@ class LargeHelixAngle(Effect):
     def pull(self, value: Array, at: Known, memory: Any) -> Array:
         """See `Effect.pull`; angles are the true helix's."""
         g = at["spring"].geometry
-        start = coil_angle(g.initial_pitch, g.coil_diameter, "true")
+        start = coil_slope(g.initial_pitch, g.coil_diameter, "true")
         stretch = jnp.maximum(1.0 + opening(at) / g.free_length, 0.0)
-        open_ = coil_angle(g.initial_pitch * stretch, g.coil_diameter, "true")
-        return value * (jnp.cos(start) / jnp.cos(open_)) ** self.degree
+        open_ = coil_slope(g.initial_pitch * stretch, g.coil_diameter, "true")
+        return value * ((1.0 + open_**2) / (1.0 + start**2)) ** (0.5 * self.degree)
 
 
 class CoilContact(Effect):
