@@ -81,9 +81,11 @@ def frozen(array: Array) -> Array:
 
 
 def once(array: Array, last: int) -> Array:
-    """The array times the identity, `last` entries at a time: the compiler fuses what takes long, such as sines,
-    into every sum that it enters, and computes it there for every direction of a derivative anew, but it does
-    not fuse a product of matrices."""
+    """The array times the identity, `last` entries at a time.
+
+    What takes long, such as sines, the compiler fuses into every sum that it enters, and computes it there
+    anew for every direction of a derivative; a product of matrices it does not fuse.
+    """
     if isinstance(array, np.ndarray):
         return array
     return (array.reshape(-1, last) @ np.eye(last)).reshape(array.shape)

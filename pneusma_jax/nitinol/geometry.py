@@ -64,7 +64,7 @@ def shear_strain(
     """
     initial = coil_slope(initial_pitch, coil_diameter, helix)
     slope = coil_slope(initial_pitch * (1.0 + spring_strain), coil_diameter, helix)
-    # sin a = s / sqrt(1 + s^2), cos^2 a = 1 / (1 + s^2): no sine or arc tangent, which processors take long for
+    # sin a = s / sqrt(1 + s^2) and cos^2 a = 1 / (1 + s^2): sines and arc tangents take processors long
     closed, opened = 1.0 + initial**2, 1.0 + slope**2
     opening = (slope / jnp.sqrt(opened) - initial / jnp.sqrt(closed)) / closed
     index = spring_index(coil_diameter, wire_diameter)
