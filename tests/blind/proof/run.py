@@ -157,7 +157,10 @@ def _here(task, names, deadline, bar):
 
 def _in_processes(task, names, workers, deadline, bar):
     """Work on names in order; a pool that broke is made again, and what broke it is counted by the worker."""
-    os.environ.setdefault("PNEUSMA_THREADS", "1")  # the processes fill the cores by themselves
+    # the processes fill the cores by themselves: no threads of their own, and none of XLA's, which would wait for
+    # work by turning round and round
+    for threads in ("PNEUSMA_THREADS", "NPROC"):
+        os.environ.setdefault(threads, "1")
     left = list(names)
     context = multiprocessing.get_context("spawn")
     while left and time.monotonic() < deadline:
