@@ -86,11 +86,12 @@ proof-full: $(READY)
 	$(PROOF) run --plan full $(PROOF_RUN) --workers 2 --baselines
 	$(PROOF) figures --plan full $(PROOF_RUN)
 
+# two processes fill two cores: no pools of their own (NPROC is that of XLA)
 test: $(READY)
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile
+	OPENBLAS_NUM_THREADS=1 NPROC=1 $(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile
 
 test-slow: $(READY)
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile
+	OPENBLAS_NUM_THREADS=1 NPROC=1 $(BIN)/python -m pytest -n 2 --dist loadfile
 
 lint: $(LINT_READY)
 	$(BIN)/ruff check .

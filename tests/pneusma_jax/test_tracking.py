@@ -26,16 +26,22 @@ def _curvature(values, pressure):
     return jnp.where(track.good, track.seen["curvature"], jnp.nan)
 
 
+@pytest.fixture(scope="module")
+def programs():
+    """The course and its derivatives by both values, compiled once."""
+    return jax.jit(_curvature), jax.jit(jax.jacfwd(_curvature))
+
+
 @pytest.mark.parametrize("seed", [0, 1])
-def test_derivatives_of_rows_with_friction_are_those_of_the_rows(seed):
+def test_derivatives_of_rows_with_friction_are_those_of_the_rows(seed, programs):
     rng = np.random.default_rng(seed)
     pressure = 18e3 + 6e3 * np.clip(np.sin(TIME / 5.0), -0.5, 0.5) + NOISE * rng.standard_normal(ROWS)
-    course = jax.jit(lambda values: _curvature(values, pressure))
+    course, derivatives = programs
     here = jnp.asarray([1.0, 1.0])
-    slopes = jax.jit(jax.jacfwd(course))(here)
+    slopes = derivatives(here, pressure)
     assert np.all(np.isfinite(slopes))
     for k in range(2):
         aside = STEP * jnp.eye(2)[k]
-        told = np.asarray((course(here + aside) - course(here - aside)) / (2.0 * STEP))
+        told = np.asarray((course(here + aside, pressure) - course(here - aside, pressure)) / (2.0 * STEP))
         scale = np.max(np.abs(told))
         np.testing.assert_allclose(slopes[:, k], told, rtol=1e-4, atol=1e-6 * scale)
