@@ -88,7 +88,8 @@ def once(array: Array, last: int) -> Array:
     """
     if isinstance(array, np.ndarray):
         return array
-    return (array.reshape(-1, last) @ np.eye(last)).reshape(array.shape)
+    same = np.eye(last, dtype=array.dtype)
+    return jax.numpy.matmul(array.reshape(-1, last), same, precision="highest").reshape(array.shape)
 
 
 def panels(edges: Array, nodes: int) -> tuple[Array, Array]:
