@@ -98,7 +98,7 @@ class LargeHelixAngle(Effect):
     }
 
     def pull(self, value: Array, at: Known, memory: Any) -> Array:
-        """See `Effect.pull`; angles are the true helix's."""
+        """See `Effect.pull`; slopes are the true helix's: `cos a = 1 / sqrt(1 + s^2)`."""
         g = at["spring"].geometry
         start = coil_slope(g.initial_pitch, g.coil_diameter, "true")
         stretch = jnp.maximum(1.0 + opening(at) / g.free_length, 0.0)
