@@ -4,6 +4,7 @@ Each uses the double-`where`: the argument is made harmless first, the result is
 no branch that is not taken can leak a NaN into a gradient.
 """
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -80,6 +81,11 @@ def begun_as(values: PyTree, varying: PyTree) -> PyTree:
         return jnp.where(np.zeros(value.shape, bool), any_of_them.astype(value.dtype), value)
 
     return jax.tree.map(begun, values)
+
+
+def frozen(tree: PyTree) -> PyTree:
+    """The same numbers without derivatives."""
+    return jax.tree.map(lambda x: jax.lax.stop_gradient(x) if eqx.is_array(x) else x, tree)
 
 
 def is_concrete(*values: object) -> bool:

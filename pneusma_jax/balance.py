@@ -9,7 +9,7 @@ opposing springs this is Eqs. 3.35 and 3.36 with the signs of correction 8: side
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, PyTree
+from jaxtyping import Array
 
 from ._linear import solve_small
 from .actuator import Actuator
@@ -138,8 +138,3 @@ def all_finite(problem: Problem) -> Array:
     """Whether every number of the row is finite: zero times a number is zero only then."""
     leaves = jax.tree.leaves(eqx.filter(problem, eqx.is_inexact_array))
     return sum(jnp.sum(0.0 * leaf) for leaf in leaves) == 0.0
-
-
-def frozen(tree: PyTree) -> PyTree:
-    """The same numbers without derivatives."""
-    return jax.tree.map(lambda x: jax.lax.stop_gradient(x) if eqx.is_array(x) else x, tree)

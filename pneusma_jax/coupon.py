@@ -70,15 +70,19 @@ def simulate_coupon(
         known["recorded_strain"] = strain
         chain = Chain(effects, memories, Known(known))
 
-        def stress_at(strain: Array) -> Array:
+        def stress_at(given: tuple, strain: Array) -> Array:
+            law, chain = given
             fibre = jnp.atleast_1d(strain)
             base = law(fibre)
             return chain.through("wall", base, strain=fibre, base=base)[0]
 
+        given = law, chain
         if chain.acts_at("compliance"):
             give, stiffening = chain.through("compliance", jnp.zeros(2)) * area
-            strain = strain_in_train(stress_at, strain, give / gauge_length, stiffening)
-        found = CouponRow(strain, stress_at(strain))
+            train = give / gauge_length, stiffening
+            alone = lambda recorded: strain_in_train(stress_at, given, recorded, *train)  # noqa: E731
+            strain = chain.where_acting("compliance", alone, lambda recorded: recorded, strain)
+        found = CouponRow(strain, stress_at(given, strain))
         true = dict(stress=found.stress)
         seen = chain.through("outputs", true, solved=found)
         later = chain.remembered(solved=found, seen=true, strain=strain) if effects else ()

@@ -256,11 +256,13 @@ def simulate_spring(
         elongation, activation, time, interval, recorded = row
         known = Known(dict(time=time, interval=interval, number=1, span=span) | recorded)
         chain = Chain(effects, memories, known)
-        respond = lambda x: spring.respond(x, activation, state, chain)  # noqa: E731
         if chain.acts_at("compliance"):
             train = chain.through("compliance", jnp.zeros(2))
-            elongation = strain_in_train(lambda x: respond(x).force, elongation, *train)
-        response = respond(elongation)
+            given = spring, activation, state, chain
+            pull = lambda given, x: given[0].pull(x, *given[1:])  # noqa: E731
+            alone = lambda recorded: strain_in_train(pull, given, recorded, *train)  # noqa: E731
+            elongation = chain.where_acting("compliance", alone, lambda recorded: recorded, elongation)
+        response = spring.respond(elongation, activation, state, chain)
         after = spring.remember(state, response)
         true = dict(force=response.force, resistance=response.resistance)
         more = dict(spring=spring, solved=response, elongation=elongation)

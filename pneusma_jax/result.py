@@ -8,9 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from ._numerics import is_concrete, safe_norm
+from ._numerics import frozen, is_concrete, safe_norm
 from .actuator import Actuator
-from .balance import Problem, all_finite, configuration, frozen, residual, spring_responses
+from .balance import Problem, all_finite, configuration, residual, spring_responses
 from .nitinol import SpringResponse
 from .root_find import BALANCED
 

@@ -9,7 +9,8 @@ import optimistix as optx
 from jaxtyping import Array
 
 from ._linear import SmallDense, solve_small
-from .balance import Problem, all_finite, configuration, frozen, residual, start
+from ._numerics import frozen
+from .balance import Problem, all_finite, configuration, residual, start
 from .nitinol.spring import MartensiteFraction, Resistance
 
 MOST_STEPS = 30  # of Newton, per attempt

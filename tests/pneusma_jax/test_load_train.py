@@ -11,17 +11,17 @@ RECORDED = jnp.linspace(0.0, 2.0, 7)
 STIFFENING = 0.2
 
 
-def _force(stiffness):
-    return lambda x: stiffness * jnp.tanh(x) + 0.3 * x
+def _force(stiffness, x):
+    return stiffness * jnp.tanh(x) + 0.3 * x
 
 
 def _true(compliance, stiffness):
-    return jax.vmap(lambda r: strain_in_train(_force(stiffness), r, compliance, STIFFENING))(RECORDED)
+    return jax.vmap(lambda r: strain_in_train(_force, stiffness, r, compliance, STIFFENING))(RECORDED)
 
 
 def test_true_and_train_make_up_the_recorded_length():
     true = _true(0.4, 1.5)
-    pull = _force(1.5)(true)
+    pull = _force(1.5, true)
     np.testing.assert_allclose(true + 0.4 * pull / (1.0 + STIFFENING * jnp.abs(pull)), RECORDED, atol=1e-14)
 
 
