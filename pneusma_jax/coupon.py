@@ -80,8 +80,8 @@ def simulate_coupon(
         if chain.acts_at("compliance"):
             give, stiffening = chain.through("compliance", jnp.zeros(2)) * area
             train = give / gauge_length, stiffening
-            alone = lambda recorded: strain_in_train(stress_at, given, recorded, *train)  # noqa: E731
-            strain = chain.where_acting("compliance", alone, lambda recorded: recorded, strain)
+            in_train = lambda strain: strain_in_train(stress_at, given, strain, *train)  # noqa: E731
+            strain = chain.where_acting("compliance", in_train, lambda strain: strain, strain)
         found = CouponRow(strain, stress_at(given, strain))
         true = dict(stress=found.stress)
         seen = chain.through("outputs", true, solved=found)

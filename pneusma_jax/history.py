@@ -258,10 +258,14 @@ def simulate_spring(
         chain = Chain(effects, memories, known)
         if chain.acts_at("compliance"):
             train = chain.through("compliance", jnp.zeros(2))
+
+            def pull(given: tuple, length: Array) -> Array:
+                spring, activation, state, chain = given
+                return spring.pull(length, activation, state, chain)
+
             given = spring, activation, state, chain
-            pull = lambda given, x: given[0].pull(x, *given[1:])  # noqa: E731
-            alone = lambda recorded: strain_in_train(pull, given, recorded, *train)  # noqa: E731
-            elongation = chain.where_acting("compliance", alone, lambda recorded: recorded, elongation)
+            in_train = lambda length: strain_in_train(pull, given, length, *train)  # noqa: E731
+            elongation = chain.where_acting("compliance", in_train, lambda length: length, elongation)
         response = spring.respond(elongation, activation, state, chain)
         after = spring.remember(state, response)
         true = dict(force=response.force, resistance=response.resistance)

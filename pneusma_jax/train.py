@@ -9,13 +9,12 @@ from jaxtyping import Array, PyTree
 
 from ._numerics import begun_as, frozen
 
-STEPS = 4  # of Newton, at most, before the differentiated one; the force is nearly linear over that length
-CLOSE = 1e-9  # change of the true length at which they end, relative; the differentiated one squares it
+STEPS = 7  # of Newton, at most, the differentiated one included; the force is nearly linear over that length
+CLOSE = 1e-12  # step left to the differentiated one at which they end, relative; a derivative errs by as much
 LEAST_SLOPE = 0.05  # of the recorded over the true length: below, the train snaps and no root is stable
 
-
 Force = Callable[[PyTree, Array], Array]
-"""Of a specimen at a true length, from what else it depends on."""
+"""Force of a specimen from what it depends on besides its length, and from that."""
 
 
 def strain_in_train(
@@ -27,16 +26,17 @@ def strain_in_train(
 
     Args:
         force: of the specimen [N], from `given` and a true length [m].
-        given: every number that the force depends on and that derivatives are wanted by.
+        given: every number that the force depends on and that derivatives are wanted by; one that `force`
+            closes over instead stops reverse mode.
         recorded: length over specimen and train [m].
         compliance: of the unloaded train [m/N]; 0 gives the recorded length exactly.
         stiffening: one over the force at which the train gives half as much [1/N]; 0 for one that is linear.
 
     Returns:
-        The true length [m]. Only the last step is differentiated, which gives the implicit function's
-        derivative; so tangents stay out of the loop. A rigid train takes no other step.
+        The true length [m]. Only the last step is differentiated, which gives the first derivatives of the
+        implicit function; so tangents stay out of the loop. A rigid train takes no other step.
     """
-    still, fixed = frozen(given), frozen((recorded, compliance, stiffening))
+    still, (shown, give, stiffer) = frozen(given), frozen((recorded, compliance, stiffening))
 
     def improved(
         true: Array, pull: Array, slope: Array, recorded: Array, compliance: Array, stiffening: Array
@@ -45,18 +45,20 @@ def strain_in_train(
         return true - (true + stretch - recorded) / slope
 
     def again(carry: tuple) -> Array:
-        _, change, _, count = carry
-        return (change > CLOSE * jnp.abs(fixed[0])) & (count < STEPS)
+        *_, change, count = carry
+        return (change > CLOSE * jnp.abs(shown)) & (count < STEPS)
 
     def advance(carry: tuple) -> tuple:
-        true, _, _, count = carry
+        true, pull, slope, _, count = carry
+        true = improved(true, pull, slope, shown, give, stiffer)
         pull, stiffness = jax.jvp(lambda x: force(still, x), (true,), (jnp.ones_like(true),))
-        soft = fixed[1] / (1.0 + fixed[2] * jnp.abs(pull)) ** 2 * stiffness
+        soft = give / (1.0 + stiffer * jnp.abs(pull)) ** 2 * stiffness
         slope = jnp.maximum(1.0 + soft, LEAST_SLOPE)
-        better = improved(true, pull, slope, *fixed)
-        return better, jnp.abs(better - true), slope, count + 1
+        change = improved(true, pull, slope, shown, give, stiffer) - true
+        return true, pull, slope, jnp.abs(change), count + 1
 
-    begun = jnp.where(fixed[1] == 0.0, 0.0, jnp.inf)  # a rigid train has the recorded length
-    first = begun_as((fixed[0], begun, jnp.ones_like(begun), jnp.asarray(0)), (still, fixed))
-    found, _, slope, _ = jax.lax.while_loop(again, advance, first)
+    begun = jnp.where(give == 0.0, 0.0, jnp.inf).astype(shown.dtype)  # a rigid train has the recorded length
+    first = shown, jnp.zeros_like(shown), jnp.ones_like(shown), begun, jnp.asarray(0)
+    first = begun_as(first, (still, shown, give, stiffer))
+    found, _, slope, _, _ = jax.lax.while_loop(again, advance, first)
     return improved(found, force(given, found), slope, recorded, compliance, stiffening)
