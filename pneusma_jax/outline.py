@@ -60,7 +60,10 @@ class Outline(Shape):
         parts += [self._curved_rule(direction, cuts, nodes)] if self.curved else []
         s, u, ds = (xp.concatenate(part) for part in zip(*parts, strict=True))
         area = u * ds
-        return Rule(s=s, area=area, first=u * area / 2.0, second=u**2 * area / 3.0)
+        return Rule(
+            s=s, area=area, first=u * area / 2.0, second=u**2 * area / 3.0, third=u**3 * area / 4.0,
+            fourth=u**4 * area / 5.0,
+        )  # fmt: skip
 
     def moments(self) -> tuple[Array, Array, Array]:
         """See `Shape.moments`: triangles from the origin to each edge, and the segments that arcs add."""

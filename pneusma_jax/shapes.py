@@ -22,14 +22,22 @@ class Rule(eqx.Module):
 
     Attributes:
         s: coordinate along the direction [m], shape (n,).
-        area, first, second: weights of the integrals of f(s), f(s) u and f(s) u^2 over the area, u being the
-            coordinate across the direction, 90 degrees clockwise from it [m2, m3, m4], shape (n,).
+        area, first, second, third, fourth: weights of the integrals of f(s) u^k over the area for k from 0 to
+            4, u being the coordinate across the direction, 90 degrees clockwise from it [m^(2 + k)], shape
+            (n,).
     """
 
     s: Float[Array, "n"]
     area: Float[Array, "n"]
     first: Float[Array, "n"]
     second: Float[Array, "n"]
+    third: Float[Array, "n"]
+    fourth: Float[Array, "n"]
+
+    @property
+    def across(self) -> tuple[Array, ...]:
+        """Weights of f(s) u^k by k."""
+        return (self.area, self.first, self.second, self.third, self.fourth)
 
 
 class Shape(eqx.Module):
@@ -126,6 +134,8 @@ class Disc(Shape):
             area=area,
             first=area * u_c,
             second=area * (u_c**2 + half_chord_2 / 3.0),
+            third=area * u_c * (u_c**2 + half_chord_2),
+            fourth=area * (u_c**4 + 2.0 * u_c**2 * half_chord_2 + half_chord_2**2 / 5.0),
         )
 
     def moments(self) -> tuple[Array, Array, Array]:
