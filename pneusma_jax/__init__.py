@@ -13,7 +13,7 @@ from .actuator import Actuator, Geometry, Layout, build_actuator, round_actuator
 from .calibration import available, load_calibration
 from .coupon import CouponHistory, simulate_coupon
 from .designs import design_geometry, design_section, fresh_states, layout, make_actuator
-from .equilibrium import Equilibrium, Status, solve, solve_batch
+from .equilibrium import Equilibrium, Status, Validity, solve, solve_all, solve_batch
 from .errors import InputError
 from .history import History, SpringHistory, simulate_history, simulate_spring
 from .loads import Gravity, Load, TipForce, gravity_vector
@@ -50,10 +50,10 @@ __all__ = [
     "Actuator", "Alloy", "ChainEquilibrium", "ChainHistory", "CouponHistory", "Equilibrium", "Geometry",
     "Gravity", "Heating", "History", "InputError", "Layout", "Load", "MartensiteFraction", "Resistance",
     "Section", "SegmentChain", "Spring", "SpringGeometry", "SpringHistory", "SpringState", "Status",
-    "Temperature", "TipForce", "TubeHistory", "WireResistance", "annulus", "available",
+    "Temperature", "TipForce", "TubeHistory", "Validity", "WireResistance", "annulus", "available",
     "build_actuator", "chain_of", "design_geometry", "design_section", "enable_float64", "fresh_states",
     "gravity_vector", "layout", "load_alloy", "load_calibration", "load_silicone", "load_silicone_test",
     "load_wire", "make_actuator", "make_tube", "mass_of", "polygon", "rectangle", "round_actuator",
     "semicircle", "simulate_chain_history", "simulate_coupon", "simulate_history", "simulate_spring",
-    "simulate_tube", "simulate_wire", "solve", "solve_batch", "solve_chain", "tube_length", "weight",
+    "simulate_tube", "simulate_wire", "solve", "solve_all", "solve_batch", "solve_chain", "tube_length", "weight",
 ]  # fmt: skip

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .loads import Load
-from .nitinol import Alloy, Spring, SpringGeometry
+from .nitinol import Alloy, Spring, SpringGeometry, SpringState
 from .placement import Layout, check_places, place_on, unit_vectors
 from .section import Section, annulus
 from .silicone import SiliconeLaw
@@ -59,6 +59,7 @@ class Actuator(eqx.Module):
         bending_plane: static; direction of side 1 in the plane to which bending is held, from the x axis
             [deg], or None if it can bend in any direction.
         loads: weight and forces from outside.
+        prestrain: shear strain that the springs saw before they were attached [1].
     """
 
     section: Section
@@ -71,6 +72,7 @@ class Actuator(eqx.Module):
     spring_numbers: tuple[int, ...] = eqx.field(static=True)
     bending_plane: float | None = eqx.field(static=True, default=90.0)
     loads: tuple[Load, ...] = ()
+    prestrain: Array = eqx.field(converter=jnp.asarray, default=0.1924)
 
     @property
     def planar(self) -> bool:
@@ -99,6 +101,10 @@ class Actuator(eqx.Module):
     def fibres(self) -> tuple[Array, Array]:
         """Fixed fibres of the wall that effects follow: places [m], shape (fibres, 2), and areas [m2]."""
         return self.section.fibres(self.side_direction if self.planar else None)
+
+    def fresh_states(self) -> tuple[SpringState, ...]:
+        """Memory of newly attached springs, one per spring: stretched cold to the pre-strain."""
+        return tuple(SpringState.fresh(self.prestrain) for _ in self.springs)
 
     def with_loads(self, *loads: Load) -> "Actuator":
         """The same actuator under other loads; under none if no load is given."""
@@ -149,6 +155,7 @@ def build_actuator(
         fibre_stiffness=None if inextensible or fibre_place is None else geometry.fibre_stiffness,
         spring_numbers=arrangement.spring_numbers,
         bending_plane=arrangement.bending_plane,
+        prestrain=jnp.asarray(geometry.prestrain),
     )
 
 

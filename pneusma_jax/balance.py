@@ -15,9 +15,12 @@ from ._linear import solve_small
 from .actuator import Actuator
 from .chain import PLAIN, Chain
 from .nitinol import SpringResponse, SpringState
-from .nitinol.spring import Activation
+from .nitinol.spring import Activation, LocatedFraction, Resistance
 
 REFERENCE_MODULUS = 1e5  # Pa, of the order of the silicone's; makes the residual of order one
+READING = 1e-6
+"""Part of the contrast between the phases, about half a micro-ohm of a spring, by which the resistance of a
+cold or hot spring may miss the measured one. Instruments read to 1e-4 ohm."""
 START_BEND = 10.0 / 56.0  # (delta_1 - delta_2) / L0 of the first trial: sides at +5 and -5 mm, as tried out
 
 
@@ -65,13 +68,16 @@ def spring_pulls(problem: Problem, delta_centre: Array, bend: Array) -> tuple[Ar
     )
 
 
-def imbalance(problem: Problem, delta_centre: Array, bend: Array) -> tuple[Array, Array]:
+def imbalance(
+    problem: Problem, delta_centre: Array, bend: Array, orders: int = 3
+) -> tuple[Array, Array]:
     """Unbalanced pull and moment about the section's centre, Eqs. 3.35 and 3.36.
 
     Args:
         problem: the row.
         delta_centre: elongation of the centre line [m].
         bend: bend angle vector [rad], shape (2,).
+        orders: static; up to which derivatives by the configuration are exact, 1 to 3.
 
     Returns:
         Force [N] and first moments of the pulls [N m], shape (2,); both zero in equilibrium.
@@ -82,7 +88,7 @@ def imbalance(problem: Problem, delta_centre: Array, bend: Array) -> tuple[Array
         towards = body.side_direction
         force, moment = body.section.integrate_in_plane(body.silicone, strain, gradient @ towards, towards)
     else:
-        force, moment = body.section.integrate(body.silicone, strain, gradient)
+        force, moment = body.section.integrate(body.silicone, strain, gradient, orders)
     push = problem.pressure * body.section.enclosed_area
     force, moment = force - push, moment - push * body.section.enclosed_centroid
     for place, pull in zip(body.spring_places, spring_pulls(problem, delta_centre, bend), strict=True):
@@ -117,14 +123,70 @@ def configuration(actuator: Actuator, unknowns: Array) -> tuple[Array, Array]:
     return scaled[0] * actuator.length, scaled[1:] * actuator.length / actuator.section.radius
 
 
-def residual(unknowns: Array, problem: Problem) -> Array:
-    """Scaled imbalance in the free directions [1]; the function whose root is the equilibrium."""
+def residual(unknowns: Array, problem: Problem, orders: int = 3) -> Array:
+    """Scaled imbalance in the free directions [1], phases as the activations read them; see `imbalance`."""
     actuator = problem.actuator
-    force, moment = imbalance(problem, *configuration(actuator, unknowns))
+    force, moment = imbalance(problem, *configuration(actuator, unknowns), orders)
     radius = actuator.section.radius
     area, _, _ = actuator.section.moments()
     scaled = jnp.concatenate([force[None], moment / radius]) / (REFERENCE_MODULUS * area)
     return actuator.basis.T @ scaled
+
+
+def freedoms(problem: Problem) -> int:
+    """Number of scaled coordinates of the configuration."""
+    return problem.actuator.basis.shape[1]
+
+
+def measured(problem: Problem) -> tuple[int, ...]:
+    """Indices of the springs whose phase follows from a measured resistance."""
+    return tuple(k for k, a in enumerate(problem.activations) if isinstance(a, Resistance))
+
+
+def at_phases(problem: Problem, phases: Array) -> Problem:
+    """The problem with the fractions of its measured springs given, shape (measured,)."""
+    activations = list(problem.activations)
+    for k, xi0 in zip(measured(problem), phases, strict=True):
+        activations[k] = LocatedFraction(xi0, activations[k])
+    return eqx.tree_at(lambda p: p.activations, problem, tuple(activations))
+
+
+def joint_residual(unknowns: Array, problem: Problem, orders: int = 3) -> Array:
+    """Scaled imbalance, and for every measured spring what its resistance misses [1].
+
+    The unknowns are the scaled configuration and the fractions of the measured springs, held to [0, 1]. So
+    full heat and both ends are regular. A fraction at an end stays there while the resistance lies beyond what
+    the phase allows, within `READING`; its equation then says that it is at that end (correction 14).
+
+    Args:
+        unknowns: shape (freedoms + measured,).
+        problem: one row.
+        orders: see `imbalance`.
+    """
+    actuator, count = problem.actuator, freedoms(problem)
+    unbalanced = residual(unknowns[:count], at_phases(problem, unknowns[count:]), orders)
+    if not measured(problem):
+        return unbalanced
+    return jnp.concatenate([unbalanced, jnp.stack(_misread(unknowns, problem, actuator, count))])
+
+
+def _misread(unknowns: Array, problem: Problem, actuator: Actuator, count: int) -> list[Array]:
+    """The rows of `joint_residual` of the measured springs."""
+    centre, bend = configuration(actuator, unknowns[:count])
+    elongations = centre + actuator.spring_places @ bend
+    found = []
+    for k, xi0 in zip(measured(problem), unknowns[count:], strict=True):
+        chain = problem.chain.knowing(number=actuator.spring_numbers[k])
+        spring = actuator.springs[k]
+        excess, contrast = problem.activations[k].excess(spring, elongations[k], xi0, chain)
+        scale = jax.lax.stop_gradient(spring.contrast_at_rest)
+        missed = excess / scale
+        surplus = jax.lax.stop_gradient(missed * jnp.sign(contrast))
+        cold = (xi0 >= 1.0) & (surplus <= READING)
+        hot = (xi0 <= 0.0) & (surplus >= -READING)
+        end = jnp.where(cold, 1.0, 0.0)
+        found.append(jnp.where(cold | hot, xi0 - end, missed))
+    return found
 
 
 def start(actuator: Actuator) -> Array:

@@ -16,13 +16,14 @@ from jaxtyping import Array, Float
 from ._numerics import begun_as, is_concrete
 from .actuator import Actuator
 from .balance import Problem, start
+from .branches import follow
 from .chain import Chain, Effect, Known, as_recorded
 from .nitinol import MartensiteFraction, Spring, SpringResponse, SpringState
-from .nitinol.spring import Activation
+from .nitinol.spring import Activation, Resistance
 from .nitinol.thermal import Heating, next_temperature
 from .precision import require_float64
-from .result import Equilibrium, Status, equilibrium_of
-from .root_find import find_root
+from .result import Equilibrium, equilibrium_of
+from .root_find import at_given_phases, attached, stiffness_signs
 from .train import strain_in_train
 
 
@@ -45,7 +46,7 @@ class History(eqx.Module):
     @property
     def converged(self) -> Array:
         """Which rows found an equilibrium, shape (rows,)."""
-        return self.rows.status == int(Status.converged)
+        return self.rows.converged
 
 
 class SpringHistory(eqx.Module):
@@ -91,7 +92,7 @@ def simulate_history(
         pressure: gauge [Pa], shape (rows,).
         activations: one per spring, with arrays of shape (rows,) or (): `MartensiteFraction`, `Resistance`,
             or `Heating` by a current. Cold where empty.
-        states: memories before the first row; fresh with the pre-strain 0.1924 where None.
+        states: memories before the first row; fresh with the actuator's pre-strain where None.
         time: [s], shape (rows,); needed by `Heating` and by effects that depend on rate or duration, checked
             to be non-decreasing.
         effects: beyond the base model; their memories start at rest.
@@ -110,7 +111,7 @@ def simulate_history(
     pressure = jnp.asarray(pressure, dtype=float)
     count = len(actuator.springs)
     activations = tuple(activations) or tuple(MartensiteFraction(1.0) for _ in range(count))
-    states = states if states is not None else tuple(SpringState.fresh(0.1924) for _ in range(count))
+    states = states if states is not None else actuator.fresh_states()
     _check(actuator, pressure, activations, states, time)
     rows = pressure.shape[0]
     spread = jax.tree.map(lambda x: jnp.broadcast_to(x, (rows, *x.shape[1:])), activations)
@@ -140,15 +141,20 @@ def _simulate(
 
     fixed = dict(actuator=actuator, fibres=actuator.fibres()) if effects else {}
 
-    def step(carry: _Carry, row: tuple) -> tuple[_Carry, tuple]:
+    def problem_of(carry: _Carry, row: tuple) -> tuple[Problem, tuple[Array, ...]]:
+        """The problem of a row, and the springs' temperatures in it [degC]."""
         pressure, activations, time, interval, recorded = row
         phases, temperatures = _phases(actuator, carry, activations, interval)
         known = Known(dict(time=time, interval=interval, recorded_pressure=pressure) | fixed | recorded)
         chain = Chain(effects, carry.memories, known)
         pressure = chain.through("pressure", pressure)
-        problem = Problem(actuator, pressure, phases, carry.states, chain.knowing(pressure=pressure))
-        found = equilibrium_of(problem, *find_root(problem, carry.unknowns))
-        good = found.status == int(Status.converged)
+        return Problem(actuator, pressure, phases, carry.states, chain.knowing(pressure=pressure)), temperatures
+
+    def after(
+        carry: _Carry, problem: Problem, temperatures: tuple[Array, ...], found: Equilibrium
+    ) -> tuple[_Carry, dict[str, Array]]:
+        """What the next row is given, and what the instruments show."""
+        good = found.converged
         # a failed row is NaN: what it would commit is replaced before the memory's laws see it
         calm = jax.tree.map(lambda x: jnp.where(good, x, 0.0) if eqx.is_inexact_array(x) else x, found)
         committed = tuple(
@@ -162,7 +168,7 @@ def _simulate(
         # memories of shown values start from finite ones too
         memories = problem.chain.remembered(solved=calm, seen=shown(calm)) if effects else ()
         keep = lambda new, old: jnp.where(good, new, old)  # noqa: E731
-        after = _Carry(
+        next_carry = _Carry(
             states=jax.tree.map(keep, committed, carry.states),
             unknowns=keep(calm.unknowns, carry.unknowns),
             temperatures=temperatures,
@@ -171,7 +177,28 @@ def _simulate(
             ),
             memories=jax.tree.map(keep, memories, carry.memories),
         )
-        return after, (found, after.states, jnp.stack(temperatures) if temperatures else jnp.zeros(0), seen)
+        return next_carry, seen
+
+    def commit(carry: _Carry, problem: Problem, temperatures: tuple, root: Array, good: Array) -> _Carry:
+        """What a path that is tried hands to its next row."""
+        root = jnp.where(good, root, jnp.nan)
+        return after(carry, problem, temperatures, equilibrium_of(problem, root, jnp.asarray(0)))[0]
+
+    def step(carry: _Carry, row: tuple) -> tuple[_Carry, tuple]:
+        row, way = row
+        problem, temperatures = problem_of(carry, row)
+        if way is None:
+            root, steps, _ = at_given_phases(problem, carry.unknowns)
+            found = equilibrium_of(problem, attached(problem, root), steps)
+        else:
+            root = jnp.where(way.good, attached(problem, way.unknowns), jnp.nan)
+            firm = stiffness_signs(problem, way.unknowns)[1] > 0.0
+            # at fixed resistances an equilibrium that is not stable is never the only one
+            several = jnp.where(firm, way.equilibria, jnp.maximum(way.equilibria, 2))
+            found = equilibrium_of(problem, root, way.steps, several, firm)
+        after_row, seen = after(carry, problem, temperatures, found)
+        degrees = jnp.stack(temperatures) if temperatures else jnp.zeros(0)
+        return after_row, (found, after_row.states, degrees, seen)
 
     interval = jnp.diff(time, prepend=time[:1])
     begun = jax.tree.map(lambda x: x[0], recorded)
@@ -179,7 +206,10 @@ def _simulate(
     first = _first_carry(actuator, activations, states, at_rest.memories)
     history = (pressure, activations, time, interval, recorded)
     first = begun_as(first, (actuator, effects, history))
-    _, (rows, memories, temperatures, seen) = jax.lax.scan(step, first, history)
+    way = None
+    if any(isinstance(a, Resistance) for a in activations):
+        way = follow(first, history, problem_of, commit)
+    _, (rows, memories, temperatures, seen) = jax.lax.scan(step, first, (history, way))
     return History(rows, memories, temperatures, as_recorded(effects, seen, time))
 
 

@@ -6,24 +6,36 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 
 from ._numerics import frozen, is_concrete, safe_norm
 from .actuator import Actuator
-from .balance import Problem, all_finite, configuration, residual, spring_responses
+from .balance import (
+    Problem,
+    all_finite,
+    at_phases,
+    configuration,
+    freedoms,
+    joint_residual,
+    spring_responses,
+)
 from .nitinol import SpringResponse
+from .nitinol.spring import MartensiteFraction
 from .root_find import BALANCED
 
 SHORTEST = -0.95  # side strain below which a solution is no tube any more
 
 
 class Status(enum.IntEnum):
-    """Outcome of one row; `sentence` says it in words."""
+    """Outcome of one row; `sentence` says it in words. The first two have a result."""
 
     converged = 0
-    no_equilibrium = 1
-    input_not_finite = 2
-    collapsed = 3
+    several_equilibria = 1
+    no_equilibrium = 2
+    input_not_finite = 3
+    collapsed = 4
+    beyond_wire = 5
+    fraction_out_of_range = 6
 
     @property
     def sentence(self) -> str:
@@ -33,13 +45,43 @@ class Status(enum.IntEnum):
 
 _SENTENCES = {
     Status.converged: "Force and moment balance.",
+    Status.several_equilibria: (
+        "Force and moment balance in several configurations with these resistances; "
+        "this is the one whose hottest spring is the least heated. `solve_all` gives the others."
+    ),
     Status.no_equilibrium: (
         "No configuration was found in which force and moment balance; "
         "check the pressure and the springs' activation, or start from a neighbouring solution."
     ),
     Status.input_not_finite: "The pressure, activation or a dimension is not a finite number.",
     Status.collapsed: "Force and moment only balance with a side shorter than 5 % of its length.",
+    Status.beyond_wire: "Force and moment only balance with a spring longer than its wire.",
+    Status.fraction_out_of_range: "A martensite fraction is not between 0 and 1.",
 }
+
+
+def solved(status: Array) -> Array:
+    """Which rows have a result."""
+    return status <= int(Status.several_equilibria)
+
+
+class Validity(eqx.Module):
+    """What of a solved row lies outside of what the laws were made for; every entry is a boolean.
+
+    Attributes:
+        silicone: some of the wall is strained beyond the silicone's tests.
+        shear: a wire is sheared beyond `gamma_max`, the largest strain of the alloy's tests, shape (springs,).
+        contact: the tip has come round to the base, or the inner side meets itself. No force is modelled.
+    """
+
+    silicone: Array
+    shear: Bool[Array, "springs"]
+    contact: Array
+
+    @property
+    def good(self) -> Array:
+        """Whether nothing of all that holds."""
+        return ~(self.silicone | jnp.any(self.shear, axis=-1) | self.contact)
 
 
 class Equilibrium(eqx.Module):
@@ -56,7 +98,12 @@ class Equilibrium(eqx.Module):
         unknowns: the scaled free coordinates, a `guess` for a neighbouring row [1].
         residual: largest scaled imbalance [1].
         steps: of the root-find.
-        status: a `Status` code. Where it is not `converged`, the configuration is NaN.
+        status: a `Status` code. Where there is no result, the configuration is NaN.
+        equilibria: number of configurations known to balance. With measured resistances, it is counted by
+            `solve`, `solve_batch` and `solve_all`; a history counts 2 where others are near or were.
+        stable: whether the stiffness at fixed resistances has a positive determinant, as in every unique
+            equilibrium. At fixed phases it always has.
+        validity: what lies outside of what the laws were made for.
         side_direction: static; unit vector towards side 1, in which `bend_angle` and `curvature` are counted.
     """
 
@@ -71,7 +118,15 @@ class Equilibrium(eqx.Module):
     residual: Array
     steps: Int[Array, ""]
     status: Int[Array, ""]
+    equilibria: Int[Array, ""] = eqx.field(converter=jnp.asarray, default=1)
+    stable: Bool[Array, ""] = eqx.field(converter=jnp.asarray, default=True)
+    validity: Validity | None = None
     side_direction: tuple[float, float] = eqx.field(static=True, default=(0.0, 1.0))
+
+    @property
+    def converged(self) -> Array:
+        """Whether there is a result, unique or not."""
+        return solved(self.status)
 
     @property
     def delta_1(self) -> Array:
@@ -109,36 +164,97 @@ class Equilibrium(eqx.Module):
         return jnp.arctan2(self.bend[..., 1], self.bend[..., 0])
 
 
-def equilibrium_of(problem: Problem, unknowns: Array, steps: Array) -> Equilibrium:
-    """Result of a root, with its status; NaN where it is none."""
-    actuator = problem.actuator
-    delta_centre, bend = configuration(actuator, unknowns)
+def equilibrium_of(
+    problem: Problem, unknowns: Array, steps: Array, equilibria: Array | int = 1, stable: Array | bool = True
+) -> Equilibrium:
+    """Result of a root, with its status; NaN where it is none.
+
+    Args:
+        problem: one row.
+        unknowns: joint unknowns, see `balance.joint_residual`.
+        steps: of the root-find.
+        equilibria: number of roots that are known.
+        stable: see `Equilibrium`.
+    """
+    actuator, count = problem.actuator, freedoms(problem)
     # what is left unbalanced is a check: without tangents it costs a third less to differentiate a row
-    size = jnp.max(jnp.abs(residual(*frozen((unknowns, problem)))))
+    size = jnp.max(jnp.abs(joint_residual(*frozen((unknowns, problem)), 1)))
+    problem = at_phases(problem, unknowns[count:])
+    delta_centre, bend = configuration(actuator, unknowns[:count])
     slimmest = (delta_centre - _reach(actuator, bend)) / actuator.length
     side_1, side_2 = actuator.section.sides(jnp.asarray(actuator.side_direction))
+    elongations = delta_centre + actuator.spring_places @ bend
+    responses = spring_responses(problem, delta_centre, bend)
     status = jnp.select(
-        [~all_finite(problem), ~(size < BALANCED), slimmest < SHORTEST],
-        [int(Status.input_not_finite), int(Status.no_equilibrium), int(Status.collapsed)],
+        [
+            ~all_finite(problem),
+            _out_of_range(problem),
+            ~(size < BALANCED),
+            slimmest < SHORTEST,
+            _straight(actuator, elongations),
+            jnp.asarray(equilibria) > 1,
+        ],
+        [
+            int(Status.input_not_finite),
+            int(Status.fraction_out_of_range),
+            int(Status.no_equilibrium),
+            int(Status.collapsed),
+            int(Status.beyond_wire),
+            int(Status.several_equilibria),
+        ],
         int(Status.converged),
     )
-    good = status == int(Status.converged)
-    responses = spring_responses(problem, delta_centre, bend)
     result = Equilibrium(
         delta_centre=delta_centre,
         bend=bend,
         length=actuator.length + delta_centre,
         radius=0.5 * (side_1 - side_2),
         middle=0.5 * (side_1 + side_2),
-        spring_elongations=delta_centre + actuator.spring_places @ bend,
+        spring_elongations=elongations,
         springs=responses,
-        unknowns=unknowns,
+        unknowns=unknowns[:count],
         residual=size,
         steps=steps,
         status=status,
+        equilibria=equilibria,
+        stable=stable,
+        validity=_validity(actuator, delta_centre, bend, responses),
         side_direction=tuple(float(x) for x in actuator.side_direction),
     )
+    good = solved(status)
     return jax.tree.map(lambda x: jnp.where(good, x, jnp.nan) if eqx.is_inexact_array(x) else x, result)
+
+
+def _out_of_range(problem: Problem) -> Array:
+    """Whether a given fraction is not between 0 and 1."""
+    given = [a.value for a in problem.activations if isinstance(a, MartensiteFraction)]
+    wrong = [(value < 0.0) | (value > 1.0) for value in given]
+    return jnp.any(jnp.stack(wrong)) if wrong else jnp.asarray(False)
+
+
+def _straight(actuator: Actuator, elongations: Array) -> Array:
+    """Whether a spring would be longer than its wire."""
+    pairs = zip(actuator.springs, elongations, strict=True)
+    wrong = [s.attached_length + x >= s.geometry.wire_length for s, x in pairs]
+    return jnp.any(jnp.stack(wrong)) if wrong else jnp.asarray(False)
+
+
+def _validity(
+    actuator: Actuator, delta_centre: Array, bend: Array, springs: tuple[SpringResponse, ...]
+) -> Validity:
+    """See `Validity`; without derivatives."""
+    actuator, delta_centre, bend, springs = frozen((actuator, delta_centre, bend, springs))
+    longest = (delta_centre + _reach(actuator, -bend)) / actuator.length
+    shortest = (delta_centre - _reach(actuator, bend)) / actuator.length
+    low, high = actuator.silicone.tested
+    angle, length = safe_norm(bend), actuator.length + delta_centre
+    pairs = zip(actuator.springs, springs, strict=True)
+    shear = [r.gamma > s.alloy.gamma_max for s, r in pairs]
+    return Validity(
+        silicone=(longest > high) | (shortest < low),
+        shear=jnp.stack(shear) if shear else jnp.zeros(0, bool),
+        contact=(angle > 2.0 * jnp.pi) | (_reach(actuator, bend) > length),
+    )
 
 
 def _reach(actuator: Actuator, bend: Array) -> Array:
@@ -152,8 +268,8 @@ def _reach(actuator: Actuator, bend: Array) -> Array:
 def raise_unless_converged(result: Equilibrium) -> Equilibrium:
     """Raise the status's sentence; under `jit` by a check, which the disk cache cannot keep."""
     if is_concrete(result.status):
-        if int(result.status) != Status.converged:
+        if not bool(solved(result.status)):
             raise RuntimeError(Status(int(result.status)).sentence)
         return result
-    bad = result.status != int(Status.converged)
+    bad = ~solved(result.status)
     return eqx.branched_error_if(result, bad, result.status, [s.sentence for s in Status])

@@ -1,130 +1,182 @@
-"""The one root-find: Newton's method, what is tried where it fails, and implicit derivatives of the root."""
+"""Roots of the balance: near a guess, from rest, all of them; and what makes a root differentiable.
+
+No function here carries derivatives but `attached`, which gives those of any order by the implicit function
+theorem. Searches are therefore free to try, and compile no tangents.
+"""
 
 from collections.abc import Callable
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 import optimistix as optx
-from jaxtyping import Array
+from jaxtyping import Array, Bool, Float
 
-from ._linear import SmallDense, solve_small
 from ._numerics import frozen
-from .balance import Problem, all_finite, configuration, residual, start
-from .nitinol.spring import MartensiteFraction, Resistance
+from .balance import Problem, all_finite, at_phases, freedoms, joint_residual, measured, residual, start
+from .newton import BoundedNewton, solve_blocks
+from .nitinol.spring import MartensiteFraction
 
-MOST_STEPS = 30  # of Newton, per attempt
-PHASE_TRIES = (0.9, 0.6, 0.3)  # first trial phases of measured springs where Newton fails from the start
-LOAD_STEPS = 16  # in which the load is brought on where Newton fails from the start
-BALANCED = 1e-9  # largest scaled residual that counts as equilibrium
-
-
-def find_root(problem: Problem, guess: Array) -> tuple[Array, Array]:
-    """Root of `residual` with implicit derivatives, and the number of Newton steps."""
-    held = frozen(problem)
-
-    def search(_: object, guess: Array) -> tuple[Array, Array]:
-        unknowns, steps = _search(held, guess)
-        return unknowns, steps.astype(unknowns.dtype)  # custom_root gives integers no tangent
-
-    def tangent(linear: Callable[[Array], Array], vector: Array) -> Array:
-        return solve_small(jax.jacfwd(linear)(vector), vector)
-
-    unknowns, steps = jax.lax.custom_root(
-        lambda z: residual(z, problem), guess, search, tangent, has_aux=True
-    )
-    return unknowns, jax.lax.stop_gradient(steps).astype(int)
+MOST_STEPS = 40
+"""Maximum of Newton steps of an attempt. Rows near a fold or a corner need the most, about 30."""
+FEW_STEPS = 20
+"""Maximum of Newton steps from one of many starts. Another start finds what takes longer from this one."""
+LOAD_STEPS = 16
+"""Number of steps in which pressure, heat and loads are brought on from rest, where Newton fails from the
+start."""
+BALANCED = 1e-9
+"""Maximum of the scaled residual in equilibrium [1]: 3e-9 N on the source's actuators."""
+NEARLY = 1e-6
+"""Maximum of the scaled residual before the last step [1]; that step is at most 1e-8 long."""
+DISTINCT = 1e-5
+"""Minimum difference of two equilibria in a scaled unknown [1]; Newton's method ends at 1e-8."""
+NODES = {1: 17, 2: 8, 3: 5}
+"""Number of trial fractions of each measured spring, by the number of measured springs. In 2,000 random states
+of each design a finer grid found no further equilibrium."""
+MOST_ROOTS = 8
+"""Maximum of equilibria that are told apart; five is the most that was seen."""
 
 
-def _newton(problem: Problem, guess: Array) -> tuple[Array, Array, Array]:
-    """Newton's method: unknowns, number of steps, and whether force and moment balance there."""
-    solver = optx.Newton(rtol=1e-9, atol=1e-9, linear_solver=SmallDense())
-    found = optx.root_find(residual, solver, guess, problem, max_steps=MOST_STEPS, throw=False)
-    good = jnp.max(jnp.abs(residual(found.value, problem))) < BALANCED
+def newton(
+    problem: Problem, guess: Array, most_steps: int = MOST_STEPS
+) -> tuple[Array, Array, Bool[Array, ""]]:
+    """Root near a guess of the joint unknowns, number of steps, and whether it is one. No derivatives."""
+    problem, guess = frozen((problem, guess))
+    found = optx.root_find(
+        lambda y, given: joint_residual(y, given, 1), BoundedNewton(), guess, problem,
+        options={"free": freedoms(problem)}, max_steps=most_steps, throw=False,
+    )  # fmt: skip
+    # held at a bound, a step may end without a root
+    good = (found.result == optx.RESULTS.successful) & (found.stats["excess"] < NEARLY)
     return found.value, found.stats["num_steps"], good
 
 
-def _search(problem: Problem, guess: Array) -> tuple[Array, Array]:
-    """Newton from the guess; where that fails, `_by_phase` for measured springs, `_by_load` for others.
+def attached(problem: Problem, root: Array) -> Array:
+    """The same root, with derivatives of any order by the numbers of the problem."""
+    count = freedoms(problem)
 
-    A row that is not finite ends at once: its first linear solve reports a singular matrix.
+    def tangent(linear: Callable[[Array], Array], vector: Array) -> Array:
+        return solve_blocks(jax.jacfwd(linear)(vector), vector, count)
+
+    return jax.lax.custom_root(
+        lambda y: joint_residual(y, problem), frozen(root), lambda _, y: y, tangent
+    )
+
+
+def from_rest(problem: Problem, steps: Array) -> tuple[Array, Array, Bool[Array, ""]]:
+    """Root of a problem whose phases are given, with the load brought on in `LOAD_STEPS` steps from rest.
+
+    Args:
+        problem: one row.
+        steps: of Newton's method so far; added to.
     """
-    if any(isinstance(activation, Resistance) for activation in problem.activations):
-        return _search_by_phase(problem, guess)
-    return _search_by_load(problem, guess)
-
-
-def _search_by_load(problem: Problem, guess: Array) -> tuple[Array, Array]:
-    """Newton from the guess; where that fails, from rest with the load brought on in `LOAD_STEPS` steps.
-
-    Both are passes of one loop, so that one Newton is compiled and a batch without failures makes one pass.
-    """
-    cold = tuple(MartensiteFraction(jnp.ones_like(a.value)) for a in problem.activations)
-    unloaded = problem.actuator.with_loads(*jax.tree.map(jnp.zeros_like, problem.actuator.loads))
-    rest = Problem(unloaded, jnp.zeros_like(problem.pressure), cold, problem.states, problem.chain)
-    possible = all_finite(problem)
+    rest = _at_rest(problem)
 
     def attempt(carry: tuple) -> tuple:
         stage, unknowns, steps, _ = carry
-        share = jnp.where(stage == 0, 1.0, stage / LOAD_STEPS)
+        share = stage / LOAD_STEPS
         mix = lambda a, b: a + share * (b - a) if eqx.is_inexact_array(a) else a  # noqa: E731
-        found, more, good = _newton(jax.tree.map(mix, rest, problem), unknowns)
-        unsolved = jnp.where(stage == 0, start(problem.actuator), unknowns)
-        done = good & (share == 1.0)
-        return stage + 1, jnp.where(good, found, unsolved), steps + more, done
+        found, more, good = newton(jax.tree.map(mix, rest, problem), unknowns)
+        return stage + 1, jnp.where(good, found, unknowns), steps + more, good
 
     def unfinished(carry: tuple) -> Array:
-        return (carry[0] <= LOAD_STEPS) & ~carry[3] & possible
+        return carry[0] <= LOAD_STEPS
 
-    first = (jnp.asarray(0), guess, jnp.asarray(0), jnp.asarray(False))
-    _, unknowns, steps, _ = jax.lax.while_loop(unfinished, attempt, first)
-    return unknowns, steps
-
-
-def _search_by_phase(problem: Problem, guess: Array) -> tuple[Array, Array]:
-    """Newton from the guess; where that fails, from what `_by_phase` finds with several trial phases."""
-    unknowns, steps, good = _newton(problem, guess)
-    wanted = all_finite(problem) & ~good
-
-    def attempt(carry: tuple) -> tuple:
-        count, _, steps, _ = carry
-        trial, more = _by_phase(problem, jnp.asarray(PHASE_TRIES)[count])
-        unknowns, last, good = _newton(problem, trial)
-        return count + 1, unknowns, steps + more + last, wanted & ~good
-
-    def unfinished(carry: tuple) -> Array:
-        return (carry[0] < len(PHASE_TRIES)) & carry[3]
-
-    first = (jnp.asarray(0), unknowns, steps, wanted)
-    _, unknowns, steps, _ = jax.lax.while_loop(unfinished, attempt, first)
-    return unknowns, steps
+    first = (jnp.asarray(1), start(problem.actuator), steps, jnp.asarray(False))
+    _, unknowns, steps, good = jax.lax.while_loop(unfinished, attempt, first)
+    return unknowns, steps, good
 
 
-def _by_phase(problem: Problem, phase: Array) -> tuple[Array, Array]:
-    """Newton with the phase of each measured spring as an unknown of its own, from a trial phase."""
-    actuator = problem.actuator
-    free = actuator.basis.shape[1]
+def _at_rest(problem: Problem) -> Problem:
+    """The row without pressure and loads, springs cold."""
+    cold = tuple(
+        MartensiteFraction(jnp.ones_like(a.value)) if isinstance(a, MartensiteFraction) else a
+        for a in problem.activations
+    )
+    unloaded = problem.actuator.with_loads(*jax.tree.map(jnp.zeros_like, problem.actuator.loads))
+    return Problem(unloaded, jnp.zeros_like(problem.pressure), cold, problem.states, problem.chain)
 
-    def joint(trial: Array, problem: Problem) -> Array:
-        unknowns, phases = trial[:free], jnp.abs(trial[free:])
-        assumed = tuple(
-            MartensiteFraction(x) if isinstance(a, Resistance) else a
-            for x, a in zip(phases, problem.activations, strict=True)
-        )
-        centre, bend = configuration(actuator, unknowns)
-        elongations = centre + actuator.spring_places @ bend
-        numbers = actuator.spring_numbers
-        rows = zip(numbers, actuator.springs, problem.activations, elongations, phases, strict=True)
-        told = [
-            a.mismatch(spring, x, xi0, problem.chain.knowing(number=number))
-            if isinstance(a, Resistance)
-            else xi0 - a.value
-            for number, spring, a, x, xi0 in rows
-        ]
-        given = Problem(actuator, problem.pressure, assumed, problem.states, problem.chain)
-        return jnp.concatenate([residual(unknowns, given), jnp.stack(told)])
 
-    guess = jnp.concatenate([start(actuator), jnp.full(len(actuator.springs), phase)])
-    newton = optx.Newton(rtol=1e-9, atol=1e-9)
-    found = optx.root_find(joint, newton, guess, problem, max_steps=2 * MOST_STEPS, throw=False)
-    return found.value[:free], found.stats["num_steps"]
+def at_given_phases(problem: Problem, guess: Array) -> tuple[Array, Array, Bool[Array, ""]]:
+    """Root of a problem without measured springs: from the guess, else `from_rest`."""
+    problem = frozen(problem)
+    root, steps, good = newton(problem, guess)
+    return jax.lax.cond(
+        good | ~all_finite(problem), lambda: (root, steps, good), lambda: from_rest(problem, steps)
+    )
+
+
+DENSER = 3
+"""Power by which fractions of a grid crowd towards 1: the nearest of 12 is then 0.001 from it."""
+
+
+def denser_when_cold(size: int) -> np.ndarray:
+    """Fractions from 0 to 1 that lie closer towards 1, where equilibria come close to each other."""
+    return 1.0 - np.linspace(1.0, 0.0, size) ** DENSER
+
+
+class Roots(eqx.Module):
+    """Equilibria of one row, the least heated first.
+
+    Attributes:
+        unknowns: of each, shape (MOST_ROOTS, freedoms + measured).
+        real: which of them are roots, shape (MOST_ROOTS,).
+        steps: of Newton's method in all.
+    """
+
+    unknowns: Float[Array, "roots n"]
+    real: Bool[Array, "roots"]
+    steps: Array
+
+    @property
+    def count(self) -> Array:
+        """Number of equilibria."""
+        return jnp.sum(self.real)
+
+
+def all_roots(problem: Problem) -> Roots:
+    """All equilibria of a row with measured springs, ordered by the phase of the hottest one.
+
+    At given phases there is one equilibrium. So it is found for a grid of fractions, and Newton's method for
+    configuration and fractions together starts from each of these.
+    """
+    problem = frozen(problem)
+    springs = len(measured(problem))
+    axis = denser_when_cold(NODES[springs])
+    grid = jnp.stack(jnp.meshgrid(*[axis] * springs, indexing="ij"), axis=-1).reshape(-1, springs)
+    first = start(problem.actuator)
+    seen, steps_1, there = jax.vmap(lambda x: newton(at_phases(problem, x), first))(grid)
+    begin = jnp.concatenate([jnp.where(there[:, None], seen, first), grid], axis=1)
+    found, steps_2, good = jax.vmap(lambda y: newton(problem, y, FEW_STEPS))(begin)
+    return _distinct(found, good, freedoms(problem), jnp.sum(steps_1) + jnp.sum(steps_2))
+
+
+def _distinct(found: Array, good: Array, count: int, steps: Array) -> Roots:
+    """Different ones among roots, the least heated first."""
+    hottest = jnp.where(good, 1.0 - jnp.min(found[:, count:], axis=1), jnp.inf)
+    order = jnp.argsort(hottest)
+    found, good = found[order], good[order]
+    apart = jnp.max(jnp.abs(found[:, None] - found[None]), axis=-1) > DISTINCT
+    earlier = np.tril(np.ones((good.size, good.size), bool), -1)
+    new = good & ~jnp.any(earlier & good[None, :] & ~apart, axis=1)
+    first = jnp.argsort(~new, stable=True)[:MOST_ROOTS]
+    return Roots(found[first], new[first], steps)
+
+
+def stiffness_signs(problem: Problem, root: Array) -> tuple[Array, Array]:
+    """Sign of the determinant of the stiffness at the phases, and of the one at the measured resistances.
+
+    Args:
+        problem: one row.
+        root: joint unknowns of an equilibrium.
+
+    Returns:
+        Twice a sign, 1 or -1; 0 where it is singular.
+    """
+    problem, root = frozen((problem, root))
+    count = freedoms(problem)
+    at = lambda z: residual(z, at_phases(problem, root[count:]), 1)  # noqa: E731
+    own = jnp.linalg.det(jax.jacfwd(at)(root[:count]))
+    whole = jnp.linalg.det(jax.jacfwd(lambda y: joint_residual(y, problem, 1))(root))
+    return jnp.sign(own), jnp.sign(whole)

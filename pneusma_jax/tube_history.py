@@ -24,7 +24,7 @@ class TubeHistory(eqx.Module):
     @property
     def converged(self) -> Array:
         """Which rows found an equilibrium, shape (rows,)."""
-        return self.rows.status == int(Status.converged)
+        return self.rows.converged
 
 
 def make_tube(geometry: Geometry, law: SiliconeLaw) -> Actuator:

@@ -10,7 +10,7 @@ from ..chain import PLAIN, Chain
 from .alloy import Alloy
 from .geometry import SpringGeometry
 from .residual_strain import SpringState
-from .resistivity import PhaseReading, martensite_weight
+from .resistivity import PhaseReading
 
 
 class Activation(Protocol):
@@ -53,17 +53,36 @@ class Resistance(eqx.Module):
         wire = chain.through("wire_resistance", self.value)
         return alloy.martensite_fraction(wire / wire_length, gamma)
 
-    def mismatch(self, spring: "Spring", elongation: Array, xi0: Array, chain: Chain = PLAIN) -> Array:
-        """Eq. 2.41 minus Eq. 2.46 for a trial fraction: zero where xi0 explains the resistance [1].
+    def excess(
+        self, spring: "Spring", elongation: Array, xi0: Array, chain: Chain = PLAIN
+    ) -> tuple[Array, Array]:
+        """Resistance that a trial fraction gives, less the measured one [ohm], and the phases' contrast [ohm].
 
-        Near full heat xi0 rises with infinite slope over resistance; as an equation in xi0 this stays smooth.
+        Unlike the fraction of Eq. 2.48, which rises with infinite slope near full heat, this is smooth in the
+        fraction. The contrast is that of full martensite over austenite at this elongation.
         """
-        chain, alloy = chain.knowing(spring=spring), spring.alloy
+        chain, alloy, length = chain.knowing(spring=spring), spring.alloy, spring.geometry.wire_length
         gamma = spring.shear_strain(chain.through("elongation", elongation))
         wire = chain.knowing(elongation=elongation, gamma=gamma).through("wire_resistance", self.value)
-        rho = wire / spring.geometry.wire_length
-        weight, _ = martensite_weight(rho, alloy.rho_m(gamma), alloy.rho_a(gamma))
-        return alloy.mixing_fraction(xi0, gamma) - weight
+        contrast = (alloy.rho_m(gamma) - alloy.rho_a(gamma)) * length
+        return alloy.resistivity(xi0, gamma) * length - wire, contrast
+
+
+class LocatedFraction(eqx.Module):
+    """A fraction that was found together with the configuration from a measured resistance.
+
+    Attributes:
+        value: onset martensite fraction [1].
+        measured: the resistance behind it, whose flags the reading carries.
+    """
+
+    value: Array
+    measured: Resistance
+
+    def read(self, alloy: Alloy, gamma: Array, wire_length: Array, chain: Chain = PLAIN) -> PhaseReading:
+        """The located fraction, with the flags of Eq. 2.48 at this strain."""
+        law = self.measured.read(alloy, gamma, wire_length, chain)
+        return PhaseReading(self.value, law.clipped, law.degenerate)
 
 
 class SpringResponse(eqx.Module):
@@ -99,6 +118,12 @@ class Spring(eqx.Module):
     geometry: SpringGeometry
     alloy: Alloy
     attached_length: Array = eqx.field(converter=jnp.asarray)
+
+    @property
+    def contrast_at_rest(self) -> Array:
+        """Resistance of the martensitic wire over that of the austenitic one at zero strain, its size [ohm]."""
+        zero = jnp.zeros(())
+        return jnp.abs(self.alloy.rho_m(zero) - self.alloy.rho_a(zero)) * self.geometry.wire_length
 
     def shear_strain(self, elongation: Array) -> Array:
         """Shear strain of the wire at an elongation from the attached length [m] -> [1]."""

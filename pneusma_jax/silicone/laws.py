@@ -24,6 +24,11 @@ class SiliconeLaw(eqx.Module):
         """Strains where the law is not smooth, ascending, shape (n,); none unless overridden."""
         return jnp.zeros(0)
 
+    @property
+    def tested(self) -> tuple[Array, Array]:
+        """Smallest and largest strain that the law was fitted to [1]; without bounds unless overridden."""
+        return -jnp.asarray(jnp.inf), jnp.asarray(jnp.inf)
+
 
 class NeoHookean(SiliconeLaw):
     """`mu (lambda - 1/lambda^2)`; mu [Pa]."""

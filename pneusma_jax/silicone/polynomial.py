@@ -40,3 +40,8 @@ class PolynomialFit(eqx.Module):
     def cuts(self) -> Array:
         """Strains where the law is not smooth: none."""
         return jnp.zeros(0)
+
+    @property
+    def tested(self) -> tuple[Array, Array]:
+        """Ends of the test's strains."""
+        return self.strain_min, self.strain_max

@@ -76,3 +76,8 @@ class RegularisedSilicone(SiliconeLaw):
     def cuts(self) -> Array:
         """Ends of the blend and of the tested strains."""
         return jnp.stack([self.lower, -self.half_width, self.half_width, self.upper])
+
+    @property
+    def tested(self) -> tuple[Array, Array]:
+        """Ends of the tested strains."""
+        return self.lower, self.upper
