@@ -1,11 +1,12 @@
 """Chains: segments in series under one pressure, each with its own activation and its own memory.
 
-Segments share the pressure and hand no other load to each other (a chain without weight and without contact),
-so each is in an equilibrium of its own and the shape follows by placing one constant-curvature arc after the
-other. Segments alike in structure are solved together, as one batch of one compiled program, whatever their
-dimensions.
+The shape of a chain follows by placing one constant-curvature arc after the other. Without loads, segments share
+the pressure and nothing else: each is in an equilibrium of its own. Weight, forces and moments pass from segment
+to segment (`chain_loads`), and the whole chain is one equilibrium (`chain_balance`). Segments alike in structure
+are solved together, as one batch of one compiled program, whatever their dimensions. Contact is not modelled.
 """
 
+import dataclasses
 from collections.abc import Callable, Sequence
 
 import equinox as eqx
@@ -16,13 +17,16 @@ from jaxtyping import Array, Float
 
 from ._numerics import is_concrete
 from .actuator import Actuator
+from .balance import Problem
+from .chain_balance import ChainProblem, chain_root, described
+from .chain_loads import ChainLoad, own_loads
 from .chain_shape import ChainShape, place_segments
 from .equilibrium import solve
 from .history import History, simulate_history
 from .nitinol import MartensiteFraction, SpringState
 from .nitinol.spring import Activation
 from .nitinol.thermal import Heating
-from .result import Equilibrium, Status, raise_unless_converged
+from .result import Equilibrium, Status, equilibrium_of, raise_unless_converged
 from .section import Section
 
 Drive = tuple[Activation | Heating, ...]  # one per spring of a segment
@@ -32,18 +36,21 @@ class SegmentChain(eqx.Module):
     """Segments in series from base to tip; `chain_of` builds one from fewer words.
 
     Attributes:
-        segments: the actuators.
+        segments: the actuators. What they carry themselves, `Actuator.loads`, acts on the whole chain: its
+            directions are those of the chain's base, its places those of the segment's section.
         angles: by which each segment is mounted turned about z, against the base [rad], shape (n,).
         connectors: lengths of the rigid connectors between segments [m], shape (n - 1,).
+        loads: on the chain beyond those of single segments; see `chain_loads`.
 
     Raises:
-        ValueError: if there is no segment, a shape does not fit, a connector is shorter than nothing, or one
-            of several segments carries loads.
+        ValueError: if there is no segment, a shape does not fit, a connector is shorter than nothing, or a
+            segment carries a load that cannot be passed on.
     """
 
     segments: tuple[Actuator, ...]
     angles: Float[Array, "n"]
     connectors: Float[Array, "gaps"]
+    loads: tuple[ChainLoad, ...] = ()
 
     def __check_init__(self) -> None:
         count = len(self.segments)
@@ -56,20 +63,51 @@ class SegmentChain(eqx.Module):
                     f"Argument `{what}` must have shape ({wanted},) for {count} segments, "
                     f"but it has {jnp.shape(given)}."
                 )
-        if count > 1 and any(segment.loads for segment in self.segments):
-            raise ValueError(
-                "A segment of a chain must not carry loads of its own, but one does: "
-                "a chain does not model how weight and tip forces pass from segment to segment."
-            )
         if is_concrete(self.connectors) and np.any(np.asarray(self.connectors) < 0.0):
             raise ValueError("Argument `connectors` must not be negative, but one is.")
+        own_loads(tuple(segment.loads for segment in self.segments))
+        for load in self.loads:
+            load.check(count)
+
+    @property
+    def loaded(self) -> bool:
+        """Whether anything acts on the chain but pressure."""
+        return bool(self.loads) or any(segment.loads for segment in self.segments)
+
+    @property
+    def all_loads(self) -> tuple[ChainLoad, ...]:
+        """Those of the chain and those of its segments."""
+        return (*self.loads, *own_loads(tuple(segment.loads for segment in self.segments)))
+
+    def with_loads(self, *loads: ChainLoad) -> "SegmentChain":
+        """The same chain under other loads of its own; what segments carry themselves stays."""
+        return dataclasses.replace(self, loads=loads)
 
 
 class ChainEquilibrium(eqx.Module):
-    """A solved chain: the equilibrium of each segment, and the shape they make."""
+    """A solved chain: the equilibrium of each segment, and the shape they make.
+
+    Attributes:
+        segments: from base to tip. Under loads all of them are NaN where the chain has no equilibrium.
+        shape: in space.
+        stable: whether a loaded chain would stay in this equilibrium when it is pushed a little: the symmetric
+            part of its stiffness is positive definite. A straight chain under a weight beyond the one at which it
+            buckles is in equilibrium, but not stable. None for a chain without loads.
+    """
 
     segments: tuple[Equilibrium, ...]
     shape: ChainShape
+    stable: Array | None = None
+
+    @property
+    def status(self) -> Array:
+        """A `Status` code of the whole chain: `converged`, or the most telling of the segments' codes."""
+        return jnp.max(jnp.stack([segment.status for segment in self.segments], axis=-1), axis=-1)
+
+    @property
+    def converged(self) -> Array:
+        """Whether the whole chain is in equilibrium."""
+        return self.status == int(Status.converged)
 
     @property
     def frames(self) -> Float[Array, "n+1 4 4"]:
@@ -150,15 +188,62 @@ def solve_chain(
         ValueError: if activations or states do not fit the segments and their springs.
     """
     activations, states = _per_segment(chain, activations, states)
+    rows = list(zip(_bare(chain), activations, states, strict=True))
+    if chain.loaded:
+        found = _solve_loaded(chain, jnp.asarray(pressure, dtype=float), rows)
+        return _raise_for_chain(found) if throw else found
     results = _alike_together(
-        lambda body, drive, memory: solve(body, pressure, drive, memory, throw=False),
-        list(zip(chain.segments, activations, states, strict=True)),
+        lambda body, drive, memory: solve(body, pressure, drive, memory, throw=False), rows
     )
     if throw:
         results = [_raise_for_segment(k, result) for k, result in enumerate(results, 1)]
     bends = jnp.stack([result.bend for result in results])
     lengths = jnp.stack([result.length for result in results])
     return ChainEquilibrium(tuple(results), chain_shape(chain, bends, lengths))
+
+
+def _bare(chain: SegmentChain) -> list[Actuator]:
+    """The segments without what they carry."""
+    return [segment.with_loads() if segment.loads else segment for segment in chain.segments]
+
+
+def _solve_loaded(chain: SegmentChain, pressure: Array, rows: list[tuple]) -> ChainEquilibrium:
+    """`solve_chain` under loads: every segment alone first, then all of them together."""
+    members = tuple(tuple(group) for group in _alike(rows))
+    stacked = tuple(_stack(rows, group) for group in members)
+    alone = lambda body, drive, memory: solve(body, pressure, drive, memory, throw=False)  # noqa: E731
+    unloaded = tuple(jax.vmap(alone)(*group) for group in stacked)
+    return _join(chain, pressure, stacked, unloaded, members)
+
+
+@eqx.filter_jit
+def _join(
+    chain: SegmentChain,
+    pressure: Array,
+    stacked: tuple[tuple, ...],
+    unloaded: tuple[Equilibrium, ...],
+    members: tuple[tuple[int, ...], ...],
+) -> ChainEquilibrium:
+    """Equilibrium of a loaded chain from that of its segments: one compiled program per kind of chain."""
+    parts = tuple(
+        Problem(body, jnp.broadcast_to(pressure, (len(m),)), drive, memory)
+        for m, (body, drive, memory) in zip(members, stacked, strict=True)
+    )
+    problem = joined(chain, parts, members)
+    rest = dataclasses.replace(problem, share=jnp.asarray(0.0))
+    guess = jnp.concatenate([result.unknowns.ravel() for result in unloaded])
+    stand = chain_root(rest, problem, guess)
+    results = _apart(described(problem, stand), members)
+    bends = jnp.stack([result.bend for result in results])
+    lengths = jnp.stack([result.length for result in results])
+    return ChainEquilibrium(tuple(results), chain_shape(chain, bends, lengths), stand.stable & stand.found)
+
+
+def joined(
+    chain: SegmentChain, parts: tuple[Problem, ...], members: tuple[tuple[int, ...], ...]
+) -> ChainProblem:
+    """The chain's balance: stacked segments under all its loads."""
+    return ChainProblem(parts, members, chain.angles, jnp.append(chain.connectors, 0.0), chain.all_loads)
 
 
 def simulate_chain_history(
@@ -237,23 +322,45 @@ def _per_segment(
     return activations, states
 
 
+def _alike(rows: list[tuple]) -> list[list[int]]:
+    """Which rows are of equal structure and shapes."""
+    groups: dict[tuple, list[int]] = {}
+    for k, row in enumerate(rows):
+        leaves, structure = jax.tree.flatten(jax.tree.map(jnp.asarray, row))
+        groups.setdefault((structure, *((leaf.shape, leaf.dtype) for leaf in leaves)), []).append(k)
+    return list(groups.values())
+
+
+def _stack(rows: list[tuple], members: Sequence[int]) -> tuple:
+    """Some rows along a leading axis."""
+    return jax.tree.map(lambda *leaves: jnp.stack(leaves), *(rows[k] for k in members))
+
+
+def _apart(results: Sequence, members: Sequence[Sequence[int]]) -> list:
+    """Stacked results, segment by segment from base to tip."""
+    apart: list = [None] * sum(map(len, members))
+    for result, group in zip(results, members, strict=True):
+        for at, k in enumerate(group):
+            apart[k] = jax.tree.map(lambda leaf, at=at: leaf[at], result)
+    return apart
+
+
 def _alike_together(function: Callable, rows: list[tuple]) -> list:
     """A function of every row, rows of equal structure and shapes in one vmapped call."""
-    groups: dict[tuple, list[int]] = {}
-    rows = [jax.tree.map(jnp.asarray, row) for row in rows]
-    for k, row in enumerate(rows):
-        leaves, structure = jax.tree.flatten(row)
-        groups.setdefault((structure, *((leaf.shape, leaf.dtype) for leaf in leaves)), []).append(k)
-    results: list = [None] * len(rows)
-    for members in groups.values():
-        if len(members) == 1:
-            results[members[0]] = function(*rows[members[0]])
-            continue
-        stacked = jax.tree.map(lambda *leaves: jnp.stack(leaves), *(rows[k] for k in members))
-        together = jax.vmap(function)(*stacked)
-        for at, k in enumerate(members):
-            results[k] = jax.tree.map(lambda leaf, at=at: leaf[at], together)
-    return results
+    groups = _alike(rows)
+    if all(len(members) == 1 for members in groups):
+        return [function(*row) for row in rows]
+    return _apart([jax.vmap(function)(*_stack(rows, members)) for members in groups], groups)
+
+
+def _raise_for_chain(found: ChainEquilibrium) -> ChainEquilibrium:
+    """Raise the sentence of a loaded chain that is not in equilibrium; under `jit` by a check in the program."""
+    if is_concrete(found.status):
+        if not bool(found.converged):
+            raise RuntimeError(f"The loaded chain: {Status(int(found.status)).sentence}")
+        return found
+    bad = found.status != int(Status.converged)
+    return eqx.branched_error_if(found, bad, found.status, [s.sentence for s in Status])
 
 
 def _raise_for_segment(number: int, result: Equilibrium) -> Equilibrium:
