@@ -19,6 +19,7 @@ from ._numerics import is_concrete
 from .actuator import Actuator
 from .balance import Problem
 from .chain_balance import ChainProblem, chain_root, described
+from .chain_history import loaded_history
 from .chain_loads import ChainLoad, own_loads
 from .chain_shape import ChainShape, place_segments
 from .equilibrium import solve
@@ -269,13 +270,43 @@ def simulate_chain_history(
     rows = jnp.shape(pressure)[:1]
     activations, states = _per_segment(chain, activations, states)
     spread = lambda x: jnp.broadcast_to(x, rows) if jnp.ndim(x) == 0 else x  # noqa: E731  # alike in shape
-    results = _alike_together(
-        lambda body, drive, memory: simulate_history(body, pressure, drive, memory, time=time),
-        list(zip(chain.segments, jax.tree.map(spread, activations), states, strict=True)),
-    )
+    told = list(zip(_bare(chain), jax.tree.map(spread, activations), states, strict=True))
+    if chain.loaded:
+        check_history(pressure, activations, time)
+        results = _loaded_history(chain, jnp.asarray(pressure, dtype=float), told, time)
+    else:
+        results = _alike_together(
+            lambda body, drive, memory: simulate_history(body, pressure, drive, memory, time=time), told
+        )
     bends = jnp.stack([result.rows.bend for result in results], axis=1)
     lengths = jnp.stack([result.rows.length for result in results], axis=1)
     return ChainHistory(tuple(results), chain_shape(chain, bends, lengths))
+
+
+def _loaded_history(
+    chain: SegmentChain, pressure: Array, rows: list[tuple], time: Array | None
+) -> list[History]:
+    """Histories of the segments of a loaded chain."""
+    members = tuple(tuple(group) for group in _alike(rows))
+    stacked = tuple(_stack(rows, group) for group in members)
+    first = lambda drive: jax.tree.map(lambda x: x[..., 0], drive)  # noqa: E731
+    cold = lambda drive: tuple(  # noqa: E731
+        MartensiteFraction(a.ambient * 0.0 + 1.0) if isinstance(a, Heating) else a for a in drive
+    )
+    alone = lambda body, drive, memory: solve(body, pressure[0], cold(drive), memory, throw=False)  # noqa: E731
+    begun = [(body, first(drive), memory) for body, drive, memory in stacked]
+    guess = jnp.concatenate([jax.vmap(alone)(*group).unknowns.ravel() for group in begun])
+    parts = tuple(
+        Problem(body, jnp.broadcast_to(pressure[0], (len(m),)), drive, memory)
+        for m, (body, drive, memory) in zip(members, begun, strict=True)
+    )
+    clock = jnp.zeros(pressure.shape[0]) if time is None else jnp.asarray(time, dtype=float)
+    found = loaded_history(joined(chain, parts, members), stacked, pressure, clock, guess)
+    apart: list = [None] * len(rows)
+    for result, group in zip(found, members, strict=True):
+        for at, k in enumerate(group):
+            apart[k] = jax.tree.map(lambda leaf, at=at: leaf[:, at], result)
+    return apart
 
 
 def chain_shape(
