@@ -1,14 +1,16 @@
-"""The balance of a loaded chain: every segment's force and moment at once, coupled by the loads that pass through.
+"""The balance of a loaded chain: every segment's force and moment at once, coupled by the loads that pass
+through.
 
-The unknowns are those of all segments, each as in `balance`. A segment's residual is the single actuator's, under
-a generalised force (`loads.HeldLoad`) that stands for all loads on the segment and beyond it; this force depends on
-the shape of the whole chain (`chain_loads`). Segments alike in structure are rows of one batch. The Jacobian is
-put together from the segments' own blocks, each by forward differentiation, and the dense derivative of the
-loads, which needs kinematics only.
+The unknowns are those of all segments, each as in `balance`. A segment's residual is the single actuator's,
+under a generalised force (`loads.HeldLoad`) that stands for all loads on the segment and beyond it; this
+force depends on the shape of the whole chain (`chain_loads`). Segments alike in structure are rows of one
+batch. The Jacobian is put together from the segments' own blocks, each by forward differentiation, and the
+dense derivative of the loads, which needs kinematics only.
 
-Newton's method starts from the unloaded chain, whose segments `equilibrium.solve` finds one by one, with the whole
-load at once. Where that fails, or where it ends in an equilibrium that would not stay, the load is brought on in
-steps that shrink and grow. Every Newton step is a pass of one flat loop, so a batch compiles one of them.
+Newton's method starts from the unloaded chain, whose segments `equilibrium.solve` finds one by one, with the
+whole load at once. Where that fails, or where it ends in an equilibrium that would not stay, the load is
+brought on in steps that shrink and grow. Every Newton step is a pass of one flat loop, so a batch compiles
+one of them.
 """
 
 import dataclasses
@@ -28,12 +30,14 @@ from .result import Equilibrium, Status, equilibrium_of
 from .root_find import BALANCED
 
 CLOSE = 1e-10
-"""Newton step in scaled unknowns at which an attempt ends: steps shrink as their square, so the error left is far
+"""Newton step in scaled unknowns at which an attempt ends: steps shrink as their square, so the error left is
+far
 below the accuracy of the section's quadrature, 1e-10."""
 MOST_STEPS = 40
 """Newton steps of one attempt; those that end well take 4 to 12."""
 LONGEST_TURN = 1.0
-"""Most by which one Newton step turns the tip, all segments' bends added [rad]: where the shape turns by more the
+"""Most by which one Newton step turns the tip, all segments' bends added [rad]: where the shape turns by more
+the
 loads are no longer nearly linear in it."""
 LONGEST_STRAIN = 0.3
 """Most by which one Newton step changes a scaled unknown [1], a strain: as for single rows in `tracking`."""
@@ -168,16 +172,22 @@ def chain_jacobian(
         (block, by_load), value = jax.vmap(of_segment)(z, part, held[index])
         row = jnp.einsum("gfh,ghn->gfn", by_load, slopes[index])
         columns = column + np.arange(count * size).reshape(count, size)
-        row = row.at[np.arange(count)[:, None, None], np.arange(size)[:, None], columns[:, None, :]].add(block)
-        values, rows, column = [*values, value.ravel()], [*rows, row.reshape(count * size, -1)], column + z.size
+        row = row.at[np.arange(count)[:, None, None], np.arange(size)[:, None], columns[:, None, :]].add(
+            block
+        )
+        values, rows, column = (
+            [*values, value.ravel()],
+            [*rows, row.reshape(count * size, -1)],
+            column + z.size,
+        )
     return jnp.concatenate(values), jnp.concatenate(rows)
 
 
 def _is_stable(problem: ChainProblem, jacobian: Array) -> Array:
     """Whether the symmetric part of the stiffness is positive definite: its Cholesky factor exists.
 
-    Rows of the Jacobian are forces over `REFERENCE_MODULUS * area`, columns elongations over the length; their
-    product makes them derivatives of one energy, as far as the loads have one.
+    Rows of the Jacobian are forces over `REFERENCE_MODULUS * area`, columns elongations over the length;
+    their product makes them derivatives of one energy, as far as the loads have one.
     """
     energies = [
         jnp.repeat(jax.vmap(lambda a: a.section.moments()[0] * a.length)(part.actuator), _freedoms(part))

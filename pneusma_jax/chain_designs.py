@@ -10,9 +10,10 @@ angle = {value = 90.0, unit = "deg", status = "assumed", source = "..."}      # 
 connector = {value = 4.0, unit = "mm", status = "assumed", source = "..."}    # rigid, after each; none
 connector_mass = {value = 0.5, unit = "g", status = "assumed", source = "..."}
 
-Loads on the chain stand above its segments, under the names that they have in an actuator's table: `orientation` or
-`gravity_x`, `gravity_y`, `gravity_z`; `tip_mass`; `tip_force_x`, ...; `tip_x`, `tip_y`. A chain also takes
-`tip_moment_x`, ..., `line_load_x`, ..., and `tip_follows = true` for a force and a moment that turn with the tip.
+Loads on the chain stand above its segments, under the names that they have in an actuator's table:
+`orientation` or `gravity_x`, `gravity_y`, `gravity_z`; `tip_mass`; `tip_force_x`, ...; `tip_x`, `tip_y`. A
+chain also takes `tip_moment_x`, ..., `line_load_x`, ..., and `tip_follows = true` for a force and a moment
+that turn with the tip.
 """
 
 import dataclasses
@@ -136,8 +137,8 @@ def _chain(document: dict[str, Any], path: Path) -> ChainDesign:
     follows = document.get("tip_follows", False)
     _check_loads(document, numbers, follows, path)
     return ChainDesign(
-        name, description, path, designs, angles, connectors[:-1], masses[:-1], _gravity(document, numbers, path),
-        numbers, follows,
+        name, description, path, designs, angles, connectors[:-1], masses[:-1],
+        _gravity(document, numbers, path), numbers, follows,
     )  # fmt: skip
 
 
@@ -164,7 +165,9 @@ def _check_loads(document: dict[str, Any], numbers: dict[str, float], follows: A
         raise InputError(f"{path}: tip_follows must be true or false, but it is {follows!r}")
     tip = [key for key in numbers if key.startswith(("tip_force", "tip_moment"))]
     if "tip_follows" in document and not tip:
-        raise InputError(f"{path}: 'tip_follows' says how a load on the tip turns: add 'tip_force_x' or another")
+        raise InputError(
+            f"{path}: 'tip_follows' says how a load on the tip turns: add 'tip_force_x' or another"
+        )
 
 
 def _segments(entry: Any, number: int, path: Path) -> Iterable[tuple[str, float, float, float]]:
@@ -204,9 +207,10 @@ def make_chain(
 ) -> SegmentChain:
     """The chain that a file describes, with its loads.
 
-    Gravity is one for the whole chain, whether the chain's file states it or the tables of its segments do, and
-    weighs all segments. A segment that is held in a plane because everything in it lies there is let free where a
-    load may push it out of that plane; one whose table states `bending` or `bending_plane` stays as stated.
+    Gravity is one for the whole chain, whether the chain's file states it or the tables of its segments do,
+    and weighs all segments. A segment that is held in a plane because everything in it lies there is let free
+    where a load may push it out of that plane; one whose table states `bending` or `bending_plane` stays as
+    stated.
 
     Args:
         design: loaded, the name of a shipped chain, or a path.
@@ -214,7 +218,8 @@ def make_chain(
         density: of the silicone of such a segment [kg/m3]; that of its table's material if None.
 
     Raises:
-        InputError: if the file cannot be used, segments cannot follow each other, or loads contradict each other.
+        InputError: if the file cannot be used, segments cannot follow each other, or loads contradict each
+            other.
     """
     design = design if isinstance(design, ChainDesign) else load_chain(design)
     names = tuple(dict.fromkeys(design.designs))
@@ -238,7 +243,11 @@ def make_chain(
 
 def _density(name: str) -> float | None:
     """Density of the silicone that a design's table names [kg/m3]."""
-    return load_calibration(named_table(load_calibration(name, "actuator"), "material"), "silicone").values().get("density")
+    return (
+        load_calibration(named_table(load_calibration(name, "actuator"), "material"), "silicone")
+        .values()
+        .get("density")
+    )
 
 
 def _one_gravity(design: ChainDesign, built: dict[str, Actuator]) -> np.ndarray | None:
@@ -249,7 +258,9 @@ def _one_gravity(design: ChainDesign, built: dict[str, Actuator]) -> np.ndarray 
     """
     stated = {} if design.gravity is None else {"the chain": np.asarray(design.gravity)}
     for name, body in built.items():
-        stated |= {f"segment {name!r}": np.asarray(g.acceleration) for g in body.loads if isinstance(g, Gravity)}
+        stated |= {
+            f"segment {name!r}": np.asarray(g.acceleration) for g in body.loads if isinstance(g, Gravity)
+        }
     if not stated:
         if "tip_mass" in design.numbers or any(design.connector_masses):
             raise InputError(f"{design.path}: a mass weighs nothing without gravity: add an 'orientation'")
@@ -258,7 +269,8 @@ def _one_gravity(design: ChainDesign, built: dict[str, Actuator]) -> np.ndarray 
     for where, other in others:
         if not np.allclose(fall, other, rtol=1e-9, atol=1e-9):
             raise InputError(
-                f"{design.path}: gravity is one for the whole chain, but that of {first} is {_listed(fall)} and that"
+                f"{design.path}: gravity is one for the whole chain, but that of {first} is {_listed(fall)} "
+                "and that"
                 f" of {where} {_listed(other)} m/s2 in the base's frame: leave one out"
             )
     return fall
@@ -280,12 +292,17 @@ def _loads(
     place = np.asarray([numbers["tip_x"], numbers["tip_y"]]) if "tip_x" in numbers else None
     if fall is not None:
         own = [next((g for g in body.loads if isinstance(g, Gravity)), None) for body in bodies]
-        densities = {name: density(name) for name, body in zip(design.designs, own, strict=True) if body is None}
+        densities = {
+            name: density(name) for name, body in zip(design.designs, own, strict=True) if body is None
+        }
         for name, value in densities.items():
             if value is None:
-                raise InputError(f"{design.path}: segment {name!r} is to be weighed, but its material has no density")
+                raise InputError(
+                    f"{design.path}: segment {name!r} is to be weighed, but its material has no density"
+                )
         whole = chain_weight(
-            bodies, [densities.get(name, 0.0) for name in design.designs], fall, numbers.get("tip_mass", 0.0), place,
+            bodies, [densities.get(name, 0.0) for name in design.designs], fall,
+            numbers.get("tip_mass", 0.0), place,
             np.asarray(design.connectors), np.asarray(design.connector_masses),
         )  # fmt: skip
         mass = [m if g is None else g.mass for m, g in zip(whole.masses, own, strict=True)]
@@ -306,7 +323,7 @@ def _loads(
 def _freed(
     design: ChainDesign, built: dict[str, Actuator], fall: np.ndarray | None, forces: list
 ) -> dict[str, Actuator]:
-    """Actuators that may bend in any direction, where a load may push them out of the plane they are held in."""
+    """Actuators that may bend in any direction, where a load may push them out of their plane."""
     turned = zip(design.designs, design.angles, strict=True)
     planes = [(built[name].bending_plane, angle) for name, angle in turned]
     pushes = [np.asarray(x) for x in forces] + [design.vector(s) for s in ("tip_force", "line_load")]

@@ -1,6 +1,7 @@
 """Histories of a loaded chain: one scan over the rows carries the memories of all springs of all segments.
 
-A row is followed from the last one that was solved: pressure, phases and memories change along the way, and Newton's
+A row is followed from the last one that was solved: pressure, phases and memories change along the way, and
+    Newton's
 method takes them at once or, where that fails, in steps (`chain_balance.search`).
 """
 
@@ -9,9 +10,10 @@ import dataclasses
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
-from ._numerics import begun_as
+from ._numerics import begun_as, is_concrete
 from .actuator import Actuator
 from .balance import Problem
 from .chain_balance import ChainProblem, chain_root, described
@@ -19,6 +21,7 @@ from .history import History
 from .nitinol import MartensiteFraction, SpringState
 from .nitinol.spring import Activation
 from .nitinol.thermal import Heating, next_temperature
+from .precision import require_float64
 from .result import Equilibrium, Status
 
 Stacked = tuple[Actuator, tuple[Activation | Heating, ...], tuple[SpringState, ...]]
@@ -85,7 +88,10 @@ def loaded_history(
             good = good & jnp.all(row_of_part.status == int(Status.converged))
         keep = lambda new, old: jax.tree.map(lambda a, b: jnp.where(good, a, b), new, old)  # noqa: E731
         # a failed row is NaN: what it would commit is replaced before the memory's laws see it
-        calm = [jax.tree.map(lambda x: jnp.where(good, x, 0.0) if eqx.is_inexact_array(x) else x, f) for f in found]
+        calm = [
+            jax.tree.map(lambda x: jnp.where(good, x, 0.0) if eqx.is_inexact_array(x) else x, f)
+            for f in found
+        ]
         states = tuple(
             keep(_remembered(body, state, f), state)
             for (body, _, _), state, f in zip(stacked, carry.states, calm, strict=True)
@@ -101,7 +107,8 @@ def loaded_history(
 
     first_drives = jax.tree.map(lambda x: x[0], drives)
     temperatures, resistances = zip(
-        *(_at_rest(body, drive) for (body, _, _), drive in zip(stacked, first_drives, strict=True)), strict=True
+        *(_at_rest(body, drive) for (body, _, _), drive in zip(stacked, first_drives, strict=True)),
+        strict=True,
     )
     states = tuple(jax.tree.map(lambda x: jnp.asarray(x, dtype=float), state) for _, _, state in stacked)
     begin = tuple(
@@ -116,6 +123,36 @@ def loaded_history(
         History(f, s, jnp.stack(t, axis=-1) if t else jnp.zeros((*f.length.shape, 0)), seen)
         for f, s, t, seen in zip(found, states, temperatures, shown, strict=True)
     )
+
+
+def check_course(pressure: Array, activations: tuple, time: Array | None) -> None:
+    """Refuse a course that has no meaning, in one sentence.
+
+    Raises:
+        RuntimeError: if float64 is off.
+        ValueError: for an empty history, arrays of different lengths, or time going backwards.
+    """
+    require_float64()
+    if jnp.ndim(pressure) != 1 or not jnp.shape(pressure)[0]:
+        raise ValueError(
+            f"Argument `pressure` must be a history of at least one row, but its shape is "
+            f"{jnp.shape(pressure)}."
+        )
+    rows = jnp.shape(pressure)[0]
+    named = [("activations", leaf) for leaf in jax.tree.leaves(activations) if jnp.ndim(leaf)]
+    for what, array in [*named, *([] if time is None else [("time", time)])]:
+        if jnp.shape(array) != (rows,):
+            raise ValueError(
+                f"Argument `{what}` must have {rows} rows like the pressure, but one has {jnp.shape(array)}."
+            )
+    drives = jax.tree.leaves(activations, is_leaf=lambda x: isinstance(x, Heating))
+    if time is None:
+        if any(isinstance(drive, Heating) for drive in drives):
+            raise ValueError("Argument `time` must be given where a current heats a spring, but it is None.")
+    elif is_concrete(time):
+        back = np.flatnonzero(np.diff(np.asarray(time)) < 0.0)
+        if back.size:
+            raise ValueError(f"Argument `time` must not go backwards, but it does after row {back[0] + 1}.")
 
 
 def _by_row(drive: tuple, rows: int) -> tuple:

@@ -1,21 +1,23 @@
 """Loads on a chain of segments in space, passed on from segment to segment: weight, forces, moments.
 
-Two rules hold for every load. A direction is given in the frame of the chain's base, unless the load follows the
-section on which it acts. A place in a section is given in the segment's own axes, like the places of its springs.
+Two rules hold for every load. A direction is given in the frame of the chain's base, unless the load follows
+the section on which it acts. A place in a section is given in the segment's own axes, like the places of its
+springs.
 
 The balance of a segment needs the generalised force of all loads on its own coordinates, the length l of its
-centre line and its bend angle vector theta. What acts at the segment's end or beyond it is, seen from the end,
-a force F and a moment M. A small change of the coordinates moves the end by dp and turns it by dphi, so that
-the virtual work is `F . dp + M . dphi`; seen from the segment's base
+centre line and its bend angle vector theta. What acts at the segment's end or beyond it is, seen from the
+end, a force F and a moment M. A small change of the coordinates moves the end by dp and turns it by dphi, so
+that the virtual work is `F . dp + M . dphi`; seen from the segment's base
 
     p = l (-theta c_2, c_1)
     dphi = J dphi_0,  phi_0 = theta x z,  J = 1 + c_2 [phi_0] + c_3 [phi_0]^2
 
 with Stumpff's functions c_k of `theta . theta` (see `loads`) and `[a] b = a x b`; J is the left Jacobian of a
-rotation. What is spread along the segment itself does work by the mean of the fibre on which it lies. Forces and
-moments beyond each end are sums from the tip backwards, so the whole chain costs as much as its segments.
+rotation. What is spread along the segment itself does work by the mean of the fibre on which it lies. Forces
+and moments beyond each end are sums from the tip backwards, so the whole chain costs as much as its segments.
 
-A segment is an arc: along it the curvature is constant. A chain of ever shorter segments approaches a rod that
+A segment is an arc: along it the curvature is constant. A chain of ever shorter segments approaches a rod
+    that
 bends and stretches, but does not shear and does not twist, with an error that falls as the square of the
 segments' length.
 """
@@ -43,7 +45,8 @@ class ChainLoad(eqx.Module):
             rest_lengths: of the segments [m].
 
         Returns:
-            Force on each segment [N], shape (n, 3), and the place of its fibre in the section [m], shape (n, 2).
+            Force on each segment [N], shape (n, 3), and the place of its fibre in the section [m], shape (n,
+            2).
         """
 
     @abc.abstractmethod
@@ -54,7 +57,8 @@ class ChainLoad(eqx.Module):
             turns: rotation of each segment's own axes at its end, as seen from the chain's base.
 
         Returns:
-            Forces [N] and moments about the ends' centres [N m] in the frame of the base, both of shape (n, 3).
+            Forces [N] and moments about the ends' centres [N m] in the frame of the base, both of shape (n,
+            3).
         """
 
     def check(self, count: int) -> None:
@@ -218,8 +222,8 @@ def generalised_forces(
         rest_lengths: of the segments [m].
 
     Returns:
-        Pulls along the centre lines [N], shape (n,), and moments on the bend angle vectors in the segments' own
-        axes [N m], shape (n, 2): the negative virtual work per change of length and of bend, as in
+        Pulls along the centre lines [N], shape (n,), and moments on the bend angle vectors in the segments'
+        own axes [N m], shape (n, 2): the negative virtual work per change of length and of bend, as in
         `Load.generalised_force`.
     """
     bends, lengths, bases = shape.bends, shape.lengths, shape.frames[:-1]
@@ -228,7 +232,9 @@ def generalised_forces(
     turns = ends[:, :3, :3] @ own
     inwards = jnp.swapaxes(bases[:, :3, :3], 1, 2)
     pull, turn = jnp.zeros_like(lengths), jnp.zeros_like(bends)
-    along = about = force = moment = jnp.zeros((lengths.shape[0], 3))  # `along` and `about`: of what is spread
+    along = about = force = moment = jnp.zeros(
+        (lengths.shape[0], 3)
+    )  # `along` and `about`: of what is spread
     for load in loads:
         spread, at_ends = load.spread(rest_lengths), load.at_ends(turns)
         if spread is not None:
@@ -250,7 +256,7 @@ def generalised_forces(
 
 
 def yield_of_turn(moment: Float[Array, "3"], bend: Float[Array, "2"]) -> Float[Array, "2"]:
-    """Negative virtual work of a moment on a segment's end per change of its bend [N m]; all seen from its base."""
+    """Negative virtual work of a moment on a segment's end per change of bend [N m], seen from its base."""
     _, c_2, c_3, *_ = stumpff(bend @ bend)
     axis = rotation_vector(bend)
     across = jnp.cross(axis, moment)
@@ -266,7 +272,7 @@ def _own_axes(angle: Array) -> Float[Array, "3 3"]:
 
 
 def _moment_of(forces: Array, turns: Array, places: Array) -> Array:
-    """Moments about the ends' centres of forces at places of the segments' own axes, shape (n, 2) or (n, 3)."""
+    """Moments about the ends' centres of forces at places of the own axes, shape (n, 2) or (n, 3)."""
     arms = jnp.einsum("nij,nj->ni", turns[:, :, : places.shape[-1]], places)
     return jnp.cross(arms, forces)
 

@@ -94,5 +94,7 @@ def place_segments(
     bends = rotate_in_section(bends, angles)
     steps = compose(arc_frame(bends, lengths), shift_along(connectors))
     base = jnp.broadcast_to(jnp.eye(4), (*lengths.shape[:-1], 1, 4, 4))
-    after = jax.lax.associative_scan(jnp.matmul, steps, axis=lengths.ndim - 1)  # a loop would compile for longer
+    after = jax.lax.associative_scan(
+        jnp.matmul, steps, axis=lengths.ndim - 1
+    )  # a loop would compile for longer
     return ChainShape(bends, lengths, connectors, radii, angles, jnp.concatenate([base, after], axis=-3))

@@ -81,7 +81,8 @@ class Load(eqx.Module):
         """
         raise ValueError(
             f"A segment of a chain must not carry a {type(self).__name__}: "
-            "how it passes from segment to segment is not known. See `chain_loads` for loads that are passed on."
+            "how it passes from segment to segment is not known. See `chain_loads` for loads that are "
+            "passed on."
         )
 
 

@@ -1,9 +1,10 @@
 """Chains: segments in series under one pressure, each with its own activation and its own memory.
 
-The shape of a chain follows by placing one constant-curvature arc after the other. Without loads, segments share
-the pressure and nothing else: each is in an equilibrium of its own. Weight, forces and moments pass from segment
-to segment (`chain_loads`), and the whole chain is one equilibrium (`chain_balance`). Segments alike in structure
-are solved together, as one batch of one compiled program, whatever their dimensions. Contact is not modelled.
+The shape of a chain follows by placing one constant-curvature arc after the other. Without loads, segments
+share the pressure and nothing else: each is in an equilibrium of its own. Weight, forces and moments pass
+from segment to segment (`chain_loads`), and the whole chain is one equilibrium (`chain_balance`). Segments
+alike in structure are solved together, as one batch of one compiled program, whatever their dimensions.
+Contact is not modelled.
 """
 
 import dataclasses
@@ -19,7 +20,7 @@ from ._numerics import is_concrete
 from .actuator import Actuator
 from .balance import Problem
 from .chain_balance import ChainProblem, chain_root, described
-from .chain_history import loaded_history
+from .chain_history import check_course, loaded_history
 from .chain_loads import ChainLoad, own_loads
 from .chain_shape import ChainShape, place_segments
 from .equilibrium import solve
@@ -27,7 +28,7 @@ from .history import History, simulate_history
 from .nitinol import MartensiteFraction, SpringState
 from .nitinol.spring import Activation
 from .nitinol.thermal import Heating
-from .result import Equilibrium, Status, equilibrium_of, raise_unless_converged
+from .result import Equilibrium, Status, raise_unless_converged
 from .section import Section
 
 Drive = tuple[Activation | Heating, ...]  # one per spring of a segment
@@ -91,9 +92,9 @@ class ChainEquilibrium(eqx.Module):
     Attributes:
         segments: from base to tip. Under loads all of them are NaN where the chain has no equilibrium.
         shape: in space.
-        stable: whether a loaded chain would stay in this equilibrium when it is pushed a little: the symmetric
-            part of its stiffness is positive definite. A straight chain under a weight beyond the one at which it
-            buckles is in equilibrium, but not stable. None for a chain without loads.
+        stable: whether a loaded chain would stay in this equilibrium when it is pushed a little: the
+            symmetric part of its stiffness is positive definite. A straight chain under a weight beyond the
+            one at which it buckles is in equilibrium, but not stable. None for a chain without loads.
     """
 
     segments: tuple[Equilibrium, ...]
@@ -272,7 +273,7 @@ def simulate_chain_history(
     spread = lambda x: jnp.broadcast_to(x, rows) if jnp.ndim(x) == 0 else x  # noqa: E731  # alike in shape
     told = list(zip(_bare(chain), jax.tree.map(spread, activations), states, strict=True))
     if chain.loaded:
-        check_history(pressure, activations, time)
+        check_course(pressure, activations, time)
         results = _loaded_history(chain, jnp.asarray(pressure, dtype=float), told, time)
     else:
         results = _alike_together(
@@ -385,7 +386,7 @@ def _alike_together(function: Callable, rows: list[tuple]) -> list:
 
 
 def _raise_for_chain(found: ChainEquilibrium) -> ChainEquilibrium:
-    """Raise the sentence of a loaded chain that is not in equilibrium; under `jit` by a check in the program."""
+    """Raise the sentence of a loaded chain without equilibrium; under `jit` by a check in the program."""
     if is_concrete(found.status):
         if not bool(found.converged):
             raise RuntimeError(f"The loaded chain: {Status(int(found.status)).sentence}")

@@ -64,7 +64,8 @@ def chain_weight(
     connectors: Array = 0.0,
     connector_mass: Array = 0.0,
 ) -> ChainWeight:
-    """Gravity on a chain: `chain.with_loads(chain_weight(chain.segments, 1070.0, gravity_vector("horizontal")))`.
+    """Gravity on a chain: `chain.with_loads(chain_weight(chain.segments, 1070.0,
+    gravity_vector("horizontal")))`.
 
     Every segment weighs what `weight` says of it alone.
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 import pneusma_jax as pj
 from fitting.report.figures import BLACK, BLUE, GREEN, ORANGE, style
-from pneusma_jax.nitinol import phase_fractions
+from pneusma_jax.nitinol import fractions
 
 from .bench import PRESTRAIN, Bench
 from .entry import Entry
@@ -42,9 +42,9 @@ def controlled(
     return rho, np.where(too_low, 1.0, np.where(too_high, 0.0, read))
 
 
-def _fractions(alloy: pj.Alloy, xi0: np.ndarray) -> dict[str, np.ndarray]:
-    """Phases of the wire along `STRAINS` [1], Eqs. 2.25 to 2.28."""
-    found = phase_fractions(alloy, xi0, STRAINS)
+def phase_fractions(alloy: pj.Alloy, xi0: np.ndarray, gamma: np.ndarray = STRAINS) -> dict[str, np.ndarray]:
+    """Detwinned and twinned martensite and austenite of the whole wire [1], Eqs. 2.25 to 2.28."""
+    found = fractions.phase_fractions(alloy, xi0, gamma)
     return {name: np.asarray(getattr(found, name)) for name in ("detwinned", "twinned", "austenite")}
 
 
@@ -70,7 +70,7 @@ def _sum_of_fractions(bench: Bench) -> float:
     for alloy in bench.alloys.values():
         for s in setpoints(alloy):
             worst = max(
-                worst, float(abs(sum(_fractions(alloy, controlled(alloy, s)[1]).values()) - 1.0).max())
+                worst, float(abs(sum(phase_fractions(alloy, controlled(alloy, s)[1]).values()) - 1.0).max())
             )
     return worst
 
@@ -78,7 +78,7 @@ def _sum_of_fractions(bench: Bench) -> float:
 def _detwinned_at_end(bench: Bench) -> Found:
     """Least detwinned fraction at the largest strain, over setpoints and alloys [1]."""
     ends = {
-        n: min(float(_fractions(a, controlled(a, s)[1])["detwinned"][-1]) for s in setpoints(a))
+        n: min(float(phase_fractions(a, controlled(a, s)[1])["detwinned"][-1]) for s in setpoints(a))
         for n, a in bench.alloys.items()
     }
     return Found(min(ends.values()), ", ".join(f"{NAMES[n]} {v:.3f}" for n, v in ends.items()))
@@ -137,7 +137,7 @@ def draw_fractions(bench: Bench) -> Figure:
                 told = np.abs(np.asarray(alloy.rho_m(STRAINS) - alloy.rho_a(STRAINS))) > ALIKE
                 xi0 = np.where(told, controlled(alloy, s)[1], np.nan)
                 for (name, values), colour in zip(
-                    _fractions(alloy, xi0).items(), (ORANGE, BLUE, GREEN), strict=True
+                    phase_fractions(alloy, xi0).items(), (ORANGE, BLUE, GREEN), strict=True
                 ):
                     axes.plot(STRAINS, values, color=colour, label=name)
                 axes.plot(STRAINS, xi0, ":", color=BLACK, label="onset martensite xi0", linewidth=1.2)

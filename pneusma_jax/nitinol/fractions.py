@@ -1,9 +1,9 @@
 """Fractions of the phases in the whole wire: Table 2.1 and Eqs. 2.25 to 2.28.
 
-The onset fraction xi0 is what would be martensite without stress. Stress turns the share xi_sm of it from twinned to
-detwinned martensite, and the share xi_sa of the rest from austenite to detwinned martensite. Brinson's internal
-variables xi, xi_s and xi_t follow. The source writes Eq. 2.26 with `xi_tm = 1 - xi_sm` and Eq. 2.28 with
-`alpha_a = 1 - xi_sa` (Table 2.1).
+The onset fraction xi0 is what would be martensite without stress. Stress turns the share xi_sm of it from
+twinned to detwinned martensite, and the share xi_sa of the rest from austenite to detwinned martensite.
+Brinson's internal variables xi, xi_s and xi_t follow. The source writes Eq. 2.26 with `xi_tm = 1 - xi_sm` and
+Eq. 2.28 with `alpha_a = 1 - xi_sa` (Table 2.1).
 """
 
 import equinox as eqx
@@ -29,7 +29,7 @@ def twinned_fraction(xi0: Array, xi_sm: Array) -> Array:
 
 
 def martensite_in_all(xi0: Array, xi_sa: Array) -> Array:
-    """Martensite in the wire, twinned and detwinned, xi, Eq. 2.27 [1]; arguments as of `detwinned_fraction`."""
+    """All martensite in the wire, xi, Eq. 2.27 [1]; arguments as of `detwinned_fraction`."""
     return xi0 + (1.0 - xi0) * xi_sa
 
 

@@ -89,16 +89,17 @@ def spring_strain(
 ) -> Array:
     """Strain of the spring from the shear strain of the wire: the inverse of Eq. 2.17 [1].
 
-    The source does not state it. Eq. 2.17 is of the fourth degree in the coils' slope and rises with it; its root is
-    found by Newton's method on the slope, to rounding, and has derivatives of every order.
+    The source does not state it. Eq. 2.17 is of the fourth degree in the coils' slope and rises with it; its
+    root is found by Newton's method on the slope, to rounding, and has derivatives of every order.
 
     Args:
         gamma: shear strain of the wire's surface [1], any shape; negative for a spring pushed together.
-        initial_pitch, coil_diameter, wire_diameter, poisson_ratio, helix: as of `shear_strain`. They may have any
-            shapes that broadcast with `gamma`.
+        initial_pitch, coil_diameter, wire_diameter, poisson_ratio, helix: as of `shear_strain`. They may have
+            any shapes that broadcast with `gamma`.
 
     Returns:
-        Elongation over free length [1]; NaN where Newton's method finds no root, or an argument is not finite.
+        Elongation over free length [1]; NaN where Newton's method finds no root, or an argument is not
+        finite.
 
     Raises:
         ValueError: if `helix` is unknown.
@@ -143,7 +144,9 @@ def _root_by_element(excess: Callable, given: tuple, start: Array) -> Array:
     return jax.lax.custom_root(lambda x: excess(x, given), jax.lax.stop_gradient(start), search, tangent)
 
 
-def coil_angle(spring_strain: Array, initial_pitch: Array, coil_diameter: Array, helix: str = "printed") -> Array:
+def coil_angle(
+    spring_strain: Array, initial_pitch: Array, coil_diameter: Array, helix: str = "printed"
+) -> Array:
     """Inclination of the coils from the strain of the spring, Eqs. 2.13 and 2.15 [rad].
 
     Args:
@@ -157,13 +160,16 @@ def coil_angle(spring_strain: Array, initial_pitch: Array, coil_diameter: Array,
     return jnp.arctan(coil_slope(initial_pitch * (1.0 + spring_strain), coil_diameter, helix))
 
 
-def elongation_of_angle(angle: Array, initial_angle: Array, active_coils: Array, coil_diameter: Array) -> Array:
+def elongation_of_angle(
+    angle: Array, initial_angle: Array, active_coils: Array, coil_diameter: Array
+) -> Array:
     """Elongation of the spring from the inclination of its coils, Eq. 2.3 [m].
 
-    The wire keeps its length, and the coils become narrower as they rise. That is not how Eqs. 2.10 to 2.12 relate
-    angle and elongation, which keep the coils' diameter: fed with the angle of `coil_angle`, Eq. 2.3 gives 4 % more
-    elongation than Eq. 2.12 at small strain and 18 % more at the largest one of the source, 575 %. With
-    `helix="true"` both agree at small strain (correction 6). The model computes with Eq. 2.17, not with this.
+    The wire keeps its length, and the coils become narrower as they rise. That is not how Eqs. 2.10 to 2.12
+    relate angle and elongation, which keep the coils' diameter: fed with the angle of `coil_angle`, Eq. 2.3
+    gives 4 % more elongation than Eq. 2.12 at small strain and 18 % more at the largest one of the source,
+    575 %. With `helix="true"` both agree at small strain (correction 6). The model computes with Eq. 2.17,
+    not with this.
 
     Args:
         angle, initial_angle: inclination of the coils, stretched and unloaded [rad].
@@ -216,7 +222,8 @@ def elastic_force(
 def uncorrected_shear_stress(force: Array, coil_diameter: Array, wire_diameter: Array) -> Array:
     """Shear stress of the wire from the spring's pull by torsion alone, Eq. 2.5 [Pa].
 
-    Without curvature of the wire and direct shear, for which `shear_stress_of_force` (Eq. 2.8) has Wahl's factor.
+    Without curvature of the wire and direct shear, for which `shear_stress_of_force` (Eq. 2.8) has Wahl's
+    factor.
 
     Args:
         force: pull of the spring [N].
@@ -288,7 +295,7 @@ class SpringGeometry(eqx.Module):
         )
 
     def elongation(self, gamma: Array, poisson_ratio: Array = POISSON_RATIO) -> Array:
-        """Elongation from the free length [m] at a shear strain of the wire, the inverse of `shear_strain`."""
+        """Elongation from the free length [m] at a shear strain of the wire; inverts `shear_strain`."""
         return self.free_length * spring_strain(
             gamma, self.initial_pitch, self.coil_diameter, self.wire_diameter, poisson_ratio, self.helix
         )
