@@ -7,10 +7,12 @@ force depends on the shape of the whole chain (`chain_loads`). Segments alike in
 batch. The Jacobian is put together from the segments' own blocks, each by forward differentiation, and the
 dense derivative of the loads, which needs kinematics only.
 
-Newton's method starts from the unloaded chain, whose segments `equilibrium.solve` finds one by one, with the
-whole load at once. Where that fails, or where it ends in an equilibrium that would not stay, the load is
-brought on in steps that shrink and grow. Every Newton step is a pass of one flat loop, so a batch compiles
-one of them.
+Newton's method starts from the chain at rest: cold, without pressure and without load. It takes pressure,
+heat and loads at once. Where that fails, or where it ends in an equilibrium that would not stay, they are
+brought on in steps that shrink and grow, so that the branch connected with rest is followed. Every Newton
+step is a pass of one flat loop, so a batch compiles one of them. Where a resistance drives a spring there is
+no resistance at rest to begin with; then the segments without loads, which `equilibrium.solve` finds one by
+one, take the place of rest.
 """
 
 import dataclasses
@@ -26,6 +28,7 @@ from .balance import Problem, configuration, residual
 from .chain_loads import ChainLoad, generalised_forces
 from .chain_shape import ChainShape, place_segments
 from .loads import HeldLoad
+from .nitinol import MartensiteFraction
 from .result import Equilibrium, Status, equilibrium_of
 from .root_find import BALANCED
 
@@ -272,6 +275,24 @@ def _length_of(problem: ChainProblem, unknowns: Array, step: Array) -> Array:
         bends = jax.vmap(lambda part, z: configuration(part.actuator, z)[1])(part, z)
         turn = turn + jnp.sum(jnp.abs(bends))
     return jnp.maximum(turn / LONGEST_TURN, jnp.max(jnp.abs(step)) / LONGEST_STRAIN)
+
+
+def rest_of(problem: ChainProblem) -> tuple[ChainProblem, Float[Array, "unknowns"]] | None:
+    """The chain at rest, a start for `search`: without pressure, heat and loads, and straight unknowns.
+
+    None where a spring's phase is not given, so that what it is at rest is not known either.
+    """
+    parts = []
+    for part in problem.parts:
+        if not all(isinstance(drive, MartensiteFraction) for drive in part.activations):
+            return None
+        cold = tuple(MartensiteFraction(jnp.ones_like(drive.value)) for drive in part.activations)
+        parts.append(dataclasses.replace(part, pressure=jnp.zeros_like(part.pressure), activations=cold))
+    sizes = [
+        _freedoms(part) * len(members) for part, members in zip(problem.parts, problem.members, strict=True)
+    ]
+    rest = dataclasses.replace(problem, parts=tuple(parts), share=jnp.zeros_like(problem.share))
+    return rest, jnp.zeros(sum(sizes))
 
 
 def chain_root(rest: ChainProblem, problem: ChainProblem, guess: Float[Array, "unknowns"]) -> Stand:

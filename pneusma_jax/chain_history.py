@@ -16,7 +16,7 @@ from jaxtyping import Array, Float
 from ._numerics import begun_as, is_concrete
 from .actuator import Actuator
 from .balance import Problem
-from .chain_balance import ChainProblem, chain_root, described
+from .chain_balance import ChainProblem, chain_root, described, rest_of
 from .history import History
 from .nitinol import MartensiteFraction, SpringState
 from .nitinol.spring import Activation
@@ -48,7 +48,7 @@ def loaded_history(
     stacked: tuple[Stacked, ...],
     pressure: Float[Array, "rows"],
     time: Float[Array, "rows"],
-    guess: Float[Array, "unknowns"],
+    guess: Float[Array, "unknowns"] | None,
 ) -> tuple[History, ...]:
     """Histories of every part, with leading axes of rows and segments.
 
@@ -58,7 +58,7 @@ def loaded_history(
             and their memories before the first row.
         pressure: gauge [Pa].
         time: [s].
-        guess: unknowns of the chain without loads in the first row.
+        guess: unknowns of the chain without loads in the first row; None to begin at rest.
     """
     rows = pressure.shape[0]
     drives = tuple(_by_row(drive, rows) for _, drive, _ in stacked)
@@ -116,6 +116,8 @@ def loaded_history(
         for (body, _, _), drive, t, r in zip(stacked, first_drives, temperatures, resistances, strict=True)
     )
     rest = dataclasses.replace(problem_of(pressure[0], begin, states), share=jnp.zeros(()))
+    if guess is None:
+        rest, guess = rest_of(rest) or (rest, None)
     course = (pressure, drives, interval)
     first = begun_as(_Carry(states, temperatures, resistances, guess, rest), (balance, stacked, course))
     _, (found, states, temperatures, shown) = jax.lax.scan(step, first, course)

@@ -19,15 +19,16 @@ from jaxtyping import Array, Float
 from ._numerics import is_concrete
 from .actuator import Actuator
 from .balance import Problem
-from .chain_balance import ChainProblem, chain_root, described
+from .chain_balance import ChainProblem, chain_root, described, rest_of
 from .chain_history import check_course, loaded_history
 from .chain_loads import ChainLoad, own_loads
 from .chain_shape import ChainShape, place_segments
 from .equilibrium import solve
 from .history import History, simulate_history
-from .nitinol import MartensiteFraction, SpringState
+from .nitinol import MartensiteFraction, Resistance, SpringState
 from .nitinol.spring import Activation
 from .nitinol.thermal import Heating
+from .precision import require_float64
 from .result import Equilibrium, Status, raise_unless_converged
 from .section import Section
 
@@ -210,32 +211,32 @@ def _bare(chain: SegmentChain) -> list[Actuator]:
 
 
 def _solve_loaded(chain: SegmentChain, pressure: Array, rows: list[tuple]) -> ChainEquilibrium:
-    """`solve_chain` under loads: every segment alone first, then all of them together."""
+    """`solve_chain` under loads."""
+    require_float64()
     members = tuple(tuple(group) for group in _alike(rows))
     stacked = tuple(_stack(rows, group) for group in members)
-    alone = lambda body, drive, memory: solve(body, pressure, drive, memory, throw=False)  # noqa: E731
-    unloaded = tuple(jax.vmap(alone)(*group) for group in stacked)
-    return _join(chain, pressure, stacked, unloaded, members)
-
-
-@eqx.filter_jit
-def _join(
-    chain: SegmentChain,
-    pressure: Array,
-    stacked: tuple[tuple, ...],
-    unloaded: tuple[Equilibrium, ...],
-    members: tuple[tuple[int, ...], ...],
-) -> ChainEquilibrium:
-    """Equilibrium of a loaded chain from that of its segments: one compiled program per kind of chain."""
     parts = tuple(
         Problem(body, jnp.broadcast_to(pressure, (len(m),)), drive, memory)
         for m, (body, drive, memory) in zip(members, stacked, strict=True)
     )
     problem = joined(chain, parts, members)
-    rest = dataclasses.replace(problem, share=jnp.asarray(0.0))
-    guess = jnp.concatenate([result.unknowns.ravel() for result in unloaded])
-    stand = chain_root(rest, problem, guess)
-    results = _apart(described(problem, stand), members)
+    return _join(chain, problem, rest_of(problem) or _unloaded(problem))
+
+
+def _unloaded(problem: ChainProblem) -> tuple[ChainProblem, Array]:
+    """The chain without loads, and what solves it: every segment alone."""
+    alone = lambda part: solve(  # noqa: E731
+        part.actuator, part.pressure, part.activations, part.states, throw=False
+    )
+    unknowns = [jax.vmap(alone)(part).unknowns.ravel() for part in problem.parts]
+    return dataclasses.replace(problem, share=jnp.zeros_like(problem.share)), jnp.concatenate(unknowns)
+
+
+@eqx.filter_jit
+def _join(chain: SegmentChain, problem: ChainProblem, begin: tuple[ChainProblem, Array]) -> ChainEquilibrium:
+    """Equilibrium of a loaded chain from a start: one compiled program per kind of chain."""
+    stand = chain_root(begin[0], problem, begin[1])
+    results = _apart(described(problem, stand), problem.members)
     bends = jnp.stack([result.bend for result in results])
     lengths = jnp.stack([result.length for result in results])
     return ChainEquilibrium(tuple(results), chain_shape(chain, bends, lengths), stand.stable & stand.found)
@@ -290,19 +291,27 @@ def _loaded_history(
     """Histories of the segments of a loaded chain."""
     members = tuple(tuple(group) for group in _alike(rows))
     stacked = tuple(_stack(rows, group) for group in members)
-    first = lambda drive: jax.tree.map(lambda x: x[..., 0], drive)  # noqa: E731
-    cold = lambda drive: tuple(  # noqa: E731
-        MartensiteFraction(a.ambient * 0.0 + 1.0) if isinstance(a, Heating) else a for a in drive
-    )
-    alone = lambda body, drive, memory: solve(body, pressure[0], cold(drive), memory, throw=False)  # noqa: E731
-    begun = [(body, first(drive), memory) for body, drive, memory in stacked]
-    guess = jnp.concatenate([jax.vmap(alone)(*group).unknowns.ravel() for group in begun])
     parts = tuple(
-        Problem(body, jnp.broadcast_to(pressure[0], (len(m),)), drive, memory)
-        for m, (body, drive, memory) in zip(members, begun, strict=True)
+        Problem(
+            body, jnp.broadcast_to(pressure[0], (len(m),)), jax.tree.map(lambda x: x[..., 0], drive), memory
+        )
+        for m, (body, drive, memory) in zip(members, stacked, strict=True)
     )
+    balance, guess = joined(chain, parts, members), None
+    if any(isinstance(a, Resistance) for part in parts for a in part.activations):
+        warm = tuple(
+            dataclasses.replace(
+                part,
+                activations=tuple(
+                    MartensiteFraction(jnp.ones_like(a.ambient)) if isinstance(a, Heating) else a
+                    for a in part.activations
+                ),
+            )
+            for part in parts
+        )
+        guess = _unloaded(joined(chain, warm, members))[1]
     clock = jnp.zeros(pressure.shape[0]) if time is None else jnp.asarray(time, dtype=float)
-    found = loaded_history(joined(chain, parts, members), stacked, pressure, clock, guess)
+    found = loaded_history(balance, stacked, pressure, clock, guess)
     apart: list = [None] * len(rows)
     for result, group in zip(found, members, strict=True):
         for at, k in enumerate(group):

@@ -5,7 +5,9 @@ from scipy.integrate import solve_bvp
 from scipy.spatial.transform import Rotation
 
 
-def rod(length, bending, stretching, force=(0, 0, 0), moment=(0, 0, 0), per_length=(0, 0, 0), nodes=41, tol=1e-9):
+def rod(
+    length, bending, stretching, force=(0, 0, 0), moment=(0, 0, 0), per_length=(0, 0, 0), nodes=41, tol=1e-9
+):
     """Tip of a clamped rod under loads that keep their direction: its place [m] and its rotation matrix.
 
     Place, quaternion and moment over the rest length; the moment about the tangent only turns the section, which is
