@@ -26,7 +26,6 @@ from jaxtyping import Array, Float
 from ._numerics import frozen
 from .balance import Problem, configuration, residual
 from .chain_loads import ChainLoad, generalised_forces
-from .chain_shape import ChainShape, place_segments
 from .loads import HeldLoad
 from .nitinol import MartensiteFraction
 from .result import Equilibrium, Status, equilibrium_of
@@ -118,21 +117,18 @@ def _freedoms(part: Problem) -> int:
     return (2 - actuator.planar) + (actuator.fibre_place is None or actuator.fibre_stiffness is not None)
 
 
-def shape_of(problem: ChainProblem, unknowns: Float[Array, "unknowns"]) -> ChainShape:
-    """Shape of the chain at its unknowns; its radii are left at zero."""
+def held_forces(problem: ChainProblem, unknowns: Float[Array, "unknowns"]) -> Float[Array, "n 3"]:
+    """Pull [N] and moments [N m] of all loads on each segment's own coordinates."""
     configured = [
         jax.vmap(lambda part, z: configuration(part.actuator, z))(part, z)
         for part, z in zip(problem.parts, split(problem, unknowns), strict=True)
     ]
     stretch = jnp.concatenate([each[0] for each in configured])[problem.order]
     bends = jnp.concatenate([each[1] for each in configured])[problem.order]
-    lengths = problem.rest_lengths + stretch
-    return place_segments(bends, lengths, problem.angles, problem.connectors, jnp.zeros_like(lengths))
-
-
-def held_forces(problem: ChainProblem, unknowns: Float[Array, "unknowns"]) -> Float[Array, "n 3"]:
-    """Pull [N] and moments [N m] of all loads on each segment's own coordinates."""
-    pull, turn = generalised_forces(problem.loads, shape_of(problem, unknowns), problem.rest_lengths)
+    rest = problem.rest_lengths
+    pull, turn = generalised_forces(
+        problem.loads, rest + stretch, bends, problem.angles, problem.connectors, rest
+    )
     return problem.share * jnp.concatenate([pull[:, None], turn], axis=1)
 
 

@@ -27,10 +27,10 @@ import abc
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
-from .chain_shape import ChainShape
-from .kinematics import arc_frame, rotate_in_section, rotation_vector, transform
+from .kinematics import rotate_in_section, rotation_vector, transform
 from .loads import Load, fibre_mean, stumpff, yield_of_end, yield_of_mean
 
 
@@ -129,7 +129,7 @@ class PointLoad(ChainLoad):
         force, moment = (turn @ self.force, turn @ self.moment) if self.follows else (self.force, self.moment)
         arm = turn[:, : self.place.shape[0]] @ self.place
         alone = jnp.zeros((turns.shape[0], 3))
-        return alone.at[self.segment].set(force), alone.at[self.segment].set(moment + jnp.cross(arm, force))
+        return alone.at[self.segment].set(force), alone.at[self.segment].set(moment + _cross(arm, force))
 
     def check(self, count: int) -> None:
         """See `ChainLoad.check`."""
@@ -212,13 +212,21 @@ def own_loads(loads: tuple[tuple[Load, ...], ...]) -> tuple[SegmentsOwn, ...]:
 
 
 def generalised_forces(
-    loads: tuple[ChainLoad, ...], shape: ChainShape, rest_lengths: Float[Array, "n"]
+    loads: tuple[ChainLoad, ...],
+    lengths: Float[Array, "n"],
+    bends: Float[Array, "n 2"],
+    angles: Float[Array, "n"],
+    connectors: Float[Array, "n"],
+    rest_lengths: Float[Array, "n"],
 ) -> tuple[Float[Array, "n"], Float[Array, "n 2"]]:
     """What the loads do to each segment's length and bend, passed on from the tip to the base.
 
     Args:
         loads: on the chain.
-        shape: of one configuration, without leading axes.
+        lengths: of the segments' centre lines [m].
+        bends: bend angle vector of each segment in its own axes [rad].
+        angles: by which each segment is mounted turned about z, against the base [rad].
+        connectors: length of the rigid connector after each segment [m], also after the last.
         rest_lengths: of the segments [m].
 
     Returns:
@@ -226,42 +234,70 @@ def generalised_forces(
         own axes [N m], shape (n, 2): the negative virtual work per change of length and of bend, as in
         `Load.generalised_force`.
     """
-    bends, lengths, bases = shape.bends, shape.lengths, shape.frames[:-1]
-    ends = bases @ arc_frame(bends, lengths)
-    own = jax.vmap(_own_axes)(shape.angles)
-    turns = ends[:, :3, :3] @ own
+    bends = rotate_in_section(bends, angles)
+    shared = jax.vmap(lambda bend: stumpff(bend @ bend))(bends)
+    bases, ends = _placed(lengths, bends, connectors, shared)
+    turns = ends[:, :3, :3] @ jax.vmap(_own_axes)(angles)
     inwards = jnp.swapaxes(bases[:, :3, :3], 1, 2)
     pull, turn = jnp.zeros_like(lengths), jnp.zeros_like(bends)
-    along = about = force = moment = jnp.zeros(
-        (lengths.shape[0], 3)
-    )  # `along` and `about`: of what is spread
+    along = about = force = moment = jnp.zeros((lengths.shape[0], 3))  # `along`, `about`: of what is spread
     for load in loads:
         spread, at_ends = load.spread(rest_lengths), load.at_ends(turns)
         if spread is not None:
-            forces, places = spread[0], rotate_in_section(spread[1], shape.angles)
+            forces, places = spread[0], rotate_in_section(spread[1], angles)
             seen = jnp.einsum("nij,nj->ni", inwards, forces)
-            more = jax.vmap(yield_of_mean)(seen, lengths, bends, places)
+            more = jax.vmap(yield_of_mean)(seen, lengths, bends, places, shared)
             pull, turn = pull + more[0], turn + more[1]
-            middle = transform(bases, jax.vmap(fibre_mean)(lengths, bends, places))
-            along, about = along + forces, about + jnp.cross(middle, forces)
+            middle = transform(bases, jax.vmap(fibre_mean)(lengths, bends, places, shared))
+            along, about = along + forces, about + _cross(middle, forces)
         if at_ends is not None:
             force, moment = force + at_ends[0], moment + at_ends[1]
     place = ends[:, :3, 3]
     beyond = _from_tip(force + along) - along
-    turned = _from_tip(moment + jnp.cross(place, force) + about) - about - jnp.cross(place, beyond)
+    turned = _from_tip(moment + _cross(place, force) + about) - about - _cross(place, beyond)
     seen_force, seen_moment = (jnp.einsum("nij,nj->ni", inwards, x) for x in (beyond, turned))
-    by_force = jax.vmap(yield_of_end)(seen_force, lengths, bends, jnp.zeros_like(bends))
-    turn = turn + by_force[1] + jax.vmap(yield_of_turn)(seen_moment, bends)
-    return pull + by_force[0], rotate_in_section(turn, -shape.angles)
+    by_force = jax.vmap(yield_of_end)(seen_force, lengths, bends, jnp.zeros_like(bends), shared)
+    turn = turn + by_force[1] + jax.vmap(_yield_of_turn)(seen_moment, bends, shared)
+    return pull + by_force[0], rotate_in_section(turn, -angles)
 
 
-def yield_of_turn(moment: Float[Array, "3"], bend: Float[Array, "2"]) -> Float[Array, "2"]:
+def _placed(
+    lengths: Array, bends: Array, connectors: Array, shared: tuple[Array, ...]
+) -> tuple[Array, Array]:
+    """Frames at the segments' bases and ends, shape (n, 4, 4): `kinematics` from shared Stumpff functions."""
+    c_1, c_2, *_ = shared
+    (x, y), zero, one = bends.T, jnp.zeros_like(lengths), jnp.ones_like(lengths)
+    rows = [
+        [1.0 - c_2 * x**2, -c_2 * x * y, -c_1 * x, -c_2 * x * lengths],
+        [-c_2 * x * y, 1.0 - c_2 * y**2, -c_1 * y, -c_2 * y * lengths],
+        [c_1 * x, c_1 * y, 1.0 - c_2 * (x**2 + y**2), c_1 * lengths],
+        [zero, zero, zero, one],
+    ]
+    arcs = jnp.moveaxis(jnp.stack([jnp.stack(row) for row in rows]), -1, 0)
+
+    def add(base: Array, segment: tuple[Array, Array]) -> tuple[Array, tuple[Array, Array]]:
+        arc, connector = segment
+        end = base @ arc
+        return end.at[:3, 3].add(connector * end[:3, 2]), (base, end)
+
+    return jax.lax.scan(add, jnp.eye(4) + 0.0 * arcs[0], (arcs, connectors))[1]
+
+
+def _yield_of_turn(moment: Array, bend: Array, shared: tuple[Array, ...]) -> Array:
     """Negative virtual work of a moment on a segment's end per change of bend [N m], seen from its base."""
-    _, c_2, c_3, *_ = stumpff(bend @ bend)
+    _, c_2, c_3, *_ = shared
     axis = rotation_vector(bend)
-    across = jnp.cross(axis, moment)
-    work = moment - c_2 * across + c_3 * jnp.cross(axis, across)  # the left Jacobian, transposed
+    across = _cross(axis, moment)
+    work = moment - c_2 * across + c_3 * _cross(axis, across)  # the left Jacobian, transposed
     return jnp.stack([work[1], -work[0]])
+
+
+_LEVI_CIVITA = np.array([[np.cross(np.eye(3)[i], np.eye(3)[j]) for j in range(3)] for i in range(3)])
+
+
+def _cross(one: Array, other: Array) -> Array:
+    """Cross product; as one contraction it compiles faster than `jnp.cross`."""
+    return jnp.einsum("...i,...j,ijk->...k", one, other, _LEVI_CIVITA)
 
 
 def _own_axes(angle: Array) -> Float[Array, "3 3"]:
@@ -274,7 +310,7 @@ def _own_axes(angle: Array) -> Float[Array, "3 3"]:
 def _moment_of(forces: Array, turns: Array, places: Array) -> Array:
     """Moments about the ends' centres of forces at places of the own axes, shape (n, 2) or (n, 3)."""
     arms = jnp.einsum("nij,nj->ni", turns[:, :, : places.shape[-1]], places)
-    return jnp.cross(arms, forces)
+    return _cross(arms, forces)
 
 
 def _from_tip(values: Float[Array, "n 3"]) -> Float[Array, "n 3"]:

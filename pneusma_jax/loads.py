@@ -192,9 +192,18 @@ def fibre_end(length: Array, bend: Float[Array, "2"], place: Float[Array, "2"]) 
     return _along_fibre(length, bend, place, c_2, c_1)
 
 
-def fibre_mean(length: Array, bend: Float[Array, "2"], place: Float[Array, "2"]) -> Float[Array, "3"]:
-    """Mean place of the fibre through a place of the section, in the base frame [m]."""
-    _, c_2, c_3, *_ = stumpff(bend @ bend)
+def fibre_mean(
+    length: Array, bend: Float[Array, "2"], place: Float[Array, "2"], shared: tuple[Array, ...] | None = None
+) -> Float[Array, "3"]:
+    """Mean place of the fibre through a place of the section, in the base frame [m].
+
+    Args:
+        length: of the centre line [m].
+        bend: bend angle vector [rad].
+        place: in the section [m].
+        shared: `stumpff(bend @ bend)`, where it is known already.
+    """
+    _, c_2, c_3, *_ = stumpff(bend @ bend) if shared is None else shared
     return _along_fibre(length, bend, place, c_3, c_2)
 
 
@@ -203,16 +212,20 @@ def _along_fibre(length: Array, bend: Array, place: Array, aside: Array, ahead: 
     return jnp.concatenate([place - own_length * aside * bend, (own_length * ahead)[None]])
 
 
-def yield_of_end(force: Array, length: Array, bend: Array, place: Array) -> tuple[Array, Array]:
-    """Gradient of `-force @ fibre_end` over length and bend [N], [N m]."""
-    c_1, c_2, c_3, c_4, _ = stumpff(bend @ bend)
+def yield_of_end(
+    force: Array, length: Array, bend: Array, place: Array, shared: tuple[Array, ...] | None = None
+) -> tuple[Array, Array]:
+    """Gradient of `-force @ fibre_end` over length [N] and bend [N m]; `shared` as of `fibre_mean`."""
+    c_1, c_2, c_3, c_4, _ = stumpff(bend @ bend) if shared is None else shared
     slopes = (c_4 - 0.5 * c_3, 0.5 * (c_3 - c_2))  # of c_2 and c_1: c_k' = (k c_(k+2) - c_(k+1)) / 2
     return _yield_along_fibre(force, length, bend, place, (c_2, c_1), slopes)
 
 
-def yield_of_mean(force: Array, length: Array, bend: Array, place: Array) -> tuple[Array, Array]:
-    """Gradient of `-force @ fibre_mean` over length and bend [N, N m]."""
-    _, c_2, c_3, c_4, c_5 = stumpff(bend @ bend)
+def yield_of_mean(
+    force: Array, length: Array, bend: Array, place: Array, shared: tuple[Array, ...] | None = None
+) -> tuple[Array, Array]:
+    """Gradient of `-force @ fibre_mean` over length [N] and bend [N m]; `shared` as of `fibre_mean`."""
+    _, c_2, c_3, c_4, c_5 = stumpff(bend @ bend) if shared is None else shared
     slopes = (0.5 * (3.0 * c_5 - c_4), c_4 - 0.5 * c_3)
     return _yield_along_fibre(force, length, bend, place, (c_3, c_2), slopes)
 

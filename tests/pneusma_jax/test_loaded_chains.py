@@ -125,7 +125,11 @@ def test_generalised_forces_are_the_virtual_work(load, wanted, off):
     bent = np.concatenate([RNG.uniform(-0.01, 0.02, (3, 1)), RNG.uniform(-2.0, 2.0, (3, 2))], axis=1).ravel()
 
     def ours(q):
-        pull, turn = generalised_forces((load,), placed(q), jnp.asarray(REST))
+        parts = q.reshape(3, 3)
+        rest, angles = jnp.asarray(REST), jnp.asarray(ANGLES)
+        pull, turn = generalised_forces(
+            (load,), rest + parts[:, 0], parts[:, 1:], angles, jnp.asarray(CONNECTORS), rest
+        )
         return jnp.concatenate([pull[:, None], turn], axis=1).ravel()
 
     ours, wanted = jax.jit(ours), jax.jit(wanted)
