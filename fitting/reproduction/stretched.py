@@ -115,7 +115,7 @@ def _coldest_keeps_most(bench: Bench) -> Found:
 
 
 def _phase_swing(bench: Bench) -> Found:
-    """Least change of the onset fraction along an intermediate test, over setpoints and alloys [1]."""
+    """Largest change of the onset fraction along an intermediate test, over setpoints and alloys [1]."""
     swings = {}
     for name, alloy in bench.alloys.items():
         each = [
@@ -123,7 +123,7 @@ def _phase_swing(bench: Bench) -> Found:
         ]
         swings[name] = each
     words = "; ".join(f"{NAMES[n]}: {listed(np.asarray(v), 2)}" for n, v in swings.items())
-    return Found(min(min(v) for v in swings.values()), words + " (from the coldest intermediate setpoint on)")
+    return Found(max(max(v) for v in swings.values()), words + " (from the coldest intermediate setpoint on)")
 
 
 def draw_cold(bench: Bench) -> Figure:
@@ -191,7 +191,7 @@ ENTRIES = (
                 "2.11-3", "Section 2.4.5", "at high strain it approaches that of detwinned martensite: what "
                 "is left "
                 "of the drop at 0.1924", "%", at_most(10.0, 25.0), _left_to_fall,
-                "the sigmoid of the 45 degC alloy is not yet at its end there",
+                "the printed sigmoid of the 35 degC alloy is not yet at its end there",
             ),
         ),
     ),
@@ -214,9 +214,10 @@ ENTRIES = (
                 "a controller that lets the wire cool while it is stretched lets it detwin as cold wire does",
             ),
             Statement(
-                "2.14-3", "Section 2.4.5", "a constant resistance does not mean a constant temperature: "
-                "least change "
-                "of xi0 along an intermediate test", "1", at_least(0.05, 0.01), _phase_swing,
+                "2.14-3", "Section 2.4.5", "a constant resistance does not mean a constant temperature, "
+                "which may "
+                "vary substantially: largest change of xi0 along an intermediate test", "1",
+                at_least(0.2, 0.1), _phase_swing,
             ),
         ),
     ),

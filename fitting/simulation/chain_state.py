@@ -1,9 +1,11 @@
 """One state of a chain of segments: each segment's own, and the shape that they make."""
 
+import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import equinox as eqx
 import jax
 import numpy as np
 
@@ -142,6 +144,14 @@ def build_chain(
     )
 
 
+@functools.partial(eqx.filter_jit, compiler_options={"xla_backend_optimization_level": 0})
+def _solve_once(
+    chain: pj.SegmentChain, pressure: Any, activations: tuple, states: tuple
+) -> pj.ChainEquilibrium:
+    """One state. It takes milliseconds however it is compiled, and to optimise its program takes seconds."""
+    return pj.solve_chain(chain, pressure, activations, states, throw=False)
+
+
 def chain_state(
     design: ChainDesign,
     overrides: Mapping[str, Any],
@@ -167,8 +177,11 @@ def chain_state(
         drive_of(specimens[name], body, said, model)
         for name, body, said in zip(design.designs, chain.segments, given, strict=True)
     ]
-    solved = pj.solve_chain(
-        chain, pressure, [d.activations for d in drives], [d.states for d in drives], throw=False
+    solved = _solve_once(
+        chain,
+        np.asarray(pressure),
+        tuple(drive.activations for drive in drives),
+        tuple(drive.states for drive in drives),
     )
     rows = zip(design.designs, chain.segments, jax.tree.map(np.asarray, solved.segments), drives, strict=True)
     segments = [described_state(specimens[name], body, found, drive) for name, body, found, drive in rows]
