@@ -154,8 +154,7 @@ ENTRIES = (
     Entry(
         "3.2", "Shapes from heated regions of the springs", _WHERE, draw,
         f"A PneuSMA2 of {REGIONS} regions of {1e3 * LENGTH:g} mm at {1e-3 * PRESSURE:g} kPa, in the plane "
-        "of its "
-        "springs; the base is at the origin. Each region is a segment of a chain.",
+        "of its springs; the base is at the origin. Each region is a segment of a chain.",
         "The drawn shapes, their pressure and their heat are lost; ours are prescribed.",
         (
             Statement(
@@ -165,8 +164,7 @@ ENTRIES = (
             ),
             Statement(
                 "3.2-2", _WHERE, "heating regions bends it in several segments: changes of the sense of "
-                "bending along "
-                "it", "1", at_least(2.0, 1.0), _turns,
+                "bending along it", "1", at_least(2.0, 1.0), _turns,
             ),
             Statement(
                 "3.2-3", _WHERE, "segments are controlled independently with one chamber: largest change of "
@@ -176,8 +174,7 @@ ENTRIES = (
             ),
             Statement(
                 "3.2-4", _WHERE, "a simple fibre-reinforced actuator bends in one direction only: share of "
-                "pressures "
-                "at which it bends the other way", "%", at_most(0.0), _one_way,
+                "pressures at which it bends the other way", "%", at_most(0.0), _one_way,
             ),
             Statement(
                 "3.2-5", _WHERE, "with segments of springs in planes 90 degrees apart it bends in three "

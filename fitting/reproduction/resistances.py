@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from fitting.report.figures import BLUE, GREEN, VERMILION, style
 
-from .bench import HOT, SETPOINTS, SWEEP_ROWS, Bench, listed, thermal_cycle
+from .bench import HOT, SETPOINTS, SWEEP_ROWS, Bench, listed, pressure_sweep, thermal_cycle
 from .entry import Entry
 from .expectation import Interval, at_least, at_most
 from .pressure_sweeps import DESIGNS, LEVELS
@@ -149,16 +149,13 @@ ENTRIES = (
     Entry(
         "3.20", "Resistance during heating and cooling at constant pressure", "Section 3.7.4", draw_cycle,
         f"Solid: the spring that is heated from xi0 = 1 to {HOT:g} and cooled again. Both change with the "
-        "strain, too, "
-        "as the actuator bends.",
+        "strain, too, as the actuator bends.",
         "Measured resistances, currents and pressures are lost, and with them the phases that were reached; "
-        "ours are "
-        "prescribed.",
+        "ours are prescribed.",
         (
             _statement(
                 "3.20-1", "Sections 2.4.3 and 3.7.4", "resistance tells temperature: share of the steps of "
-                "heating in "
-                "which it falls", "%", at_least(100.0, 90.0), _heating_lowers,
+                "heating in which it falls", "%", at_least(100.0, 90.0), _heating_lowers,
                 "near full heat the resistance hardly tells the phase, and the strain shows instead",
                 rests_on=_ALPHA,
             ),
@@ -170,20 +167,17 @@ ENTRIES = (
             ),
             _statement(
                 "3.20-3", "Section 3.7.4", "the opposing spring remains at room temperature: range of its "
-                "resistance "
-                "over that of the heated one", "%", at_most(50.0, 100.0), _cold_one, stated=False,
+                "resistance over that of the heated one", "%", at_most(50.0, 100.0), _cold_one, stated=False,
             ),
         ),
     ),
     Entry(
         "3.23", "Resistance at constant heat while pressure changes", "Section 3.7.5", draw_sweep,
         "Heated spring at six phases, pressurised to 60 kPa and vented; both ways lie on each other. "
-        "Dotted: straight "
-        "lines over pressure. The dots are where the tests start.",
+        "Dotted: straight lines over pressure. The dots are where the tests start.",
         "Measured resistances are lost, and with them the phases that belong to the source's duty cycles. "
-        "So is the "
-        "axis: the source marks starting points with arrows, which it need not over time, so we take "
-        "pressure.",
+        "So is the axis: the source marks starting points with arrows, which it need not over time, so we "
+        "take pressure.",
         (
             _statement(
                 "3.23-1", "Section 3.7.5", "straight lines smooth it: largest deviation from one (of the "

@@ -173,14 +173,12 @@ ENTRIES = (
     Entry(
         "2.11", "Resistivity of cold springs under growing cycles", _WHERE, draw_cold,
         "Resistivity over shear strain of springs that are stretched in five cycles, the last to 575 % of "
-        "their "
-        "length. In this model it depends on the strain alone, so the way back is the way out.",
+        "their length. In this model it depends on the strain alone, so the way back is the way out.",
         "The measured curves are lost, and with them whether the ways out and back differ.",
         (
             Statement(
                 "2.11-1", _WHERE, "as the twinned martensite detwins, the resistivity falls off: share of "
-                "the steps "
-                "of stretching", "%", at_least(100.0, 90.0), _falling,
+                "the steps of stretching", "%", at_least(100.0, 90.0), _falling,
             ),
             Statement(
                 "2.11-2", _WHERE, "it falls gradually: most of the drop that falls into one tenth of the "
@@ -189,8 +187,7 @@ ENTRIES = (
             ),
             Statement(
                 "2.11-3", "Section 2.4.5", "at high strain it approaches that of detwinned martensite: what "
-                "is left "
-                "of the drop at 0.1924", "%", at_most(10.0, 25.0), _left_to_fall,
+                "is left of the drop at 0.1924", "%", at_most(10.0, 25.0), _left_to_fall,
                 "the printed sigmoid of the 35 degC alloy is not yet at its end there",
             ),
         ),
@@ -215,8 +212,7 @@ ENTRIES = (
             ),
             Statement(
                 "2.14-3", "Section 2.4.5", "a constant resistance does not mean a constant temperature, "
-                "which may "
-                "vary substantially: largest change of xi0 along an intermediate test", "1",
+                "which may vary substantially: largest change of xi0 along an intermediate test", "1",
                 at_least(0.2, 0.1), _phase_swing,
             ),
         ),
