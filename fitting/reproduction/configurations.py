@@ -135,7 +135,7 @@ def draw(bench: Bench) -> Figure:
         for axes, (name, heated) in zip(panels.ravel(), SHAPES.items(), strict=True):
             found = shape_of(bench, heated)
             _line(axes, _chain(bench), found, heated)
-            axes.set(aspect="equal", xlim=(-110.0, 110.0), ylim=(-45.0, 175.0))
+            axes.set(aspect="equal", xlim=(-125.0, 125.0), ylim=(-60.0, 190.0))
             axes.set_title(f"{name}\n{_bends(found).sum():+.0f} deg in all", fontsize=9)
         for axes in panels[-1]:
             axes.set_xlabel("towards side 2 [mm]")
