@@ -38,10 +38,10 @@ below the accuracy of the section's quadrature, 1e-10."""
 MOST_STEPS = 40
 """Newton steps of one attempt; those that end well take 4 to 12."""
 LONGEST_TURN = 2.0
-"""Most by which one Newton step turns the tip, all segments' bends added [rad]: where the shape turns by more,
-the loads are no longer nearly linear in it. Five loaded chains of 16 segments were solved with limits of 1, 2,
-4 and 8 and with none: 2 took fewest steps (21 to 67, without limit 70 to 183), and 8 once ended in another
-equilibrium."""
+"""Most by which one Newton step turns the tip, all segments' bends added [rad]: where the shape turns by
+more, the loads are no longer nearly linear in it. Five loaded chains of 16 segments were solved with
+limits of 1, 2, 4 and 8 and with none: 2 took fewest steps (21 to 67, without limit 70 to 183), and 8
+once ended in another equilibrium."""
 LONGEST_STRAIN = 0.3
 """Most by which one Newton step changes a scaled unknown [1], a strain: as for single rows in `tracking`."""
 LEAST_STRIDE = 1.0 / 512.0
