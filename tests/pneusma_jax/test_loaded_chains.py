@@ -337,6 +337,32 @@ def test_a_history_carries_loads_and_memories():
 
 
 @pytest.mark.slow
+def test_a_heated_history_of_one_segment_is_that_of_the_actuator():
+    """By current, under a load: the chain of one, as a chain's load, is the actuator, as its own."""
+    body, rows = pj.make_actuator("pneusma1"), 6
+    time, current = jnp.linspace(0.0, 20.0, rows), jnp.asarray([0.0, 0.3, 0.3, 0.3, 0.0, 0.0])
+    drive, pressure = (pj.Heating(current, jnp.asarray(22.0)),), jnp.full(rows, 15e3)
+    force = [0.0, -5e-3, 2e-3]
+    alone = pj.simulate_history(body.with_loads(pj.TipForce(force)), pressure, drive, time=time)
+    chain = pj.chain_of(body).with_loads(PointLoad(force))
+    many = simulate_chain_history(chain, pressure, (drive,), time=time)
+    assert bool(jnp.all(many.converged)) and float(jnp.ptp(alone.temperatures)) > 5.0
+    np.testing.assert_allclose(many.segments[0].temperatures, alone.temperatures, rtol=1e-9)
+    np.testing.assert_allclose(many.segments[0].rows.bend, alone.rows.bend, rtol=1e-7, atol=1e-10)
+    np.testing.assert_allclose(many.segments[0].states[0].xi_min, alone.states[0].xi_min, rtol=1e-9)
+
+
+@pytest.mark.slow
+def test_resistances_give_the_loaded_chain_back():
+    """The resistances of a chain that was solved by its phases."""
+    chain = catheter()
+    given = solve_chain(chain, 15e3, DRIVES)
+    ohms = [tuple(pj.Resistance(spring.resistance) for spring in part.springs) for part in given.segments]
+    found = solve_chain(chain, 15e3, ohms)
+    np.testing.assert_allclose(found.end_pose, given.end_pose, atol=1e-8)
+
+
+@pytest.mark.slow
 def test_a_load_that_cannot_be_borne_is_said():
     """A row without equilibrium has a status, is NaN throughout, and stops no other row of a batch."""
     chain, *_ = beam(RING, 0.1, 3)
