@@ -176,18 +176,22 @@ def solve_chain(
     *,
     throw: bool = True,
 ) -> ChainEquilibrium:
-    """Equilibrium and shape of a chain; differentiable in activations, pressure and every dimension.
+    """Equilibrium and shape of a chain; differentiable in activations, pressure, loads and every dimension.
+
+    Under loads the equilibrium found is the one connected with the chain at rest, cold and without pressure;
+    `stable` says whether the chain would stay in it.
 
     Args:
         chain: the segments.
         pressure: gauge [Pa], in all segments.
         activations: for each segment one per spring; cold where empty.
         states: what the springs remember, for each segment one per spring; fresh where None.
-        throw: raise where a segment has no solution; otherwise its configuration, and what comes after it, is
-            NaN and its `status` says why.
+        throw: raise where there is no solution. Otherwise the `status` says why, and what has none is NaN: of
+            a chain without loads the segment and what comes after it, of a loaded chain all segments.
 
     Raises:
-        RuntimeError: if float64 is off, or, with `throw`, which segment is not in equilibrium and why.
+        RuntimeError: if float64 is off, or, with `throw`, which segment is not in equilibrium and why; of a
+            loaded chain, why the whole is not.
         ValueError: if activations or states do not fit the segments and their springs.
     """
     activations, states = _per_segment(chain, activations, states)
@@ -258,6 +262,9 @@ def simulate_chain_history(
     time: Float[Array, "rows"] | None = None,
 ) -> ChainHistory:
     """Chain under histories of pressure and activation, memories carried; see `simulate_history`.
+
+    Loads are constant. A row of a loaded chain follows from the last one that was solved; one without
+    equilibrium is NaN in all segments, commits nothing, and stops no later row.
 
     Args:
         chain: the segments.
