@@ -19,7 +19,7 @@ from jaxtyping import Array, Float
 from ._numerics import is_concrete
 from .actuator import Actuator
 from .balance import Problem
-from .chain_balance import ChainProblem, chain_root, described, rest_of
+from .chain_balance import ChainProblem, chain_root, described, freedoms, rest_of
 from .chain_history import check_course, loaded_history
 from .chain_loads import ChainLoad, own_loads
 from .chain_shape import ChainShape, place_segments
@@ -232,7 +232,7 @@ def _unloaded(problem: ChainProblem) -> tuple[ChainProblem, Array]:
     alone = lambda part: solve(  # noqa: E731
         part.actuator, part.pressure, part.activations, part.states, throw=False
     )
-    unknowns = [jax.vmap(alone)(part).unknowns.ravel() for part in problem.parts]
+    unknowns = [jax.vmap(alone)(part).unknowns[:, : freedoms(part)].ravel() for part in problem.parts]
     return dataclasses.replace(problem, share=jnp.zeros_like(problem.share)), jnp.concatenate(unknowns)
 
 
