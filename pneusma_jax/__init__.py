@@ -11,6 +11,7 @@ Call `enable_float64()` once, then:
 
 from .actuator import Actuator, Geometry, Layout, build_actuator, round_actuator
 from .calibration import available, load_calibration
+from .chain_loads import ChainLoad, ChainWeight, LineLoad, PointLoad
 from .coupon import CouponHistory, simulate_coupon
 from .designs import design_geometry, design_section, fresh_states, layout, make_actuator
 from .equilibrium import Equilibrium, Status, Validity, solve, solve_all, solve_batch
@@ -28,7 +29,9 @@ from .nitinol import (
     WireResistance,
     load_alloy,
     load_wire,
+    phase_fractions,
     simulate_wire,
+    spring_strain,
 )
 from .nitinol.thermal import Heating
 from .precision import enable_float64
@@ -44,16 +47,18 @@ from .segments import (
 )
 from .silicone import load_silicone, load_silicone_test, tube_length
 from .tube_history import TubeHistory, make_tube, simulate_tube
-from .weight import mass_of, weight
+from .weight import chain_weight, mass_of, weight
 
 __all__ = [
-    "Actuator", "Alloy", "ChainEquilibrium", "ChainHistory", "CouponHistory", "Equilibrium", "Geometry",
-    "Gravity", "Heating", "History", "InputError", "Layout", "Load", "MartensiteFraction", "Resistance",
-    "Section", "SegmentChain", "Spring", "SpringGeometry", "SpringHistory", "SpringState", "Status",
-    "Temperature", "TipForce", "TubeHistory", "Validity", "WireResistance", "annulus", "available",
-    "build_actuator", "chain_of", "design_geometry", "design_section", "enable_float64", "fresh_states",
-    "gravity_vector", "layout", "load_alloy", "load_calibration", "load_silicone", "load_silicone_test",
-    "load_wire", "make_actuator", "make_tube", "mass_of", "polygon", "rectangle", "round_actuator",
-    "semicircle", "simulate_chain_history", "simulate_coupon", "simulate_history", "simulate_spring",
-    "simulate_tube", "simulate_wire", "solve", "solve_all", "solve_batch", "solve_chain", "tube_length", "weight",
+    "Actuator", "Alloy", "ChainEquilibrium", "ChainHistory", "ChainLoad", "ChainWeight", "CouponHistory",
+    "Equilibrium", "Geometry", "Gravity", "Heating", "History", "InputError", "Layout", "LineLoad",
+    "Load", "MartensiteFraction", "PointLoad", "Resistance", "Section", "SegmentChain", "Spring",
+    "SpringGeometry", "SpringHistory", "SpringState", "Status", "Temperature", "TipForce", "TubeHistory",
+    "Validity", "WireResistance", "annulus", "available", "build_actuator", "chain_of", "chain_weight",
+    "design_geometry", "design_section", "enable_float64", "fresh_states", "gravity_vector", "layout",
+    "load_alloy", "load_calibration", "load_silicone", "load_silicone_test", "load_wire", "make_actuator",
+    "make_tube", "mass_of", "phase_fractions", "polygon", "rectangle", "round_actuator", "semicircle",
+    "simulate_chain_history", "simulate_coupon", "simulate_history", "simulate_spring", "simulate_tube",
+    "simulate_wire", "solve", "solve_all", "solve_batch", "solve_chain", "spring_strain", "tube_length",
+    "weight",
 ]  # fmt: skip

@@ -93,7 +93,8 @@ def place_segments(
     angles, connectors, radii = (jnp.broadcast_to(x, lengths.shape) for x in (angles, connectors, radii))
     bends = rotate_in_section(bends, angles)
     steps = compose(arc_frame(bends, lengths), shift_along(connectors))
-    frames = [jnp.broadcast_to(jnp.eye(4), (*lengths.shape[:-1], 4, 4))]
-    for k in range(lengths.shape[-1]):
-        frames.append(compose(frames[-1], steps[..., k, :, :]))
-    return ChainShape(bends, lengths, connectors, radii, angles, jnp.stack(frames, axis=-3))
+    base = jnp.broadcast_to(jnp.eye(4), (*lengths.shape[:-1], 1, 4, 4))
+    after = jax.lax.associative_scan(
+        jnp.matmul, steps, axis=lengths.ndim - 1
+    )  # a loop would compile for longer
+    return ChainShape(bends, lengths, connectors, radii, angles, jnp.concatenate([base, after], axis=-3))

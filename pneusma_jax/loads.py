@@ -69,6 +69,22 @@ class Load(eqx.Module):
         Written out, because differentiating the potential twice takes long to compile.
         """
 
+    def carried(self) -> tuple[Array, Array, Array, Array]:
+        """What segments before the loaded one have to carry.
+
+        Returns:
+            Force spread along the segment [N] and its place in the section [m], force at its end [N] and its
+            place in that section [m]. Forces keep their direction.
+
+        Raises:
+            ValueError: if the load is of a kind that is known for one segment only.
+        """
+        raise ValueError(
+            f"A segment of a chain must not carry a {type(self).__name__}: "
+            "how it passes from segment to segment is not known. See `chain_loads` for loads that are "
+            "passed on."
+        )
+
 
 class Gravity(Load):
     """Weight of the tube and of a body at its tip.
@@ -94,9 +110,15 @@ class Gravity(Load):
 
     def generalised_force(self, length: Array, bend: Float[Array, "2"]) -> tuple[Array, Array]:
         """See `Load.generalised_force`."""
-        tube = _yield_of_mean(self.mass * self.acceleration, length, bend, self.place)
-        tip = _yield_of_end(self.tip_mass * self.acceleration, length, bend, self.tip_place)
+        tube = yield_of_mean(self.mass * self.acceleration, length, bend, self.place)
+        tip = yield_of_end(self.tip_mass * self.acceleration, length, bend, self.tip_place)
         return tube[0] + tip[0], tube[1] + tip[1]
+
+    def carried(self) -> tuple[Array, Array, Array, Array]:
+        """See `Load.carried`."""
+        return (
+            self.mass * self.acceleration, self.place, self.tip_mass * self.acceleration, self.tip_place
+        )  # fmt: skip
 
 
 def centred_weight(
@@ -137,7 +159,31 @@ class TipForce(Load):
 
     def generalised_force(self, length: Array, bend: Float[Array, "2"]) -> tuple[Array, Array]:
         """See `Load.generalised_force`."""
-        return _yield_of_end(self.force, length, bend, self.place)
+        return yield_of_end(self.force, length, bend, self.place)
+
+    def carried(self) -> tuple[Array, Array, Array, Array]:
+        """See `Load.carried`."""
+        return jnp.zeros(3), jnp.zeros(2), self.force, self.place
+
+
+class HeldLoad(Load):
+    """A generalised force that does not change with the shape, such as what a chain puts on one segment.
+
+    Attributes:
+        pull: along the centre line [N].
+        turn: moments on the bend angle vector [N m], shape (2,).
+    """
+
+    pull: Array = eqx.field(converter=jnp.asarray)
+    turn: Float[Array, "2"] = eqx.field(converter=jnp.asarray)
+
+    def potential(self, length: Array, bend: Float[Array, "2"]) -> Array:
+        """See `Load.potential`."""
+        return self.pull * length + self.turn @ bend
+
+    def generalised_force(self, length: Array, bend: Float[Array, "2"]) -> tuple[Array, Array]:
+        """See `Load.generalised_force`."""
+        return self.pull, self.turn
 
 
 def fibre_end(length: Array, bend: Float[Array, "2"], place: Float[Array, "2"]) -> Float[Array, "3"]:
@@ -146,9 +192,18 @@ def fibre_end(length: Array, bend: Float[Array, "2"], place: Float[Array, "2"]) 
     return _along_fibre(length, bend, place, c_2, c_1)
 
 
-def fibre_mean(length: Array, bend: Float[Array, "2"], place: Float[Array, "2"]) -> Float[Array, "3"]:
-    """Mean place of the fibre through a place of the section, in the base frame [m]."""
-    _, c_2, c_3, *_ = stumpff(bend @ bend)
+def fibre_mean(
+    length: Array, bend: Float[Array, "2"], place: Float[Array, "2"], shared: tuple[Array, ...] | None = None
+) -> Float[Array, "3"]:
+    """Mean place of the fibre through a place of the section, in the base frame [m].
+
+    Args:
+        length: of the centre line [m].
+        bend: bend angle vector [rad].
+        place: in the section [m].
+        shared: `stumpff(bend @ bend)`, where it is known already.
+    """
+    _, c_2, c_3, *_ = stumpff(bend @ bend) if shared is None else shared
     return _along_fibre(length, bend, place, c_3, c_2)
 
 
@@ -157,16 +212,20 @@ def _along_fibre(length: Array, bend: Array, place: Array, aside: Array, ahead: 
     return jnp.concatenate([place - own_length * aside * bend, (own_length * ahead)[None]])
 
 
-def _yield_of_end(force: Array, length: Array, bend: Array, place: Array) -> tuple[Array, Array]:
-    """Gradient of `-force @ fibre_end` over length and bend [N, N m]."""
-    c_1, c_2, c_3, c_4, _ = stumpff(bend @ bend)
+def yield_of_end(
+    force: Array, length: Array, bend: Array, place: Array, shared: tuple[Array, ...] | None = None
+) -> tuple[Array, Array]:
+    """Gradient of `-force @ fibre_end` over length [N] and bend [N m]; `shared` as of `fibre_mean`."""
+    c_1, c_2, c_3, c_4, _ = stumpff(bend @ bend) if shared is None else shared
     slopes = (c_4 - 0.5 * c_3, 0.5 * (c_3 - c_2))  # of c_2 and c_1: c_k' = (k c_(k+2) - c_(k+1)) / 2
     return _yield_along_fibre(force, length, bend, place, (c_2, c_1), slopes)
 
 
-def _yield_of_mean(force: Array, length: Array, bend: Array, place: Array) -> tuple[Array, Array]:
-    """Gradient of `-force @ fibre_mean` over length and bend [N, N m]."""
-    _, c_2, c_3, c_4, c_5 = stumpff(bend @ bend)
+def yield_of_mean(
+    force: Array, length: Array, bend: Array, place: Array, shared: tuple[Array, ...] | None = None
+) -> tuple[Array, Array]:
+    """Gradient of `-force @ fibre_mean` over length [N] and bend [N m]; `shared` as of `fibre_mean`."""
+    _, c_2, c_3, c_4, c_5 = stumpff(bend @ bend) if shared is None else shared
     slopes = (0.5 * (3.0 * c_5 - c_4), c_4 - 0.5 * c_3)
     return _yield_along_fibre(force, length, bend, place, (c_3, c_2), slopes)
 

@@ -101,7 +101,8 @@ def solve_blocks(
     if first == vector.size:
         return solve_small(matrix, vector)
     a, b, c, d = matrix[:first, :first], matrix[:first, first:], matrix[first:, :first], matrix[first:, first:]
-    columns = jnp.concatenate([b, vector[:first, None]], axis=1)
-    solved = jax.vmap(solve_small, (None, 1), 1)(a, columns)
-    rest = solve_small(d - c @ solved[:, :-1], vector[first:] - c @ solved[:, -1])
-    return jnp.concatenate([solved[:, -1] - solved[:, :-1] @ rest, rest])
+    # apart from each other: the vector alone is linear, and is transposed for reverse derivatives
+    across = jax.vmap(solve_small, (None, 1), 1)(a, b)
+    own = solve_small(a, vector[:first])
+    rest = solve_small(d - c @ across, vector[first:] - c @ own)
+    return jnp.concatenate([own - across @ rest, rest])

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 import pneusma_jax as pj
 from fitting.report.figures import BLACK, BLUE, GREEN, ORANGE, style
+from pneusma_jax.nitinol import fractions
 
 from .bench import PRESTRAIN, Bench
 from .entry import Entry
@@ -43,12 +44,8 @@ def controlled(
 
 def phase_fractions(alloy: pj.Alloy, xi0: np.ndarray, gamma: np.ndarray = STRAINS) -> dict[str, np.ndarray]:
     """Detwinned and twinned martensite and austenite of the whole wire [1], Eqs. 2.25 to 2.28."""
-    from_martensite, from_austenite = np.asarray(alloy.xi_sm(gamma)), np.asarray(alloy.xi_sa(gamma))
-    return {
-        "detwinned": xi0 * from_martensite + (1.0 - xi0) * from_austenite,
-        "twinned": xi0 * (1.0 - from_martensite),
-        "austenite": (1.0 - xi0) * (1.0 - from_austenite),
-    }
+    found = fractions.phase_fractions(alloy, xi0, gamma)
+    return {name: np.asarray(getattr(found, name)) for name in ("detwinned", "twinned", "austenite")}
 
 
 def _gathering(bench: Bench, name: str) -> Found:

@@ -1,6 +1,7 @@
 """Every figure of the source that the model can draw, in the source's order."""
 
 from . import (
+    configurations,
     detwinning,
     heating,
     isoresistive,
@@ -9,10 +10,12 @@ from . import (
     pressure_sweeps,
     reach,
     residual,
+    resistances,
     resistivity,
     silicone_laws,
     silicone_tests,
     spring_strain,
+    stretched,
 )
 from .entry import Entry
 from .statement import Statement
@@ -20,13 +23,16 @@ from .statement import Statement
 _THEMES = (
     spring_strain,
     resistivity,
+    stretched,
     detwinning,
     isoresistive,
     loading,
     residual,
     silicone_tests,
     silicone_laws,
+    configurations,
     pneuflex,
+    resistances,
     heating,
     pressure_sweeps,
     reach,

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 import pneusma_jax as pj
 from fitting.report.figures import BLUE, GREEN, ORANGE, style
-from pneusma_jax.nitinol.geometry import POISSON_RATIO, shear_strain, spring_force
+from pneusma_jax.nitinol.geometry import POISSON_RATIO, shear_strain, spring_force, spring_strain
 
 from .bench import PRESTRAIN, Bench
 from .entry import Entry
@@ -25,8 +25,7 @@ def wire_strain(spring_strain: np.ndarray, mandrel: float = MANDREL, pitch: floa
 
 def _spring_strain_of(gamma: float) -> float:
     """Spring strain at which the wire is sheared by gamma [1]."""
-    grid = np.linspace(0.0, 8.0, 4001)
-    return float(np.interp(gamma, wire_strain(grid), grid))
+    return float(spring_strain(gamma, PITCH, MANDREL + WIRE, WIRE, POISSON_RATIO))
 
 
 def _pitch_of(gamma: float, spring_strain: float) -> float:

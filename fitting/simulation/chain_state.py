@@ -1,9 +1,11 @@
 """One state of a chain of segments: each segment's own, and the shape that they make."""
 
+import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import equinox as eqx
 import jax
 import numpy as np
 
@@ -13,7 +15,7 @@ from fitting.recordings import Recording
 from pneusma_jax.chain_designs import ChainDesign, make_chain
 from pneusma_jax.units import from_si
 
-from .specimen import BASE, actuator_of
+from .specimen import BASE, actuator_of, material_of
 from .state import ActuatorState, described_actuator, described_state, drive_of
 
 
@@ -35,8 +37,8 @@ class ChainState:
 
     @property
     def status(self) -> str:
-        """Name of the outcome: that of the first segment which has no result, if any."""
-        return next((s.status for s in self.segments if not s.converged), "converged")
+        """Name of the outcome: that of the segment which tells most about why there is no result, if any."""
+        return pj.Status(int(self.found.status)).name
 
     @property
     def converged(self) -> bool:
@@ -47,9 +49,19 @@ class ChainState:
     def sentence(self) -> str:
         """The outcome in words."""
         for number, segment in enumerate(self.segments, 1):
-            if not segment.converged:
-                return f"segment {number}: {segment.sentence}"
+            if not segment.converged and segment.status == self.status:
+                alone = not self.chain.loaded or self.status != pj.Status.no_equilibrium.name
+                return (
+                    f"segment {number}: {segment.sentence}"
+                    if alone
+                    else f"under its loads: {segment.sentence}"
+                )
         return pj.Status.converged.sentence
+
+    @property
+    def stable(self) -> bool:
+        """Whether the chain would stay in this equilibrium; without loads that is not looked at."""
+        return self.found.stable is None or bool(self.found.stable)
 
     @property
     def tip(self) -> np.ndarray:
@@ -70,6 +82,10 @@ class ChainState:
                 told.setdefault(sentence, []).append(number)
         named = {s: "all segments" if len(k) == len(self.segments) else _listed(k) for s, k in told.items()}
         sentences = [f"{where}: {sentence}" for sentence, where in named.items()]
+        if self.converged and not self.stable:
+            sentences.append(
+                "the chain would not stay in this equilibrium: a small push lets it buckle into another"
+            )
         if self.converged and self.clearance < 0.0:
             sentences.append(
                 f"parts of the chain overlap by {-self.clearance:.3g} mm: contact is not modelled"
@@ -85,6 +101,7 @@ class ChainState:
             "tip_mm": self.tip.tolist() if solved else None,
             "tip_axes": pose[:3, :3].tolist() if solved else None,
             "clearance_mm": self.clearance if solved else None,
+            "stable": self.stable if solved and self.chain.loaded else None,
             "segments": [segment.contract() for segment in self.segments],
         }
 
@@ -120,7 +137,19 @@ def build_chain(
         raise pj.InputError(
             f"{model.path}: a chain takes a model's numbers, but not its effects; simulate one segment"
         )
-    return make_chain(design, lambda name: actuator_of(specimens[name], model))
+    return make_chain(
+        design,
+        lambda name: actuator_of(specimens[name], model),
+        lambda name: material_of(specimens[name], model).values().get("density"),
+    )
+
+
+@functools.partial(eqx.filter_jit, compiler_options={"xla_backend_optimization_level": 0})
+def _solve_once(
+    chain: pj.SegmentChain, pressure: Any, activations: tuple, states: tuple
+) -> pj.ChainEquilibrium:
+    """One state. It takes milliseconds however it is compiled, and to optimise its program takes seconds."""
+    return pj.solve_chain(chain, pressure, activations, states, throw=False)
 
 
 def chain_state(
@@ -148,8 +177,11 @@ def chain_state(
         drive_of(specimens[name], body, said, model)
         for name, body, said in zip(design.designs, chain.segments, given, strict=True)
     ]
-    solved = pj.solve_chain(
-        chain, pressure, [d.activations for d in drives], [d.states for d in drives], throw=False
+    solved = _solve_once(
+        chain,
+        np.asarray(pressure),
+        tuple(drive.activations for drive in drives),
+        tuple(drive.states for drive in drives),
     )
     rows = zip(design.designs, chain.segments, jax.tree.map(np.asarray, solved.segments), drives, strict=True)
     segments = [described_state(specimens[name], body, found, drive) for name, body, found, drive in rows]

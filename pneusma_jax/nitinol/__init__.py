@@ -1,7 +1,8 @@
 """Nitinol springs and wires: geometry, phases, resistivity, stress, residual strain."""
 
 from .alloy import Alloy, load_alloy
-from .geometry import SpringGeometry
+from .fractions import PhaseFractions, phase_fractions
+from .geometry import SpringGeometry, spring_strain
 from .residual_strain import SpringState
 from .resistivity import PhaseReading
 from .spring import MartensiteFraction, Resistance, Spring, SpringResponse, Temperature
@@ -11,6 +12,7 @@ from .wire_history import WireHistory, WireResistance, simulate_wire
 __all__ = [
     "Alloy",
     "MartensiteFraction",
+    "PhaseFractions",
     "PhaseReading",
     "Resistance",
     "Spring",
@@ -25,5 +27,7 @@ __all__ = [
     "WireStatus",
     "load_alloy",
     "load_wire",
+    "phase_fractions",
     "simulate_wire",
+    "spring_strain",
 ]

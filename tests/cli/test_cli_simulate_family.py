@@ -1,5 +1,6 @@
 """`pneusma simulate` and `workspace` of described actuators and chains: what Python says, from one TOML."""
 
+import dataclasses
 import json
 import shutil
 from pathlib import Path
@@ -86,6 +87,23 @@ def test_a_chain_is_its_segments(run, tmp_path):
     )
 
 
+@pytest.mark.slow
+def test_a_loaded_chain_is_what_python_says(run, tmp_path):
+    """The shipped example: every segment weighed, bent out of the plane of its springs, and stable."""
+    printed = _json(run, "--design", "loaded_chain", "--pressure-kPa", 15, "--xi0", "1.1=0.6")
+    body = dataclasses.replace(pj.make_actuator("pneusma2"), bending_plane=None)
+    chain = pj.chain_of(body, 2, angles=(0.0, np.pi / 2), connectors=4e-3)
+    fall = pj.gravity_vector("horizontal")
+    heavy = pj.chain_weight(chain.segments, 1070.0, fall, 0.5e-3, None, 4e-3, 0.3e-3)
+    cold, warm = pj.MartensiteFraction(1.0), pj.MartensiteFraction(0.6)
+    loaded = chain.with_loads(heavy, pj.PointLoad([2e-3, 0.0, 0.0]))
+    found = pj.solve_chain(loaded, 15e3, ((warm, cold), (cold, cold)))
+    assert printed["status"] == "converged" and printed["stable"] is True
+    assert printed["tip_mm"] == pytest.approx(1e3 * np.asarray(found.end_pose)[:3, 3], abs=1e-6)
+    assert abs(printed["tip_mm"][0]) > 1.0 and all("bend_direction_deg" in s for s in printed["segments"])
+
+
+MASS = '{value = 1.0, unit = "g", status = "assumed", source = "x"}'
 CHAIN = """schema = "pneusma-chain/1"
 name = "mine"
 [[segment]]
@@ -106,7 +124,16 @@ count = 2
             'connector = {value = -1.0, unit = "mm", status = "assumed", source = "x"}',
             "negative",
         ),
-        ('design = "pneusma2"', 'design = "pneuflex_weighed"', "must not carry loads"),
+        ('name = "mine"', 'name = "mine"\norientation = "sideways"', "orientation is 'sideways'"),
+        ('name = "mine"', f'name = "mine"\ntip_mass = {MASS}', "a mass weighs nothing without gravity"),
+        ("count = 2", f"count = 2\nconnector_mass = {MASS}", "there is no 'connector'"),
+        ('name = "mine"', f'name = "mine"\ntip_force_x = {MASS}', "tip_force_x"),
+        ('name = "mine"', 'name = "mine"\ntip_follows = true', "add 'tip_force_x' or another"),
+        (
+            'name = "mine"\n[[segment]]\ndesign = "pneusma2"',
+            'name = "mine"\norientation = "horizontal"\n[[segment]]\ndesign = "pneuflex_weighed"',
+            "gravity is one for the whole chain",
+        ),
         ('[[segment]]\ndesign = "pneusma2"\ncount = 2\n', "", "at least one segment"),
     ],
 )

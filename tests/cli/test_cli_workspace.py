@@ -124,6 +124,26 @@ def test_a_chain_of_one_kind_reaches_what_its_segments_do(run, tmp_path):
     np.testing.assert_allclose(half, np.broadcast_to(1e3 * np.asarray(wanted), (3, 3)), atol=1e-6)
 
 
+@pytest.mark.slow
+def test_a_loaded_chain_is_solved_as_a_whole(run, tmp_path):
+    """Two fibre-reinforced segments under a force on the tip: where Python says that the tip is."""
+    path = tmp_path / "two.toml"
+    path.write_text(
+        'schema = "pneusma-chain/1"\nname = "two"\n'
+        'tip_force_y = {value = -5.0, unit = "mN", status = "assumed", source = "x"}\n'
+        '[[segment]]\ndesign = "pneuflex_s"\ncount = 2\n'
+    )
+    result = run("workspace", "--design", path, "--samples", 2, "--out", tmp_path / "o", "--pressures", 3)
+    assert result.exit_code == 0, result.output
+    with open(tmp_path / "o" / "tips_two.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    chain = pj.chain_of(pj.make_actuator("pneuflex_s"), 2)
+    wanted = pj.solve_chain(chain.with_loads(pj.PointLoad([0.0, -5e-3, 0.0])), 30e3).end_pose[:3, 3]
+    half = [[float(row[f"tip_{axis}_mm"]) for axis in "xyz"] for row in rows if row["pressure_kPa"] == "30"]
+    assert len(rows) == 6 and len(half) == 2
+    np.testing.assert_allclose(half, np.broadcast_to(1e3 * np.asarray(wanted), (2, 3)), atol=1e-6)
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

@@ -9,7 +9,6 @@ import pytest
 
 import pneusma_jax as pj
 from pneusma_jax import kinematics
-from pneusma_jax.loads import TipForce
 from pneusma_jax.section_kinds import rectangle
 from pneusma_jax.segments import (
     SegmentChain,
@@ -227,16 +226,6 @@ def test_impossible_chains_are_refused(change, what):
         SegmentChain(**(dict(segments=(body, body), angles=jnp.zeros(2), connectors=jnp.zeros(1)) | change))
 
 
-def test_loads_are_refused_but_for_a_chain_of_one():
-    body = pj.make_actuator("pneusma2")
-    loaded = body.with_loads(TipForce([0.0, 0.01, 0.0]))
-    with pytest.raises(ValueError, match="must not carry loads"):
-        chain_of((body, loaded))
-    drive = phases(1.0, 0.5)
-    alone, chained = pj.solve(loaded, 15e3, drive), solve_chain(chain_of(loaded), 15e3, (drive,))
-    np.testing.assert_allclose(chained.segments[0].bend, alone.bend, rtol=1e-12)
-
-
 def test_enclosing_radius_of_round_and_rectangular_tubes():
     assert float(enclosing_radius(pj.annulus(10e-3, 1e-3))) == pytest.approx(5e-3, rel=1e-12)
     assert float(enclosing_radius(rectangle(12e-3, 8e-3, 1e-3))) == pytest.approx(np.hypot(6e-3, 4e-3), rel=1e-3)
@@ -263,5 +252,5 @@ def test_a_chain_is_a_pytree():
     chain = chain_of(pj.make_actuator("triad"), 3, connectors=1e-3)
     leaves, structure = jax.tree.flatten(chain)
     again = jax.tree.unflatten(structure, leaves)
-    assert [f.name for f in dataclasses.fields(again)] == ["segments", "angles", "connectors"]
+    assert [f.name for f in dataclasses.fields(again)] == ["segments", "angles", "connectors", "loads"]
     np.testing.assert_array_equal(again.connectors, chain.connectors)
