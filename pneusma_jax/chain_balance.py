@@ -28,7 +28,7 @@ from .balance import Problem, configuration, residual
 from .chain_loads import ChainLoad, generalised_forces
 from .loads import HeldLoad
 from .nitinol import MartensiteFraction
-from .result import Equilibrium, Status, equilibrium_of
+from .result import Equilibrium, Status, equilibrium_of, solved
 from .root_find import BALANCED
 
 CLOSE = 1e-10
@@ -320,7 +320,7 @@ def described(problem: ChainProblem, stand: Stand) -> list[Equilibrium]:
     for part, z, members in rows:
         one = lambda part, z, load: equilibrium_of(loaded(part, load), z, stand.steps)  # noqa: E731
         row = jax.vmap(one)(part, z, held[np.asarray(members)])
-        lost = ~stand.found & (row.status == int(Status.converged))
+        lost = ~stand.found & solved(row.status)
         row = eqx.tree_at(lambda r: r.status, row, jnp.where(lost, int(Status.no_equilibrium), row.status))
         blank = lambda x: jnp.where(stand.found, x, jnp.nan) if eqx.is_inexact_array(x) else x  # noqa: E731
         results.append(jax.tree.map(blank, row))

@@ -22,7 +22,7 @@ from .nitinol import MartensiteFraction, SpringState
 from .nitinol.spring import Activation
 from .nitinol.thermal import Heating, next_temperature
 from .precision import require_float64
-from .result import Equilibrium, Status
+from .result import Equilibrium
 
 Stacked = tuple[Actuator, tuple[Activation | Heating, ...], tuple[SpringState, ...]]
 
@@ -85,7 +85,7 @@ def loaded_history(
         found = described(problem, stand)
         good = stand.found
         for row_of_part in found:
-            good = good & jnp.all(row_of_part.status == int(Status.converged))
+            good = good & jnp.all(row_of_part.converged)
         keep = lambda new, old: jax.tree.map(lambda a, b: jnp.where(good, a, b), new, old)  # noqa: E731
         # a failed row is NaN: what it would commit is replaced before the memory's laws see it
         calm = [

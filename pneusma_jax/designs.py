@@ -6,12 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
+from ._numerics import is_concrete
 from .actuator import Actuator, Geometry, build_actuator
 from .calibration import Calibration, load_calibration, named_table
 from .calibration_keys import SECTIONS, SIDES
 from .errors import InputError, nearest
 from .loads import Load, TipForce, gravity_vector
-from .nitinol import Alloy, SpringState, load_alloy
+from .nitinol import Alloy, load_alloy
 from .placement import Layout
 from .section import Section, annulus
 from .section_kinds import polygon, rectangle, semicircle
@@ -94,17 +95,45 @@ def design_geometry(design: Design, **changes: float) -> Geometry:
     Args:
         design: name or path of a table of kind actuator, or a loaded one.
         **changes: any field of `Geometry`. As in recordings, `attached_length` follows `length` if only the
-            latter is given.
+            latter is given. Coils, pitch and free length depend on each other, see `_wound`.
 
     Raises:
         InputError: for an unknown design or dimension; names the nearest.
+        ValueError: for coils, pitch and free length that contradict each other.
     """
     _check_changes(changes, GEOMETRY_KEYS)
     table = _table_of(design).values()
     values = {key: table[key] for key in GEOMETRY_KEYS if key in table}
     if "length" in changes:
         values["attached_length"] = changes["length"]
-    return Geometry(**(values | changes))
+    return Geometry(**(values | _wound(values, changes)))
+
+
+WINDING = 0.05
+"""Maximum part of the free length by which coils times pitch may differ from it; the source's own differ by
+0.001."""
+
+
+def _wound(values: dict[str, float], changes: dict[str, float]) -> dict[str, float]:
+    """Changes with what follows from them: the free length is that of the coils, one pitch each.
+
+    Changed coils or pitch change the free length; a changed free length alone changes the coils.
+    """
+    keys = ("active_coils", "initial_pitch", "free_length")
+    if not any(key in changes for key in keys) or not all(key in values for key in keys):
+        return changes
+    coils, pitch, free = (changes.get(key, values[key]) for key in keys)
+    turns = (coils / values["active_coils"]) * (pitch / values["initial_pitch"])
+    if "free_length" not in changes:
+        return changes | {"free_length": values["free_length"] * turns}
+    if "active_coils" not in changes and "initial_pitch" not in changes:
+        return changes | {"active_coils": values["active_coils"] * free / values["free_length"]}
+    if is_concrete(coils, pitch, free) and abs(float(coils * pitch / free) - 1.0) > WINDING:
+        raise ValueError(
+            f"The free length of a spring must be coils times pitch, {float(coils * pitch) * 1e3:.4g} mm here, "
+            f"but it is {float(free) * 1e3:.4g} mm; leave one of them out."
+        )
+    return changes
 
 
 def design_section(design: Design, **changes: float) -> Section:
@@ -200,7 +229,8 @@ def make_actuator(
     if geometry is None:
         geometry = design_geometry(table, **of_geometry)
     else:
-        geometry = dataclasses.replace(geometry, **of_geometry)
+        stated = {key: getattr(geometry, key) for key in GEOMETRY_KEYS}
+        geometry = dataclasses.replace(geometry, **_wound(stated, of_geometry))
     sized = {key: getattr(geometry, key) for key in shape if key in GEOMETRY_KEYS}
     sized |= {key: value for key, value in changes.items() if key in shape}
     arrangement = layout(table)
@@ -225,4 +255,4 @@ def make_actuator(
 
 def fresh_states(actuator: Actuator, geometry: Geometry) -> tuple:
     """A newly attached spring's memory, one per spring: stretched cold to the geometry's pre-strain."""
-    return tuple(SpringState.fresh(geometry.prestrain) for _ in actuator.springs)
+    return dataclasses.replace(actuator, prestrain=geometry.prestrain).fresh_states()

@@ -142,7 +142,7 @@ def _filled(
     for number, activation in zip(actuator.spring_numbers, activations, strict=True):
         if isinstance(activation, MartensiteFraction) and is_concrete(activation.value):
             wrong = np.asarray(activation.value)
-            wrong = wrong[(wrong < 0.0) | (wrong > 1.0)]
+            wrong = wrong[np.isfinite(wrong) & ((wrong < 0.0) | (wrong > 1.0))]
             if wrong.size:
                 raise ValueError(
                     f"The martensite fraction of spring {number} must be between 0 and 1, but it is "

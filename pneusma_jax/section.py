@@ -242,6 +242,12 @@ def _places_of(cuts: Array, strain: Array, along: Array, radius: Array) -> Array
     return jnp.where(flat, 1e3 * radius, place)
 
 
+def _bore(inner: Array, outer: Array) -> Array:
+    """Area of the bore [m2]; NaN, which a status tells, where a traced wall is not positive or leaves none."""
+    xp = namespace_of(inner, outer)
+    return xp.where((inner > 0.0) & (inner < outer), np.pi * inner**2, np.nan)
+
+
 def annulus(outer_diameter: Array, wall_thickness: Array, nodes: int = NODES) -> Section:
     """Round tube; lengths in metres.
 
@@ -260,7 +266,7 @@ def annulus(outer_diameter: Array, wall_thickness: Array, nodes: int = NODES) ->
     return Section(
         shapes=(Disc(outer), Disc(inner)),
         signs=(1, -1),
-        enclosed_area=jnp.asarray(np.pi * inner**2),
+        enclosed_area=jnp.asarray(_bore(inner, outer)),
         enclosed_centroid=jnp.asarray(np.zeros(2)),
         radius=jnp.asarray(outer),
         nodes=nodes,

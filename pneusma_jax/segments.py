@@ -29,7 +29,7 @@ from .nitinol import MartensiteFraction, Resistance, SpringState
 from .nitinol.spring import Activation
 from .nitinol.thermal import Heating
 from .precision import require_float64
-from .result import Equilibrium, Status, raise_unless_converged
+from .result import Equilibrium, Status, raise_unless_converged, solved
 from .section import Section
 
 Drive = tuple[Activation | Heating, ...]  # one per spring of a segment
@@ -110,7 +110,7 @@ class ChainEquilibrium(eqx.Module):
     @property
     def converged(self) -> Array:
         """Whether the whole chain is in equilibrium."""
-        return self.status == int(Status.converged)
+        return solved(self.status)
 
     @property
     def frames(self) -> Float[Array, "n+1 4 4"]:
@@ -364,9 +364,10 @@ def _per_segment(
                 f"Argument `{what}` must have one entry per segment, {len(springs)} here, "
                 f"but it has {len(given)}."
             )
-    cold, fresh = MartensiteFraction(1.0), SpringState.fresh(0.1924)
+    cold = MartensiteFraction(1.0)
     activations = tuple(tuple(a) or (cold,) * n for a, n in zip(activations, springs, strict=True))
-    states = tuple((fresh,) * n if s is None else tuple(s) for s, n in zip(states, springs, strict=True))
+    pairs = zip(states, chain.segments, strict=True)
+    states = tuple(body.fresh_states() if s is None else tuple(s) for s, body in pairs)
     return activations, states
 
 
@@ -407,12 +408,12 @@ def _raise_for_chain(found: ChainEquilibrium) -> ChainEquilibrium:
         if not bool(found.converged):
             raise RuntimeError(f"The loaded chain: {Status(int(found.status)).sentence}")
         return found
-    bad = found.status != int(Status.converged)
+    bad = ~found.converged
     return eqx.branched_error_if(found, bad, found.status, [s.sentence for s in Status])
 
 
 def _raise_for_segment(number: int, result: Equilibrium) -> Equilibrium:
     """Raise the sentence of a segment that is not in equilibrium; under `jit` by a check in the program."""
-    if is_concrete(result.status) and int(result.status) != Status.converged:
+    if is_concrete(result.status) and not bool(result.converged):
         raise RuntimeError(f"Segment {number}: {Status(int(result.status)).sentence}")
     return raise_unless_converged(result)

@@ -38,6 +38,18 @@ def _read_design(name: str) -> dict[str, Any]:
     return geometry | {key: named_table(table, key) for key in ("alloy", "material") if key in table.text}
 
 
+def _wound(nominal: dict[str, Any], stated: dict[str, Any]) -> dict[str, float]:
+    """Coils and free length of an actuator's springs, as far as the stated ones of coils, pitch and free length
+    change them: the free length is that of the coils, one pitch each."""
+    coils, pitch, free = "active_coils", "initial_pitch_mm", "free_length_mm"
+    if not all(key in nominal for key in (coils, pitch, free)) or free in stated and coils in stated:
+        return {}
+    turned = stated.get(pitch, nominal[pitch]) / nominal[pitch]
+    if free not in stated:
+        return {free: nominal[free] * turned * stated.get(coils, nominal[coils]) / nominal[coils]}
+    return {} if pitch in stated else {coils: nominal[coils] * stated[free] / nominal[free]}
+
+
 def nominal_geometry(kind: str, stated: dict[str, Any]) -> dict[str, Any]:
     """Nominal values of the keys that matter to a kind, given what the sidecar states.
 
@@ -53,6 +65,7 @@ def nominal_geometry(kind: str, stated: dict[str, Any]) -> dict[str, Any]:
         nominal = dict(_design(stated.get("design", STANDARD_DESIGN)))
         if "attached_length_mm" in nominal and "length_mm" in stated:
             nominal["attached_length_mm"] = stated["length_mm"]
+        nominal |= _wound(nominal, stated)
         return {**nominal, "cycles_before": 0.0}
     standard = _design(STANDARD_DESIGN)
     if kind == "spring":

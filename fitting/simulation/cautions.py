@@ -107,11 +107,17 @@ def actuator_cautions(
 
 
 def _unsolved(status: np.ndarray) -> list[str]:
-    """How many rows of a batch have no solution, and why."""
+    """How many rows of a batch have no solution or several, and why."""
     if status.ndim == 0:
         return []
-    return [
-        f"{int(np.sum(status == code))} of {status.size} rows have no result: {code.sentence}"
-        for code in pj.Status
-        if code != pj.Status.converged and np.any(status == code)
-    ]
+    said = []
+    for code in pj.Status:
+        count = int(np.sum(status == code))
+        if code == pj.Status.several_equilibria and count:
+            said.append(
+                f"{count} of {status.size} rows have several equilibria with these resistances:"
+                " the one on the way of the history is given"
+            )
+        elif code != pj.Status.converged and count:
+            said.append(f"{count} of {status.size} rows have no result: {code.sentence}")
+    return said

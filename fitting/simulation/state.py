@@ -115,7 +115,7 @@ class ActuatorState:
     @property
     def converged(self) -> bool:
         """Whether there is a result."""
-        return int(self.found.status) == pj.Status.converged
+        return int(self.found.status) <= pj.Status.several_equilibria
 
     def quantities(self) -> list[tuple[str, float, str]]:
         """What describes the configuration: key without unit, value, unit."""

@@ -71,7 +71,7 @@ class Workspace:
     @property
     def solved(self) -> int:
         """How many states were found."""
-        return int(np.sum(self.status == pj.Status.converged))
+        return int(np.sum(self.status <= pj.Status.several_equilibria))
 
     def extreme(self, largest: bool) -> tuple[int, int, int]:
         """Index of the state of largest or smallest curvature.
