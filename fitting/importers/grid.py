@@ -1,48 +1,28 @@
-"""Finding the table of numbers in a raw file: delimiter, decimal mark, preamble, header, stray rows."""
+"""Finding the tables of numbers in a raw file: delimiter, decimal mark, preamble, header, stray rows."""
 
 import itertools
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 
+from .numerals import clock_seconds, decimal_evidence, like_a_number, to_number
+from .raw import Page, RawFile
+from .spelling import Heading, unit_name
+from .words import heading_of, meaning
 from pneusma_jax.units import UNITS
 
-from ..recordings.table import refuse
-from .raw import RawFile, delimiters
-
-_BLANK = re.compile(r"\*+|-+|n/?a|nan|null|none|#n/?a", re.IGNORECASE)
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")
-_GROUPED = re.compile(r"[+-]?\d{1,3}(\.\d{3})+(,\d*)?([eE][+-]?\d+)?")  # 1.021,5 where commas are decimal
-_WITH_UNIT = re.compile(r"^(?P<name>.*?)\s*[,;:]?\s*[(\[](?P<unit>[^()\[\]]*)[)\]]\s*$")
 LEAST_ROWS = 3  # fewer rows of numbers are not a table
-
-# How instruments write units, where it differs from the package's names.
-_SPELLINGS = {
-    "": "1", "-": "1", "–": "1", "/": "1", "1": "1", "mm/mm": "1", "m/m": "1", "in/in": "1", "%": "percent",
-    "c": "degC", "°c": "degC", "deg c": "degC", "degc": "degC", "celsius": "degC", "f": "degF", "°f": "degF",
-    "sec": "s", "secs": "s", "second": "s", "seconds": "s", "mins": "min", "minutes": "min",
-    "hr": "h", "hrs": "h", "hours": "h", "inch": "in", "inches": "in", "newton": "N", "newtons": "N",
-    "ohms": "ohm", "ohm": "ohm", "kpa": "kPa", "psi": "psi", "bar": "bar",
-    "ω": "ohm", "Ω": "ohm", "n/mm^2": "N/mm2", "n/mm²": "N/mm2", "n/mm2": "N/mm2", "°": "deg",
-    "amps": "A", "volts": "V", "lb": "lbf", "lbs": "lbf", "µm": "um",
-}  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Heading:
-    """A column's name and unit as its header gives them; the unit is None where the header is silent."""
-
-    text: str
-    name: str
-    unit: str | None
+_SAMPLED = 1000  # lines from which the delimiter and the decimal mark are told
+_DAY_S = 86400.0
+_SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", " ": "white space", "": "cells of a sheet"}
 
 
 @dataclass
 class Grid:
-    """The table of numbers of a raw file.
+    """A table of numbers of a raw file.
 
     Attributes:
         headings: one per column, or none if the file has no header.
@@ -50,6 +30,8 @@ class Grid:
         rows: line of the file (from 1) of each row.
         preamble: fields of the lines before the header.
         notices: delimiter, decimal mark, rows dropped and why.
+        cells: the fields of each row as text.
+        troubles: by column, why its numbers cannot be trusted; a sentence without subject.
     """
 
     headings: list[Heading]
@@ -57,105 +39,140 @@ class Grid:
     rows: list[int]
     preamble: list[list[str]]
     notices: list[str] = field(default_factory=list)
+    cells: list[list[str]] = field(default_factory=list)
+    troubles: dict[int, str] = field(default_factory=dict)
 
-
-def parse_heading(text: str) -> Heading:
-    """Split `Load (N)`, `Strain [-]` or `force_mN` into name and unit; the name in lower case."""
-    found = _WITH_UNIT.match(text)
-    if found:
-        return Heading(text, _plain(found["name"]), unit_name(found["unit"]))
-    stem, underscore, suffix = text.rpartition("_")
-    if underscore and stem and suffix in UNITS and not suffix.isdigit():
-        return Heading(text, _plain(stem), suffix)
-    return Heading(text, _plain(text), None)
-
-
-def _plain(name: str) -> str:
-    return re.sub(r"[\s_]+", " ", name).strip(' "').lower()
-
-
-def unit_name(text: str) -> str:
-    """The package's name of a unit as an instrument writes it; unchanged if it has none."""
-    text = text.strip()
-    if text in UNITS and text not in _SPELLINGS:
-        return text
-    return _SPELLINGS.get(text, _SPELLINGS.get(text.lower(), text))
-
-
-def to_number(text: str, decimal: str) -> float | None:
-    """Number of a field; NaN if it is blank (`****`, `-`, `NaN`, nothing), None if it is text."""
-    if not text or _BLANK.fullmatch(text):
-        return math.nan
-    if decimal == ",":
-        if "." in text and not _GROUPED.fullmatch(text):
-            return None
-        text = text.replace(".", "").replace(",", ".")
-    if not _NUMBER.fullmatch(text):
-        return None
-    return float(text.replace("d", "e").replace("D", "e"))
-
-
-@dataclass(frozen=True)
-class Sample:
-    """What a format is recognised by: the raw file and the table of numbers in it, found once."""
-
-    raw: RawFile
-
-    @cached_property
-    def grid(self) -> Grid | None:
-        """The table of numbers, or None if the file holds none."""
-        return find_grid(self.raw)
-
-    @cached_property
-    def head(self) -> str:
-        """First lines, as text."""
-        return self.raw.head()
-
-    def require_grid(self) -> Grid:
-        """The table of numbers.
-
-        Raises:
-            InputError: if the file holds none.
-        """
-        if self.grid is None:
-            raise refuse(
-                self.raw.path, f"no table of numbers (at least {LEAST_ROWS} rows) was found in this file"
-            )
-        return self.grid
-
-    def headerless(self, columns: int) -> bool:
-        """Whether the file is nothing but this many columns of numbers, without header or preamble."""
-        grid = self.grid
-        return (
-            grid is not None and not grid.headings and not grid.preamble and grid.values.shape[1] == columns
+    def part(self, rows: Sequence[int] | slice, columns: Sequence[int] | None = None) -> "Grid":
+        """Some rows and columns of it, as a table of their own."""
+        picked = list(range(len(self.rows)))[rows] if isinstance(rows, slice) else list(rows)
+        chosen = list(range(self.values.shape[1])) if columns is None else list(columns)
+        return Grid(
+            headings=[self.headings[c] for c in chosen] if self.headings else [],
+            values=self.values[np.ix_(picked, chosen)],
+            rows=[self.rows[i] for i in picked],
+            preamble=self.preamble,
+            notices=list(self.notices),
+            cells=[[self.cells[i][c] if c < len(self.cells[i]) else "" for c in chosen] for i in picked],
+            troubles={k: self.troubles[c] for k, c in enumerate(chosen) if c in self.troubles},
         )
 
 
-def find_grid(raw: RawFile) -> Grid | None:
-    """The table of numbers, with the delimiter and decimal mark that make it largest; None if none does."""
-    best: tuple[int, Grid] | None = None  # a grid, and how many numbers it holds
-    for delimiter in delimiters(raw):
-        for decimal in (".",) if delimiter in (",", "") else (".", ","):
-            grid = _grid_with(raw, delimiter, decimal)
-            held = 0 if grid is None else int(np.isfinite(grid.values).sum())
-            if held > (best[0] if best else 0):
-                best = (held, grid)
-    return None if best is None else best[1]
+def find_grids(raw: RawFile, page: Page) -> list[Grid]:
+    """The tables of numbers of a page, in order: one below the other where headers repeat.
+
+    The delimiter and the decimal mark are those with which most fields are numbers.
+    """
+    reading = _best_reading(raw, page)
+    if reading is None:
+        return []
+    delimiter, decimal = reading
+    fields = page.fields(delimiter)
+    parsed = [numeric_row(row, decimal) for row in fields]
+    grids = []
+    for begin, end in _blocks(fields, parsed):
+        grid = _grid_of(fields, parsed, begin, end, delimiter, decimal)
+        if grid is not None:
+            grids.append(grid)
+    return grids
 
 
-def _grid_with(raw: RawFile, delimiter: str, decimal: str) -> Grid | None:
-    fields = raw.fields(delimiter)
-    parsed = [_numeric_row(row, decimal) for row in fields]
-    run = _first_run(parsed, fields)
+def _best_reading(raw: RawFile, page: Page) -> tuple[str, str] | None:
+    """Delimiter and decimal mark with which most fields of a sample of lines are numbers and fewest are text."""
+    best: tuple[float, tuple[str, str]] | None = None
+    for delimiter in ("",) if page.is_sheet else (",", ";", "\t", " "):
+        fields = _sample(page, delimiter)
+        scores = {}
+        for decimal in (".", ","):
+            rows = [(row, numeric_row(row, decimal, spaced=delimiter != ",")) for row in fields]
+            rows = [(row, numbers) for row, numbers in rows if numbers is not None]
+            wide = max((len(row) for row, _ in rows), default=0)
+            if len(rows) < LEAST_ROWS or (wide == 1 and delimiter not in (" ", "")):
+                continue
+            held = sum(x is not None and not math.isnan(x) for _, numbers in rows for x in numbers)
+            texts = sum(x is None for _, numbers in rows for x in numbers)
+            scores[decimal] = (held - texts, rows)
+        if not scores:
+            continue
+        most = max(score for score, _ in scores.values())
+        tied = [decimal for decimal, (score, _) in scores.items() if score == most]
+        decimal = tied[0] if len(tied) == 1 else _decimal_of([row for row, _ in scores["."][1]])
+        if best is None or most > best[0]:
+            best = (most, (delimiter, decimal))
+    return best[1] if best and best[0] > 0 else None
+
+
+def _sample(page: Page, delimiter: str) -> list[list[str]]:
+    """Fields of the first lines and of lines all over the rest."""
+    count = page.count
+    first = min(count, _SAMPLED // 2)
+    step = max(1, (count - first) // (_SAMPLED // 2))
+    return page.fields(delimiter, [*range(first), *range(first, count, step)])
+
+
+def _decimal_of(rows: list[list[str]]) -> str:
+    """The decimal mark that more fields prove; a comma where they hold commas and nothing is proved."""
+    proofs = [proof for row in rows for text in row if (proof := decimal_evidence(text)) is not None]
+    if proofs:
+        return "," if proofs.count(",") > proofs.count(".") else "."
+    marks = "".join(text for row in rows for text in row)
+    return "," if "," in marks and "." not in marks else "."
+
+
+def numeric_row(row: list[str], decimal: str, spaced: bool = True) -> list[float | None] | None:
+    """Numbers of a row (None where a field is text), or None if it is mostly text or blank: no data."""
+    numbers = [to_number(text, decimal, spaced) for text in row]
+    texts = sum(x is None for x in numbers)
+    real = sum(x is not None and not math.isnan(x) for x in numbers)
+    return None if real == 0 or 2 * texts >= len(row) or (texts and real < 2) else numbers
+
+
+def _blocks(fields: list[list[str]], parsed: list[list | None]) -> list[tuple[int, int]]:
+    """Lines of each table with what stands above it: a new one begins below a row of headings."""
+    blocks = []
+    begin = 0
+    run = _first_run(parsed, fields, 0)
+    while run:
+        header = _header_above(fields, run[0], max(_last_number(parsed[i]) for i in run), begin)[0]
+        end, at = len(fields), run[-1] + 1
+        following: list[int] = []
+        while at < len(fields):
+            if parsed[at] is not None or not fields[at]:
+                at += 1
+                continue
+            following = _first_run(parsed, fields, at)
+            if not following:
+                break
+            named = max(_last_number(parsed[i]) for i in following)
+            other, _ = _header_above(fields, following[0], named, at)
+            if other and _is_header(other, header):
+                end = at
+                break
+            at, following = following[-1] + 1, []
+        blocks.append((begin, end))
+        begin, run = end, following
+    return blocks
+
+
+def _is_header(other: list[str], first: list[str]) -> bool:
+    """Whether a row above numbers is a header: the first one again, or one that names two quantities."""
+    if [text.casefold() for text in other] == [text.casefold() for text in first]:
+        return True
+    return sum(meaning(heading_of(text)) is not None for text in other) >= 2
+
+
+def _grid_of(
+    fields: list[list[str]], parsed: list[list | None], begin: int, end: int, delimiter: str, decimal: str
+) -> Grid | None:
+    run = _first_run(parsed[:end], fields, begin)
     if not run:
         return None
     start, named = run[0], max(_last_number(parsed[i]) for i in run)
-    header, top = _header_above(fields, start, named)
+    header, top = _header_above(fields, start, named, begin)
     width = max(len(header), *(len(parsed[i]) for i in run))
     header += [""] * (width - len(header)) if header else []
     if width == 1 and delimiter not in (" ", ""):
         return None
-    filled = [i for i in range(start, len(fields)) if fields[i]]
+    filled = [i for i in range(start, end) if fields[i]]
     keep = [i for i in filled if parsed[i] is not None and len(parsed[i]) <= width]
     dropped = sorted(set(filled) - set(keep))
     if len(dropped) > len(keep):
@@ -163,51 +180,93 @@ def _grid_with(raw: RawFile, delimiter: str, decimal: str) -> Grid | None:
     values = np.full((len(keep), width), math.nan)
     for k, i in enumerate(keep):
         values[k, : len(parsed[i])] = [math.nan if x is None else x for x in parsed[i]]
-    names = {",": "commas", ";": "semicolons", "\t": "tabs", " ": "white space", "": "cells of a sheet"}
-    notices = [f"{len(keep)} rows of {width} columns, separated by {names[delimiter]}"]
+    notices = [f"{len(keep)} rows of {width} columns, separated by {_SEPARATORS[delimiter]}"]
     notices += ["decimal commas"] if decimal == "," else []
     if dropped:
         where = ", ".join(str(i + 1) for i in dropped[:3]) + (", ..." if len(dropped) > 3 else "")
         notices.append(f"{len(dropped)} rows below the header are not numbers and were dropped (row {where})")
-    headings = [parse_heading(text) for text in header]
-    notices += _text_notices([(i, fields[i], parsed[i]) for i in keep], headings, width)
-    preamble = [row for row in fields[:top] if row]
-    return Grid(headings, values, [i + 1 for i in keep], preamble, notices)
+    grid = Grid(
+        headings=[heading_of(text) for text in header],
+        values=values,
+        rows=[i + 1 for i in keep],
+        preamble=[row for row in fields[begin:top] if row],
+        notices=notices,
+        cells=[fields[i] for i in keep],
+    )
+    _grouped_notice(grid)
+    _read_texts(grid, [parsed[i] for i in keep])
+    return grid
 
 
-def _numeric_row(row: list[str], decimal: str) -> list[float | None] | None:
-    """Numbers of a row (None where a field is text), or None if it is mostly text or blank: no data."""
-    numbers = [to_number(text, decimal) for text in row]
-    texts = sum(x is None for x in numbers)
-    real = sum(x is not None and not math.isnan(x) for x in numbers)
-    return None if real == 0 or 2 * texts >= len(row) or (texts and real < 2) else numbers
+def _grouped_notice(grid: Grid) -> None:
+    """Say that thousands were grouped, with an example."""
+    for row, cells in zip(grid.rows, grid.cells, strict=True):
+        for text in cells:
+            if re.fullmatch(r"[+-]?\d{1,3}([.,'’ \u00a0\u2009\u202f]\d{3})+[.,]\d*|[+-]?\d{1,3}(['’ \u00a0\u2009\u202f]\d{3})+", text):
+                grid.notices.append(f"thousands are grouped: {text!r} in row {row}")
+                return
 
 
-def _text_notices(kept: list[tuple[int, list[str], list]], headings: list[Heading], width: int) -> list[str]:
-    """Say which columns are text, and which single fields of the others were not numbers."""
-    notices = []
-    for column in range(width):
+def _read_texts(grid: Grid, parsed: list[list[float | None]]) -> None:
+    """Clocks among the columns of text; which columns are text; which fields of the others are not numbers."""
+    for column in range(grid.values.shape[1]):
         texts = [
-            (i, row[column]) for i, row, numbers in kept if column < len(numbers) and numbers[column] is None
+            (row, cells[column])
+            for row, cells, numbers in zip(grid.rows, grid.cells, parsed, strict=True)
+            if column < len(numbers) and numbers[column] is None
         ]
-        label = repr(headings[column].text) if headings else str(column + 1)
-        if 2 * len(texts) > len(kept):
-            notices.append(f"column {label} is text and was left out")
-        elif texts:
-            i, text = texts[0]
-            notices.append(
-                f"{len(texts)} fields of column {label} are not numbers ({text!r} in row {i + 1}): missing"
+        if not texts:
+            continue
+        label = repr(grid.headings[column].text) if grid.headings else str(column + 1)
+        seconds = clock_seconds([cells[column] if column < len(cells) else "" for cells in grid.cells])
+        if seconds is not None and (not grid.headings or _may_be_clock(grid.headings[column])):
+            grid.values[:, column] = _past_midnight(np.array(seconds))
+            if grid.headings:
+                old = grid.headings[column]
+                grid.headings[column] = Heading(old.text, "time" if meaning(old) is None else old.name, "s")
+            grid.notices.append(f"column {label} is a clock ({texts[0][1]!r}), read as seconds")
+            continue
+        filled = int(np.isfinite(grid.values[:, column]).sum()) + len(texts)
+        numberlike = [(row, text) for row, text in texts if like_a_number(text)]
+        if 2 * len(texts) > filled:
+            grid.notices.append(f"column {label} is text and was left out")
+            grid.troubles[column] = (
+                f"{len(texts)} of {filled} fields of {label} are no numbers ({texts[0][1]!r} in row {texts[0][0]})"
             )
-    return notices
+        else:
+            row, text = texts[0]
+            grid.notices.append(
+                f"{len(texts)} fields of column {label} are not numbers ({text!r} in row {row}): missing"
+            )
+        if numberlike and 2 * len(texts) <= filled:
+            row, text = numberlike[0]
+            grid.troubles[column] = (
+                f"{text!r} in row {row} of {label} cannot be told: its marks are not those of the other numbers"
+            )
 
 
-def _first_run(parsed: list[list | None], fields: list[list[str]]) -> list[int]:
-    """First run of rows of numbers, empty if there is none; blank lines do not break it.
+def _may_be_clock(heading: Heading) -> bool:
+    means = meaning(heading)
+    return (means is not None and means.quantity == "time") or bool(re.search(r"time|zeit|clock|temps|uhr", heading.name))
+
+
+def _past_midnight(seconds: np.ndarray) -> np.ndarray:
+    """A clock of the day counted on past midnight."""
+    filled = np.isfinite(seconds)
+    days = np.cumsum(np.diff(seconds[filled], prepend=seconds[filled][0]) < -_DAY_S / 2.0)
+    counted = seconds.copy()
+    counted[filled] += _DAY_S * days
+    return counted
+
+
+def _first_run(parsed: list[list | None], fields: list[list[str]], begin: int) -> list[int]:
+    """First run of rows of numbers from a line on, empty if there is none; blank lines do not break it.
 
     Rows may be shorter than others, where their last fields are empty, but not less than half as wide.
     """
     run: list[int] = []
-    for i, row in enumerate(parsed):
+    for i in range(begin, len(parsed)):
+        row = parsed[i]
         if not fields[i]:
             continue
         if row is not None and (not run or 2 * len(row) > len(parsed[run[0]]) > len(row) / 2):
@@ -224,26 +283,36 @@ def _last_number(row: list[float | None]) -> int:
     return max(i + 1 for i, x in enumerate(row) if x is not None and not math.isnan(x))
 
 
-def _header_above(fields: list[list[str]], start: int, named: int) -> tuple[list[str], int]:
+def _header_above(fields: list[list[str]], start: int, named: int, floor: int) -> tuple[list[str], int]:
     """Names of the columns and the row they stand in: the nearest filled row above, if it names every column.
 
-    A row of units alone (`(s);(mm);(N)`, or `s;mm;N`) under a row of names is joined to it.
+    A row of units alone (`(s);(mm);(N)`, or `s;mm;N`) under a row of names is joined to it. A row that leaves
+    the last columns without a name is a header if it names two quantities.
 
     Args:
-        fields: of the whole file.
+        fields: of the whole page.
         start: first row of numbers.
         named: columns that need a name.
+        floor: first row that belongs to this table.
     """
-    above = [i for i in range(start - 1, -1, -1) if fields[i]][:2]
+    above = [i for i in range(start - 1, floor - 1, -1) if fields[i]][:2]
     if not above:
         return [], start
     top, units = above[0], []
-    if len(above) == 2 and all(map(_is_unit, fields[top])) and not any(map(_is_unit, fields[above[1]])):
+    if len(above) == 2 and all(map(_is_unit, fields[top])) and not any(_is_unit(t) and t for t in fields[above[1]]):
         top, units = above[1], fields[top]
-    if len(fields[top]) < max(named, 2):
+    names = _uncommented(fields[top])
+    if len(names) < max(named, 2) and sum(meaning(heading_of(text)) is not None for text in names) < 2:
         return [], start
-    pairs = itertools.zip_longest(fields[top], units, fillvalue="")
+    pairs = itertools.zip_longest(names, units, fillvalue="")
     return [f"{name} ({unit.strip('()[]')})" if unit else name for name, unit in pairs], top
+
+
+def _uncommented(names: list[str]) -> list[str]:
+    """A row of headings without the mark of a comment before it."""
+    if names and names[0] in ("#", "%", "//", "#:"):
+        return names[1:]
+    return [re.sub(r"^[#%]\s*", "", names[0]), *names[1:]] if names else names
 
 
 def _is_unit(text: str) -> bool:

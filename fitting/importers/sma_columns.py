@@ -8,7 +8,7 @@ from ..recordings import Recording
 from .assemble import Facts, assemble, slug
 from .channels import numbered
 from .format import Format
-from .grid import Sample
+from .parts import Sample
 from .options import Options
 
 NAME = "sma-columns"
@@ -56,7 +56,7 @@ def read(sample: Sample, options: Options) -> Recording:
     if options.specimen is None:
         notices.append(f"specimen taken from the folder's name, {folder!r} (--specimen to correct)")
     return assemble(
-        sample.raw, grid, channels, options.kind or "wire", options, Facts(NAME, specimen=folder), notices
+        sample, channels, options.kind or "wire", options, Facts(NAME, specimen=folder), notices
     )
 
 

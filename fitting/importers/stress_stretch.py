@@ -9,7 +9,7 @@ from ..recordings.table import refuse
 from .assemble import Facts, assemble, slug
 from .channels import numbered
 from .format import Format
-from .grid import Sample
+from .parts import Sample
 from .options import Options
 
 NAME = "stress-stretch"
@@ -70,8 +70,7 @@ def read(sample: Sample, options: Options) -> Recording:
         )
     specimen = slug("_".join(path.parts[-3:-1])) if path.parent.name in ("UT", "UC") else slug(path.stem)
     return assemble(
-        sample.raw,
-        grid,
+        sample,
         channels,
         options.kind or "elastomer",
         options,

@@ -36,22 +36,12 @@ def check_recording(
     place = recording.path or recording.name
     rows = rows if rows is not None else range(1, len(recording) + 1)
     where = sidecar or place
-    _check_licence(recording, where)
     _check_tube(recording, where)
     _check_table_names(recording, where)
     _check_missing(recording, place, rows)
     _check_time(recording, place, rows)
     _check_ranges(recording, place, rows)
     _check_resistance(recording, place, rows)
-
-
-def _check_licence(recording: Recording, where: Path | str) -> None:
-    licence = recording.source.get("licence", recording.source.get("license", ""))
-    if recording.real and not str(licence).strip():
-        raise refuse(
-            where,
-            'real = true needs a licence: [source] licence = "..." (who may use these numbers, and how)',
-        )
 
 
 def _check_tube(recording: Recording, where: Path | str) -> None:

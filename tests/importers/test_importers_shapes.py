@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fitting.importers import FORMATS, detect, import_file, make_options
-from fitting.importers.grid import Sample
+from fitting.importers.parts import samples_of
 from fitting.importers.raw import open_raw
 from fitting.recordings import read_recording, write_recording
 from pneusma_jax.errors import InputError
@@ -14,7 +14,7 @@ STRESS = 0.085 * (STRETCH - STRETCH**-2)  # MPa, neo-Hookean
 
 
 def format_of(path):
-    return detect(Sample(open_raw(path))).name
+    return detect(samples_of(open_raw(path))[0]).name
 
 
 def refusal(path, options=None):
