@@ -5,12 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-LEAST_FLAT_ROWS = 4
+LEAST_FLAT_ROWS = 3
 """Fewer rows before the rise are the first readings of any test."""
 FLAT = 0.15
 """Ratio of the slope before the rise to the one after it, above which nothing hung slack."""
 OUTLIERS = 4.0
 """Standard deviations of the noise beyond which a row belongs to the rise."""
+EVIDENCE = 9.0
+"""Gain in squared misfit, in variances of the noise, by which a flat start must fit better than none: of 1920
+rubbers without slack, with noise up to 2 kPa and steps up to 8 kPa in 100 to 600, one was then said to have some."""
 WINDOW = 2.0
 """How far the curve is fitted, in lengths of the slack: with 200 rows of a rubber with 2 to 20 % of slack and noise of
 0.3 % of the largest stress the start then errs by 0.1 % of strain (one standard deviation 0.25 %), with 3 by 0.8 %."""
@@ -71,6 +74,10 @@ def find_slack(drive: np.ndarray, force: np.ndarray) -> Slack | None:
     zero, slope = _risen(start, x_near, y_near)[:2]
     before = x < start
     if before.sum() < LEAST_FLAT_ROWS or start - x[0] < SHARE * (x[-1] - x[0]) or not slope > 0.0:
+        return None
+    rest = _misfit(start, x_near, y_near)
+    spread = max(rest / max(x_near.size - 4, 1), noise_of_steps(y) ** 2, (1e-6 * float(np.ptp(y))) ** 2)
+    if _misfit(float(x[0]), x_near, y_near) - rest < EVIDENCE * spread:
         return None
     own = float(np.polyfit(x[before] - x[0], y[before], 1)[0]) if np.ptp(x[before]) > 0.0 else 0.0
     if abs(own) > FLAT * slope:

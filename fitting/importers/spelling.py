@@ -44,8 +44,8 @@ _REFERENCE = re.compile(
 )
 # Weights that stand for forces, as many load cells show them.
 WEIGHTS = {"g": "gf", "kg": "kgf", "mg": "gf"}
-# Single letters that end a heading more often as a name than as a unit.
-_LETTERS = frozenset({"a", "h", "m", "g", "k", "c", "f", "v", "1", "in"})
+# Words and letters that end a heading more often as a name than as a unit.
+_LETTERS = frozenset({"a", "h", "m", "g", "k", "c", "f", "v", "1", "in", "strain", "ratio", "abs", "none", "at"})
 
 
 @dataclass(frozen=True)

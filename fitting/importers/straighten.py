@@ -119,8 +119,8 @@ def _turn(columns: dict[str, np.ndarray], making: Making, about: str) -> None:
             making.say("strain and stress were negative already: nothing to turn for --compression")
     strain, stress = columns["strain"], columns["stress_kPa"]
     there = np.flatnonzero(np.isfinite(strain) & np.isfinite(stress))
-    if there.size < 3 or not np.ptp(stress[there]) > 0.0:
-        return
+    if there.size < 3 or not np.ptp(stress[there]) > 0.0 or strain[there].min() <= -1.0:
+        return  # nothing to compare, or numbers that are refused as they are
     first, last = there[0], there[int(np.argmax(np.abs(strain[there] - strain[there[0]])))]
     gone, answered = strain[last] - strain[first], stress[last] - stress[first]
     if gone * answered < 0.0 and abs(answered) > OPPOSED * float(np.ptp(stress[there])):
