@@ -16,6 +16,7 @@ from pneusma_jax.units import UNITS
 
 LEAST_ROWS = 3  # fewer rows of numbers are not a table
 _SAMPLED = 1000  # lines from which the delimiter and the decimal mark are told
+_NAMES_TOO = ("strain", "ratio", "t", "f", "r", "i", "temp")  # names of columns, though units are called so, too
 _DAY_S = 86400.0
 _SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", " ": "white space", "": "cells of a sheet"}
 
@@ -317,4 +318,6 @@ def _uncommented(names: list[str]) -> list[str]:
 
 def _is_unit(text: str) -> bool:
     """Whether a field is a unit alone: `(kPa)`, `[-]`, `mm`, or nothing."""
+    if text.casefold() in _NAMES_TOO:
+        return False
     return not text or bool(re.fullmatch(r"[(\[].*[)\]]", text)) or unit_name(text) in UNITS

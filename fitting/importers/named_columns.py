@@ -2,16 +2,15 @@
 
 import numpy as np
 
-from pneusma_jax.errors import InputError
-
 from ..recordings import Recording, schema
 from ..recordings.columns import convert
 from ..recordings.table import refuse
 from .assemble import Facts, assemble
-from .channels import channels_of, named_channels
+from .channels import channels_of, in_unit, named_channels
 from .circuit import VOLTAGES, resistance_named
+from .derive import area_mm2
 from .format import Format
-from .making import Channel
+from .making import Channel, Making
 from .options import Options
 from .parts import Sample
 from .spelling import dimension, unit_name
@@ -75,7 +74,7 @@ def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str
         if needed <= held and (not choice or choice & held):
             fits.append(kind)
     if {"wire", "elastomer"} <= set(fits):
-        fits.remove("elastomer" if held & {"temperature", "resistance"} or _metal(channels) else "wire")
+        fits.remove("elastomer" if held & {"temperature", "resistance"} or _metal(sample, channels, options) else "wire")
     if {"tube", "actuator"} <= set(fits):
         fits.remove(
             "tube" if held & {"curvature", "bend_angle", "resistance_1", "resistance_2"} else "actuator"
@@ -112,16 +111,24 @@ def _nearest(held: set[str]) -> str:
     return f"; {'; '.join(near)}" if near else ""
 
 
-def _metal(channels: dict[str, Channel]) -> bool:
+def _most_stress_MPa(sample: Sample, channels: dict[str, Channel], options: Options) -> float | None:
+    """Largest stress, as it is or as load over the specimen's cross-section; None where neither is known."""
+    stress, force = channels.get("stress"), channels.get("force")
+    if stress is not None and dimension(stress.unit) == "pressure":
+        return float(np.nanmax(np.abs(convert(stress.values, unit_name(str(stress.unit)), "MPa"))))
+    making = Making(channels, "wire", options.alone(), sample.sizes, str(sample.raw.path), [])
+    area = area_mm2(making, quiet=True)
+    if area is None or force is None or dimension(force.unit) not in ("force", "mass"):
+        return None
+    return float(np.nanmax(np.abs(in_unit(force, "N", "force", sample.raw.path)))) / area
+
+
+def _metal(sample: Sample, channels: dict[str, Channel], options: Options) -> bool:
     """Whether stress over strain is that of a metal."""
-    strain, stress = channels.get("strain"), channels.get("stress")
-    if stress is None or dimension(stress.unit) != "pressure":
+    most = _most_stress_MPa(sample, channels, options)
+    strain = channels.get("strain")
+    if most is None:
         return False
-    try:
-        megapascal = convert(stress.values, unit_name(str(stress.unit)), "MPa")
-    except InputError:
-        return False
-    most = float(np.nanmax(np.abs(megapascal)))
     if most > METAL_MPA:
         return True
     if strain is None or dimension(strain.unit) != "number":

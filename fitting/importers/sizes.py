@@ -57,6 +57,7 @@ _KEY = {word: key for key, words in _WORDS.items() for word in words}
 _CONSTANTS = ("temperature_degC", "stress_MPa")
 _NUMBER = r"[+-]?(?:\d[\d.,'’ ]*\d|\d|\.\d+)(?:[eE][+-]?\d+)?"
 _IN_ONE = re.compile(rf"^#?\s*(?P<name>[^\d:=][^:=]*?)\s*[:=]\s*(?P<number>{_NUMBER})\s*(?P<unit>[^\d\s].*)?$")
+_PREFIX = re.compile(r"^#?\s*(?:dimensions?|geometry|specimen parameters?|parameters?)\s*[:\-]\s*", re.IGNORECASE)
 _NUMBER_UNIT = re.compile(rf"^(?P<number>{_NUMBER})\s*(?P<unit>[^\d\s].*)?$")
 
 
@@ -98,7 +99,7 @@ def _of_cells(cells: list[str]) -> tuple[str, Size] | None:
     """`Width (mm) | 6`, `Width | 6 | mm`, `Width: | 6 mm`."""
     if len(cells) not in (2, 3):
         return None
-    heading = parse_heading(cells[0].rstrip(":= "))
+    heading = parse_heading(_PREFIX.sub("", cells[0].rstrip(":= ")))
     inside = _NUMBER_UNIT.match(cells[1])
     if inside is None:
         return None
@@ -108,10 +109,10 @@ def _of_cells(cells: list[str]) -> tuple[str, Size] | None:
 
 def _of_text(text: str) -> tuple[str, Size] | None:
     """`Cylinder Diameter: 50mm` in one cell or line."""
-    found = _IN_ONE.match(text.rstrip("; ,"))
+    found = _IN_ONE.match(_PREFIX.sub("", text.rstrip("; ,")))
     if found is None:
         return None
-    heading = parse_heading(found["name"])
+    heading = parse_heading(_PREFIX.sub("", found["name"]))
     return _size(heading.name, found["number"], (found["unit"] or "").strip("()[];, ") or heading.unit, text.rstrip("; "))
 
 

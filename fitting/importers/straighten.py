@@ -70,7 +70,7 @@ def straighten(columns: dict[str, np.ndarray], making: Making, about: str) -> np
         Which rows to keep.
 
     Raises:
-        InputError: if stress and strain of a coupon go opposite ways.
+        InputError: if stress and strain of a coupon, or of a wire at one temperature, go opposite ways.
     """
     rows = len(next(iter(columns.values())))
     kept = np.ones(rows, bool)
@@ -81,8 +81,10 @@ def straighten(columns: dict[str, np.ndarray], making: Making, about: str) -> np
         _turn(columns, making, about)
     if making.options.slack is not None:
         making.use("--slack")
-    if making.kind == "wire" and np.ptp(columns.get("temperature_degC", np.zeros(1))[np.isfinite(columns.get("temperature_degC", np.zeros(1)))]) > STEADY_K:
+    if making.kind == "wire" and not _steady(columns):
         return kept  # what is flat there is the alloy's own doing
+    if making.kind in ("elastomer", "wire"):
+        _refuse_opposed(columns, pair, making)
     drive, force = (columns[name] for name in pair)
     if making.options.slack == "keep":
         return kept
@@ -99,7 +101,7 @@ def straighten(columns: dict[str, np.ndarray], making: Making, about: str) -> np
 
 
 def _turn(columns: dict[str, np.ndarray], making: Making, about: str) -> None:
-    """Strain and stress of a pressed coupon made negative; refuse those that go opposite ways."""
+    """Strain and stress of a pressed coupon made negative."""
     wanted = making.options.compression
     why = "as stated with --compression"
     if wanted is None and COMPRESS.search(about):
@@ -117,19 +119,30 @@ def _turn(columns: dict[str, np.ndarray], making: Making, about: str) -> None:
             making.say(f"{' and '.join(turned)} turned negative, {why}")
         elif making.options.compression:
             making.say("strain and stress were negative already: nothing to turn for --compression")
-    strain, stress = columns["strain"], columns["stress_kPa"]
+
+def _steady(columns: dict[str, np.ndarray]) -> bool:
+    """Whether a wire stayed at one temperature, as far as was recorded."""
+    temperature = columns.get("temperature_degC", np.zeros(1))
+    temperature = temperature[np.isfinite(temperature)]
+    return temperature.size == 0 or float(np.ptp(temperature)) <= STEADY_K
+
+
+def _refuse_opposed(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
+    """Refuse stress and strain that go opposite ways, at the largest of either."""
+    strain, stress = columns["strain"], columns[pair[1]]
     there = np.flatnonzero(np.isfinite(strain) & np.isfinite(stress))
     if there.size < 3 or not np.ptp(stress[there]) > 0.0 or strain[there].min() <= -1.0:
         return  # nothing to compare, or numbers that are refused as they are
-    first, last = there[0], there[int(np.argmax(np.abs(strain[there] - strain[there[0]])))]
-    gone, answered = strain[last] - strain[first], stress[last] - stress[first]
-    if gone * answered < 0.0 and abs(answered) > OPPOSED * float(np.ptp(stress[there])):
-        sources = [_source(making, family) for family in ("strain", "stress")]
-        raise refuse(
-            making.place, f"stress goes to {stress[last]:.4g} kPa while strain goes to {strain[last]:.4g}: one of them is"
-            f" counted the other way; pulled: --scale {sources[1 if answered < 0.0 else 0]}=-1, pressed: --scale"
-            f" {sources[0 if gone > 0.0 else 1]}=-1",
-        )  # fmt: skip
+    x, y = strain[there] - strain[there[0]], stress[there] - stress[there[0]]
+    for at in (int(np.argmax(np.abs(x))), int(np.argmax(np.abs(y)))):
+        gone, answered = float(x[at]), float(y[at])
+        if gone * answered < 0.0 and abs(answered) > OPPOSED * float(np.ptp(y)) and abs(gone) > OPPOSED * float(np.ptp(x)):
+            sources = [_source(making, family) for family in ("strain", "stress")]
+            raise refuse(
+                making.place, f"stress goes to {stress[there[at]]:.4g} {pair[1].rpartition('_')[2]} while strain goes to"
+                f" {strain[there[at]]:.4g}: one of them is counted the other way; pulled: --scale"
+                f" {sources[1 if answered < 0.0 else 0]}=-1, pressed: --scale {sources[0 if gone > 0.0 else 1]}=-1",
+            )  # fmt: skip
 
 
 def _source(making: Making, quantity: str) -> str:
