@@ -80,11 +80,14 @@ def find_grids(raw: RawFile, page: Page) -> list[Grid]:
 def _best_reading(raw: RawFile, page: Page) -> tuple[str, str] | None:
     """Delimiter and decimal mark with which most fields of a sample of lines are numbers and fewest are text."""
     best: tuple[float, tuple[str, str]] | None = None
+    pure = False
     for delimiter in ("",) if page.is_sheet else (",", ";", "\t", " "):
         fields = _sample(page, delimiter)
+        if delimiter == " " and pure:
+            continue  # a file that another mark divides into columns; spaces may group its thousands
         scores = {}
         for decimal in (".", ","):
-            rows = [(row, numeric_row(row, decimal, spaced=delimiter != ",")) for row in fields]
+            rows = [(row, numeric_row(row, decimal, "point" if delimiter == "," else "any")) for row in fields]
             rows = [(row, numbers) for row, numbers in rows if numbers is not None]
             wide = max((len(row) for row, _ in rows), default=0)
             if len(rows) < LEAST_ROWS or (wide == 1 and delimiter not in (" ", "")):
@@ -92,6 +95,7 @@ def _best_reading(raw: RawFile, page: Page) -> tuple[str, str] | None:
             held = sum(x is not None and not math.isnan(x) for _, numbers in rows for x in numbers)
             texts = sum(x is None for _, numbers in rows for x in numbers)
             scores[decimal] = (held - texts, rows)
+            pure = pure or (2 * texts <= held and wide > 1)
         if not scores:
             continue
         most = max(score for score, _ in scores.values())
@@ -119,10 +123,13 @@ def _decimal_of(rows: list[list[str]]) -> str:
     return "," if "," in marks and "." not in marks else "."
 
 
-def numeric_row(row: list[str], decimal: str, spaced: bool = True) -> list[float | None] | None:
-    """Numbers of a row (None where a field is text), or None if it is mostly text or blank: no data."""
+def numeric_row(row: list[str], decimal: str, spaced: str = "any") -> list[float | None] | None:
+    """Numbers of a row (None where a field is text), or None if it is mostly text or blank: no data.
+
+    A field of digits whose marks cannot be read is no text: its row is data, and the field a trouble.
+    """
     numbers = [to_number(text, decimal, spaced) for text in row]
-    texts = sum(x is None for x in numbers)
+    texts = sum(x is None and not like_a_number(text) for x, text in zip(numbers, row, strict=True))
     real = sum(x is not None and not math.isnan(x) for x in numbers)
     return None if real == 0 or 2 * texts >= len(row) or (texts and real < 2) else numbers
 

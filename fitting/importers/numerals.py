@@ -26,13 +26,13 @@ _DATES = (
 )  # fmt: skip
 
 
-def to_number(text: str, decimal: str, spaced: bool = True) -> float | None:
+def to_number(text: str, decimal: str, spaced: str = "any") -> float | None:
     """Number of a field; NaN if it is blank (`****`, `-`, `NaN`, `N/A`, nothing), None if it is text.
 
     Args:
         text: stripped.
         decimal: the decimal mark, `"."` or `","`; the other one may group thousands, as may `'` and spaces.
-        spaced: whether spaces may group thousands.
+        spaced: whether spaces may group thousands: in `"any"` number, or in those with a decimal `"point"`.
     """
     if not text or _BLANK.fullmatch(text):
         return math.nan
@@ -42,7 +42,7 @@ def to_number(text: str, decimal: str, spaced: bool = True) -> float | None:
     if _GROUPED[decimal].fullmatch(text):
         other = "," if decimal == "." else "."
         return _float(re.sub(rf"['’{re.escape(other)}]", "", text).replace(",", "."))
-    if spaced and _SPACED.fullmatch(text) and ("," if decimal == "." else ".") not in text:
+    if (spaced == "any" or "." in text) and _SPACED.fullmatch(text) and ("," if decimal == "." else ".") not in text:
         return _float(_SPACES.sub("", text).replace(",", "."))
     if decimal == "," and _ONLY_COMMA.fullmatch(text):
         return _float(text.replace(",", "."))

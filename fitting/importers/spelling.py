@@ -11,7 +11,7 @@ _SPELLINGS = {
     "": "1", "-": "1", "–": "1", "/": "1", "--": "1", "[-]": "1", "none": "1", "mm/mm": "1", "m/m": "1", "in/in": "1",
     "in./in.": "1", "ratio": "1", "abs": "1", "pct": "percent", "%": "percent", "percentage": "percent", "prozent": "percent",
     "‰": "permille", "ue": "microstrain", "uε": "microstrain", "με": "microstrain", "ustrain": "microstrain",
-    "µstrain": "microstrain", "mε": "millistrain",
+    "µstrain": "microstrain", "\u00b5ε": "microstrain", "\u03bcε": "microstrain", "mε": "millistrain",
     "c": "degC", "°c": "degC", "ºc": "degC", "deg c": "degC", "deg. c": "degC", "degrees c": "degC", "celsius": "degC",
     "f": "degF", "°f": "degF", "ºf": "degF", "deg f": "degF", "deg. f": "degF", "kelvin": "K",
     "sec": "s", "sec.": "s", "secs": "s", "second": "s", "seconds": "s", "msec": "ms", "milliseconds": "ms",

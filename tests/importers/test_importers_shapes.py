@@ -72,8 +72,8 @@ def test_compression_test(put):
     recording = import_file(path)
     np.testing.assert_allclose(recording.columns["stress_kPa"], -1.5 * np.arange(20))
     np.testing.assert_allclose(recording.columns["strain"], -np.arange(20) / 30)
-    assert recording.specimen == "EF99_0T_C" and said(recording, "repeat 3") and "licence" not in recording.source
-    assert said(recording, "no licence was found")
+    assert recording.specimen == "EF99_0T_C" and said(recording, "repeat 3") and recording.source["licence"] == "not stated"
+    assert said(recording, "citation and licence not stated")
 
 
 @pytest.mark.parametrize(("factor", "unit"), [(1.0, "a fraction"), (100.0, "percent")])
