@@ -87,7 +87,9 @@ def _derive_strain(making: Making) -> None:
 
 def _derive_stress(making: Making) -> None:
     channels, place = making.channels, making.place
-    if "force" in channels:
+    true = "true_stress" in channels and "strain" in channels
+    named = "true_stress" in making.options.columns
+    if "force" in channels and not (true and (named or area_mm2(making, quiet=True) is None)):
         label = channels["force"].label
         area = area_mm2(making)
         if area is None:
@@ -98,11 +100,11 @@ def _derive_stress(making: Making) -> None:
         newton = in_unit(channels["force"], "N", "force", place)
         made = f"{label!r} ({channels['force'].unit}) over the cross-section of {area:.6g} mm2"
         _add(making, "stress", Channel(newton / area, "MPa", label, made=made), "force")
-    elif "true_stress" in channels and "strain" in channels:
-        true = channels["true_stress"]
+    elif true:
+        cauchy = channels["true_stress"]
         stretch = 1.0 + in_unit(channels["strain"], "1", "strain", place)
-        made = f"{true.label!r} ({true.unit}) over the stretch (volume taken as constant)"
-        _add(making, "stress", replace(true, values=true.values / stretch, made=made), "true_stress")
+        made = f"{cauchy.label!r} ({cauchy.unit}) over the stretch (volume taken as constant)"
+        _add(making, "stress", replace(cauchy, values=cauchy.values / stretch, made=made), "true_stress")
 
 
 def gauge_length_mm(making: Making, quiet: bool = False) -> float | None:

@@ -19,11 +19,13 @@ from . import (
     tensile_database,
 )
 from .assemble import slug
+from .channels import named_channels
 from .format import Format
 from .options import Options
 from .parts import Sample, samples_of
 from .raw import open_raw
 from .refused import RECORDING as recording_format
+from .unmodelled import unmodelled
 
 FORMATS: tuple[Format, ...] = (
     tensile_database.FORMAT,
@@ -51,6 +53,9 @@ def detect(sample: Sample) -> Format:
     if hits:
         names = " or ".join(hit.name for hit in hits)
         raise refuse(sample.raw.path, f"this could be {names}; pick one with --format")
+    told = unmodelled(sample, named_channels(sample.grid)) if sample.grid is not None else None
+    if told:
+        raise refuse(sample.raw.path, told.sentence)
     known = ", ".join(known.name for known in FORMATS)
     headings = [] if sample.grid is None else [heading.text for heading in sample.grid.headings]
     columns = f" ({', '.join(repr(text) for text in headings)})" if headings else ""

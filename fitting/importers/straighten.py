@@ -13,8 +13,8 @@ WEATHER_KPA = (90.0, 108.0)
 """Air pressures that occur from sea level to 1000 m: a gauge pressure does not begin in between by chance."""
 AT_START = 0.05
 """Of its range, where a strain may begin that was counted from rest."""
-PRELOAD = 0.02
-"""Of its range, the stress at the start that is spoken of; load cells are zeroed to better."""
+PRELOAD = 0.01
+"""Of its range, the stress at no strain that is spoken of; load cells are zeroed to better."""
 NOISES = 5.0
 """Standard deviations of its noise, below which a stress at the start is none."""
 OPPOSED = 0.2
@@ -218,10 +218,14 @@ def _speak_of_start(columns: dict[str, np.ndarray], pair: tuple[str, str], makin
         making.warn(
             f"strain begins at {x[0]:.4g}, not at 0: was it counted from another zero? --subtract strain={x[0]:.4g}"
         )
-    elif abs(y[0]) > max(PRELOAD * answer, NOISES * noise_of_steps(y)) and abs(x[0]) <= 0.01 * reach:
+        return
+    near = slice(0, max(5, x.size // 20))
+    slope = float(np.polyfit(x[near], y[near], 1)[0]) if np.ptp(x[near]) > 0.0 else 0.0
+    rest = float(y[0] - slope * x[0])
+    if abs(x[0]) <= AT_START * reach and abs(rest) > max(PRELOAD * answer, NOISES * noise_of_steps(y)):
         making.warn(
-            f"stress is {y[0]:.4g} kPa at strain {x[0]:.3g}: a preload, or the load cell's zero. If it is the zero:"
-            f" --subtract stress_kPa={y[0]:.4g}"
+            f"stress is {rest:.4g} kPa at strain 0: a preload, or the load cell's zero. If it is the zero:"
+            f" --subtract stress_kPa={rest:.4g}"
         )
 
 
