@@ -55,7 +55,9 @@ import click
     metavar="auto|keep|STRAIN",
     help="Start where the specimen grew taut: found, left as it is, or at a strain (mm of a spring).",
 )
-@click.option("--sheet", metavar="NAME", help="Sheet to read, by name or number; all that hold a test by default.")
+@click.option(
+    "--sheet", metavar="NAME", help="Sheet to read, by name or number; all that hold a test by default."
+)
 @click.option(
     "--circuit",
     "circuit",
@@ -66,9 +68,7 @@ import click
 @click.option(
     "--interval", "interval_s", type=float, metavar="S", help="Seconds between rows of a file without clock."
 )
-@click.option(
-    "--licence", help="Who may use these numbers, and how; not needed for numbers of your own."
-)
+@click.option("--licence", help="Who may use these numbers, and how; not needed for numbers of your own.")
 @click.option("--citation", help="Who measured them.")
 @click.option(
     "--specimen",
@@ -92,8 +92,8 @@ def import_command(
 
     SOURCE is a text file, an .xlsx, or a folder of them; each test in a file becomes a recording. What was
     understood is printed: kind, columns, units, ranges, rows dropped and why; lines that begin with "check"
-    are to be looked at. Nothing is written with --preview, nor if any file cannot be used, nor if an option is
-    of use for nothing.
+    are to be looked at. Nothing is written with --preview, nor if any file cannot be used, nor if an option
+    is of use for nothing.
     """
     from fitting.importers import FORMATS, import_files, make_options, raw_files
     from fitting.importers.preview import describe

@@ -1,5 +1,6 @@
 """The last steps that every import shares: clock, empty rows, provenance, and the checks of the format."""
 
+import re
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -80,6 +81,7 @@ def assemble(
     mark_used(making, columns)
     kept = straighten(columns, making, _words_of(sample, making))
     _say_engineering(columns, making)
+    _say_preload(sample, making)
     columns = {name: values[kept] for name, values in columns.items()}
     columns, rows = _drop_empty(columns, np.array(grid.rows)[kept], making.notices)
     columns = _with_clock(columns, rows, making)
@@ -87,11 +89,15 @@ def assemble(
     making.notices += provenance.notices
     absent = [key for key in ("citation", "licence") if not getattr(provenance, key)]
     if absent:
-        making.say(f"{' and '.join(absent)} not stated: fine for numbers of your own, needed to publish those of others")
+        making.say(
+            f"{' and '.join(absent)} not stated: fine for numbers of your own, needed to publish those of"
+            " others"
+        )
     geometry = _geometry(facts, making)
     if kind == "wire" and not {"temperature_degC", "resistance_ohm"} & columns.keys():
         making.warn(
-            "there is no temperature, which the phase of a wire follows: characterise and diagnose refuse it. State one that"
+            "there is no temperature, which the phase of a wire follows: characterise and diagnose refuse"
+            " it. State one that"
             " did not change with --constant temperature_degC=..."
         )
     name, specimen = _names(sample, options, facts)
@@ -114,7 +120,7 @@ def assemble(
 
 
 def _words_of(sample: Sample, making: Making) -> str:
-    """Headings of strain and stress, the lines above them and the sheet's name: where the loading is spoken of."""
+    """Headings of strain and stress, lines above them, the sheet's name: where loading is spoken of."""
     labels = [making.channels[name].label for name in ("strain", "stress") if name in making.channels]
     lines = [" ".join(row) for row in sample.require_grid().preamble]
     return "\n".join([*labels, *lines, sample.title, sample.sheet])
@@ -129,16 +135,32 @@ def _say_engineering(columns: dict[str, np.ndarray], making: Making) -> None:
     told = any(word in stress.label.lower() for word in words) or "force" in making.sources
     if not told and float(np.nanmax(np.abs(columns["strain"]))) > 0.05:
         making.say(
-            f"{stress.label!r} taken as engineering stress, load over the first cross-section (if it is true stress:"
+            f"{stress.label!r} taken as engineering stress, load over the first cross-section (if it is"
+            " true stress:"
             f" --map true_stress={stress.label!r})"
         )
+
+
+def _say_preload(sample: Sample, making: Making) -> None:
+    """Say that a file speaks of a preload: its strain then begins there, and not at no stress."""
+    for row in sample.require_grid().preamble:
+        line = " ".join(cell for cell in row if cell).strip()
+        if re.search(r"pre-?\s?load|pre-?tension|vorkraft|pr[ée]charge", line, re.IGNORECASE):
+            making.say(
+                f"the file speaks of a preload ({line[:60]!r}): strain is counted from there, if at all"
+            )
+            return
 
 
 def _geometry(facts: Facts, making: Making) -> dict:
     """What goes into the sidecar's [geometry]: sizes of the kind, and a law that is to be identified."""
     kind, notices = making.kind, making.notices
     known = {*nominal_geometry(kind, {}), *(schema.GEOMETRY_NUMBERS if kind == "actuator" else ())}
-    stated = {key: size for key, size in making.options.dimensions.items() if key in schema.GEOMETRY_NUMBERS and key in known}
+    stated = {
+        key: size
+        for key, size in making.options.dimensions.items()
+        if key in schema.GEOMETRY_NUMBERS and key in known
+    }
     for key in stated:
         making.use("--dimension", key)
     geometry = {**facts.geometry, **stated}
@@ -223,8 +245,8 @@ def _with_clock(
     back = np.flatnonzero(np.diff(time) < 0.0)
     if back.size and needed:
         raise refuse(
-            making.place, f"the clock goes back from {time[back[0]]:g} to {time[back[0] + 1]:g} s; cut the file"
-            " there, and import the pieces",
+            making.place, f"the clock goes back from {time[back[0]]:g} to {time[back[0] + 1]:g} s; cut the"
+            " file there, and import the pieces",
             int(rows[back[0] + 1]), "time",
         )  # fmt: skip
     if back.size:

@@ -220,8 +220,8 @@ def _check_present(columns: dict[str, np.ndarray], making: Making) -> None:
     constant = " ".join(f"--constant {name}=..." for name in absent)
     if absent:
         raise refuse(
-            making.place, f"a recording of kind {making.kind} needs {', '.join(absent)}, which was not found; "
-            f"name the columns with --map QUANTITY=COLUMN, or state what did not change with {constant}",
+            making.place, f"a recording of kind {making.kind} needs {', '.join(absent)}, which was not found;"
+            f" name the columns with --map QUANTITY=COLUMN, or state what did not change with {constant}",
         )  # fmt: skip
     if rules.one_of and not any(name in columns for name in rules.one_of):
         raise refuse(

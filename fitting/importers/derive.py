@@ -23,8 +23,8 @@ def derive(making: Making) -> None:
     A spring's or actuator's resistance follows from a voltage (`circuit`).
 
     Strain is stretch - 1, or extension over gauge length, or exp(true strain) - 1; stress is load over the
-    specimen's first area, or true stress over stretch (an incompressible material). Where a file has a quantity
-    in two ways, the two are compared and a factor between them is said. Changes the channels.
+    specimen's first area, or true stress over stretch (an incompressible material). Where a file has a
+    quantity in two ways, the two are compared and a factor between them is said. Changes the channels.
 
     Raises:
         InputError: if a size of the specimen is needed that neither the person nor the file states.
@@ -58,7 +58,9 @@ def _scaled(making: Making, quantity: str) -> None:
     if channel is not None and quantity not in making.raw:
         factor = making.options.scales[quantity]
         making.channels[quantity] = replace(
-            channel, values=factor * channel.values, made=f"{channel.made}, times {factor:g} (--scale {quantity})"
+            channel,
+            values=factor * channel.values,
+            made=f"{channel.made}, times {factor:g} (--scale {quantity})",
         )
 
 
@@ -82,7 +84,12 @@ def _derive_strain(making: Making) -> None:
                 "state it with --dimension gauge_length_mm=...",
             )  # fmt: skip
         values = in_unit(channels["elongation"], "mm", "elongation", place) / gauge
-        _add(making, "strain", Channel(values, "1", label, made=f"{label!r} over the gauge length of {gauge:g} mm"), "elongation")
+        _add(
+            making,
+            "strain",
+            Channel(values, "1", label, made=f"{label!r} over the gauge length of {gauge:g} mm"),
+            "elongation",
+        )
 
 
 def _derive_stress(making: Making) -> None:
@@ -121,7 +128,7 @@ def gauge_length_mm(making: Making, quiet: bool = False) -> float | None:
 
 
 def area_mm2(making: Making, quiet: bool = False) -> float | None:
-    """Cross-section of the specimen as stated, or as the file states it, which is said; None if nobody does."""
+    """Cross-section as stated, or as the file states it, which is said; None if nobody does."""
     sizes = dict(making.options.dimensions)
     if making.kind == "wire" and "wire_diameter_mm" in sizes:
         sizes.setdefault("diameter_mm", sizes["wire_diameter_mm"])
@@ -175,7 +182,7 @@ def _ratio(above: np.ndarray, below: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 
 def _compare_stress(making: Making) -> None:
-    """Compare a file's stress with its load: which cross-section lies between them, and is it the first one."""
+    """Compare a file's stress with its load: which cross-section lies between, and is it the first one."""
     channels = making.channels
     if "force" not in channels or channels["stress"].made or "stress" in making.options.columns:
         return
@@ -191,7 +198,8 @@ def _compare_stress(making: Making) -> None:
     strain = _fraction(making)
     if strain is not None and (true := _grows_as_stretch(per_load, strain[rows])):
         making.warn(
-            f"{label!r} grows against {load!r} as the stretch does ({true:.0%} over the test): it is true stress, "
+            f"{label!r} grows against {load!r} as the stretch does ({true:.0%} over the test): it is true"
+            " stress, "
             f"not engineering stress. Name it so: --map true_stress={label!r}"
         )
         return
@@ -201,8 +209,9 @@ def _compare_stress(making: Making) -> None:
             making.say(f"{label!r} and {load!r} imply a cross-section of {abs(implied):.4g} mm2")
         return
     factor = area / implied
-    if abs(factor - 1.0) <= SAME:
-        making.say(f"{label!r} agrees with {load!r} over the cross-section of {area:.6g} mm2")
+    if abs(abs(factor) - 1.0) <= SAME:
+        sign = ", but for the sign" if factor < 0.0 else ""
+        making.say(f"{label!r} agrees with {load!r} over the cross-section of {area:.6g} mm2{sign}")
         return
     stated = any(set(names) <= stated_before.keys() for names in _AREAS)
     taken = f"{load!r} over the cross-section" if stated else repr(label)
@@ -235,14 +244,18 @@ def _compare_strain(making: Making) -> None:
     label = channels["strain"].label
     if gauge is None:
         if float(np.ptp(found[0])) < SAME * abs(per_mm):
-            making.say(f"{label!r} and {extension.label!r} imply a gauge length of {abs(1.0 / per_mm):.4g} mm")
+            making.say(
+                f"{label!r} and {extension.label!r} imply a gauge length of {abs(1.0 / per_mm):.4g} mm"
+            )
         return
     factor = per_mm * gauge
-    if abs(factor - 1.0) <= SAME:
-        making.say(f"{label!r} agrees with {extension.label!r} over the gauge length of {gauge:g} mm")
+    sign = ", but for the sign" if factor < 0.0 else ""
+    if abs(abs(factor) - 1.0) <= SAME:
+        making.say(f"{label!r} agrees with {extension.label!r} over the gauge length of {gauge:g} mm{sign}")
     else:
         making.warn(
-            f"{label!r} is {factor:.4g} times {extension.label!r} over the gauge length of {gauge:g} mm; {label!r} was"
+            f"{label!r} is {factor:.4g} times {extension.label!r} over the gauge length of {gauge:g} mm;"
+            f" {label!r} was"
             f" taken. To take the extension instead: --map elongation={extension.label!r}"
         )
 
@@ -258,8 +271,8 @@ def _fraction(making: Making) -> np.ndarray | None:
 def _grows_as_stretch(per_load: np.ndarray, strain: np.ndarray) -> float | None:
     """How far stress over load grows, if it grows as the stretch and not as a constant; None if it does not.
 
-    A first cross-section gives a constant, the current one of an incompressible specimen the stretch. The test
-    is made where the stretch changes by more than calipers err.
+    A first cross-section gives a constant, the current one of an incompressible specimen the stretch. The
+    test is made where the stretch changes by more than calipers err.
     """
     stretch = 1.0 + strain
     there = np.isfinite(stretch) & (stretch > 0.0)

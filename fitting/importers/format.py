@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ..recordings import Recording
-from .parts import Sample
 from .options import Options
+from .parts import Sample
 
 
 @dataclass(frozen=True)

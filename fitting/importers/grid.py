@@ -8,15 +8,24 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pneusma_jax.units import UNITS
+
 from .numerals import clock_seconds, decimal_evidence, like_a_number, to_number
 from .raw import Page, RawFile
 from .spelling import Heading, unit_name
 from .words import heading_of, meaning
-from pneusma_jax.units import UNITS
 
 LEAST_ROWS = 3  # fewer rows of numbers are not a table
 _SAMPLED = 1000  # lines from which the delimiter and the decimal mark are told
-_NAMES_TOO = ("strain", "ratio", "t", "f", "r", "i", "temp")  # names of columns, though units are called so, too
+_NAMES_TOO = (
+    "strain",
+    "ratio",
+    "t",
+    "f",
+    "r",
+    "i",
+    "temp",
+)  # names of columns, though units are called so, too
 _DAY_S = 86400.0
 _SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", " ": "white space", "": "cells of a sheet"}
 
@@ -78,7 +87,7 @@ def find_grids(raw: RawFile, page: Page) -> list[Grid]:
 
 
 def _best_reading(raw: RawFile, page: Page) -> tuple[str, str] | None:
-    """Delimiter and decimal mark with which most fields of a sample of lines are numbers and fewest are text."""
+    """Delimiter and decimal mark with which most fields of a sample of lines are numbers, fewest text."""
     best: tuple[float, tuple[str, str]] | None = None
     pure = False
     for delimiter in ("",) if page.is_sheet else (",", ";", "\t", " "):
@@ -87,7 +96,9 @@ def _best_reading(raw: RawFile, page: Page) -> tuple[str, str] | None:
             continue  # a file that another mark divides into columns; spaces may group its thousands
         scores = {}
         for decimal in (".", ","):
-            rows = [(row, numeric_row(row, decimal, "point" if delimiter == "," else "any")) for row in fields]
+            rows = [
+                (row, numeric_row(row, decimal, "point" if delimiter == "," else "any")) for row in fields
+            ]
             rows = [(row, numbers) for row, numbers in rows if numbers is not None]
             wide = max((len(row) for row, _ in rows), default=0)
             if len(rows) < LEAST_ROWS or (wide == 1 and delimiter not in (" ", "")):
@@ -210,13 +221,17 @@ def _grouped_notice(grid: Grid) -> None:
     """Say that thousands were grouped, with an example."""
     for row, cells in zip(grid.rows, grid.cells, strict=True):
         for text in cells:
-            if re.fullmatch(r"[+-]?\d{1,3}([.,'’ \u00a0\u2009\u202f]\d{3})+[.,]\d*|[+-]?\d{1,3}(['’ \u00a0\u2009\u202f]\d{3})+", text):
+            if re.fullmatch(
+                r"[+-]?\d{1,3}([.,'’ \u00a0\u2009\u202f]\d{3})+[.,]\d*|[+-]?\d{1,3}(['’"
+                r" \u00a0\u2009\u202f]\d{3})+",
+                text,
+            ):
                 grid.notices.append(f"thousands are grouped: {text!r} in row {row}")
                 return
 
 
 def _read_texts(grid: Grid, parsed: list[list[float | None]]) -> None:
-    """Clocks among the columns of text; which columns are text; which fields of the others are not numbers."""
+    """Clocks among columns of text; which columns are text; which fields of the others are no numbers."""
     for column in range(grid.values.shape[1]):
         texts = [
             (row, cells[column])
@@ -239,7 +254,8 @@ def _read_texts(grid: Grid, parsed: list[list[float | None]]) -> None:
         if 2 * len(texts) > filled:
             grid.notices.append(f"column {label} is text and was left out")
             grid.troubles[column] = (
-                f"{len(texts)} of {filled} fields of {label} are no numbers ({texts[0][1]!r} in row {texts[0][0]})"
+                f"{len(texts)} of {filled} fields of {label} are no numbers ({texts[0][1]!r} in row"
+                f" {texts[0][0]})"
             )
         else:
             row, text = texts[0]
@@ -249,13 +265,16 @@ def _read_texts(grid: Grid, parsed: list[list[float | None]]) -> None:
         if numberlike and 2 * len(texts) <= filled:
             row, text = numberlike[0]
             grid.troubles[column] = (
-                f"{text!r} in row {row} of {label} cannot be told: its marks are not those of the other numbers"
+                f"{text!r} in row {row} of {label} cannot be told: its marks are not those of the other"
+                " numbers"
             )
 
 
 def _may_be_clock(heading: Heading) -> bool:
     means = meaning(heading)
-    return (means is not None and means.quantity == "time") or bool(re.search(r"time|zeit|clock|temps|uhr", heading.name))
+    return (means is not None and means.quantity == "time") or bool(
+        re.search(r"time|zeit|clock|temps|uhr", heading.name)
+    )
 
 
 def _past_midnight(seconds: np.ndarray) -> np.ndarray:
@@ -307,7 +326,11 @@ def _header_above(fields: list[list[str]], start: int, named: int, floor: int) -
     if not above:
         return [], start
     top, units = above[0], []
-    if len(above) == 2 and all(map(_is_unit, fields[top])) and not any(_is_unit(t) and t for t in fields[above[1]]):
+    if (
+        len(above) == 2
+        and all(map(_is_unit, fields[top]))
+        and not any(_is_unit(t) and t for t in fields[above[1]])
+    ):
         top, units = above[1], fields[top]
     names = _uncommented(fields[top])
     if len(names) < max(named, 2) and sum(meaning(heading_of(text)) is not None for text in names) < 2:

@@ -8,8 +8,8 @@ from ..recordings import Recording
 from .assemble import Facts, assemble, slug
 from .channels import numbered
 from .format import Format
-from .parts import Sample
 from .options import Options
+from .parts import Sample
 
 NAME = "loading-unloading"
 DEFAULT_UNIT = "kPa"

@@ -8,9 +8,9 @@ from .assemble import Facts, assemble, slug
 from .channels import channels_of, in_unit
 from .format import Format
 from .grid import Grid
-from .parts import Sample
 from .making import Channel
 from .options import Options
+from .parts import Sample
 
 NAME = "machine-log"
 CREDIBLE_STRESS_MPA = (
@@ -97,7 +97,9 @@ def _bend(
 def _check_sizes(channels: dict[str, Channel], options: Options, sample: Sample) -> None:
     """Ask for sizes that are missing, and for the cross-section where the machine's stress cannot be."""
     held = {*options.dimensions, *sample.sizes}
-    area = bool(held & {"area_mm2", "diameter_mm", "wire_diameter_mm"}) or {"width_mm", "thickness_mm"} <= held
+    area = (
+        bool(held & {"area_mm2", "diameter_mm", "wire_diameter_mm"}) or {"width_mm", "thickness_mm"} <= held
+    )
     missing = []
     if "strain" not in channels and not held & {"gauge_length_mm", "length"}:
         missing.append("gauge_length_mm (there is no strain, only extension)")

@@ -43,7 +43,9 @@ def read(sample: Sample, options: Options) -> Recording:
             f"columns left aside: {', '.join(repr(text) for text in aside)} (--map QUANTITY=COLUMN takes one)"
         )
     if grid.preamble:
-        notices.append(f"{len(grid.preamble)} lines before the table were left aside, but for sizes that are named here")
+        notices.append(
+            f"{len(grid.preamble)} lines before the table were left aside, but for sizes that are named here"
+        )
     return assemble(sample, channels, kind, options, Facts(NAME), notices)
 
 
@@ -74,7 +76,11 @@ def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str
         if needed <= held and (not choice or choice & held):
             fits.append(kind)
     if {"wire", "elastomer"} <= set(fits):
-        fits.remove("elastomer" if held & {"temperature", "resistance"} or _metal(sample, channels, options) else "wire")
+        fits.remove(
+            "elastomer"
+            if held & {"temperature", "resistance"} or _metal(sample, channels, options)
+            else "wire"
+        )
     if {"tube", "actuator"} <= set(fits):
         fits.remove(
             "tube" if held & {"curvature", "bend_angle", "resistance_1", "resistance_2"} else "actuator"
@@ -86,9 +92,10 @@ def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str
         what = (
             f"its columns fit the kinds {', '.join(fits)}" if fits else "its columns fit no kind of recording"
         )
-        labels = [heading.text for heading in sample.require_grid().headings]
+        labels = [repr(heading.text) for heading in sample.require_grid().headings]
+        columns = ", ".join(labels) or "no headings"
         raise refuse(
-            sample.raw.path, f"{what} ({', '.join(repr(label) for label in labels) or 'no headings'}){_nearest(held)}; state"
+            sample.raw.path, f"{what} ({columns}){_nearest(held)}; state"
             f" --kind, and name the columns with --map QUANTITY=COLUMN. Kinds: {KINDS}",
         )  # fmt: skip
     return fits[0]
@@ -101,11 +108,14 @@ def _nearest(held: set[str]) -> str:
         near.append("of a wire the stress is missing: if it did not change, --constant stress_MPa=...")
     if {"force", "elongation"} <= held and not held & {"strain", "stress"}:
         near.append(
-            "of a coupon or wire the sizes are missing: --dimension gauge_length_mm=... and --dimension area_mm2=..."
+            "of a coupon or wire the sizes are missing: --dimension gauge_length_mm=... and --dimension"
+            " area_mm2=..."
             " (or diameter_mm, or width_mm and thickness_mm); of a spring the resistance"
         )
     elif "force" in held and "strain" in held and "stress" not in held:
-        near.append("of a coupon or wire the cross-section is missing: --dimension area_mm2=... (or diameter_mm=...)")
+        near.append(
+            "of a coupon or wire the cross-section is missing: --dimension area_mm2=... (or diameter_mm=...)"
+        )
     elif "stress" in held and "elongation" in held and "strain" not in held:
         near.append("of a coupon or wire the gauge length is missing: --dimension gauge_length_mm=...")
     return f"; {'; '.join(near)}" if near else ""

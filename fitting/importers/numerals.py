@@ -9,12 +9,16 @@ _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")
 _EXPONENT = r"([eEdD][+-]?\d+)?"
 # Thousands in groups of three, by the decimal mark that goes with them. A group never begins with 0.
 _GROUPED = {
-    ".": re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:(,)\d{{3}}(?:,\d{{3}})*|(['’])\d{{3}}(?:['’]\d{{3}})*)(\.\d*)?{_EXPONENT}"),
-    ",": re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:(\.)\d{{3}}(?:\.\d{{3}})*|(['’])\d{{3}}(?:['’]\d{{3}})*)(,\d*)?{_EXPONENT}"),
+    ".": re.compile(
+        rf"[+-]?[1-9]\d{{0,2}}(?:(,)\d{{3}}(?:,\d{{3}})*|(['’])\d{{3}}(?:['’]\d{{3}})*)(\.\d*)?{_EXPONENT}"
+    ),
+    ",": re.compile(
+        rf"[+-]?[1-9]\d{{0,2}}(?:(\.)\d{{3}}(?:\.\d{{3}})*|(['’])\d{{3}}(?:['’]\d{{3}})*)(,\d*)?{_EXPONENT}"
+    ),
 }
 _SPACED = re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:[ \u00a0\u2009\u202f]\d{{3}})+([.,]\d*)?{_EXPONENT}")
 _SPACES = re.compile(r"[ \u00a0\u2009\u202f]")
-# Numbers that can only have one decimal mark: the mark stands once and not before exactly three digits of a group.
+# Numbers with one comma, which is the decimal mark where commas are.
 _ONLY_COMMA = re.compile(r"[+-]?(\d*,\d+)([eE][+-]?\d+)?")
 _LIKE_A_NUMBER = re.compile(r"[+-]?[\d.,'’ \u00a0\u2009\u202f]*\d[\d.,'’ \u00a0\u2009\u202f]*([eE][+-]?\d+)?")
 
@@ -34,15 +38,20 @@ def to_number(text: str, decimal: str, spaced: str = "any") -> float | None:
         decimal: the decimal mark, `"."` or `","`; the other one may group thousands, as may `'` and spaces.
         spaced: whether spaces may group thousands: in `"any"` number, or in those with a decimal `"point"`.
     """
-    if not text or _BLANK.fullmatch(text):
-        return math.nan
-    text = text.replace("\u2212", "-")
     if _NUMBER.fullmatch(text) and (decimal == "." or "." not in text):
         return _float(text)
+    if not text or _BLANK.fullmatch(text):
+        return math.nan
+    if "\u2212" in text:  # a minus sign as typesetters write it
+        return to_number(text.replace("\u2212", "-"), decimal, spaced)
     if _GROUPED[decimal].fullmatch(text):
         other = "," if decimal == "." else "."
         return _float(re.sub(rf"['’{re.escape(other)}]", "", text).replace(",", "."))
-    if (spaced == "any" or "." in text) and _SPACED.fullmatch(text) and ("," if decimal == "." else ".") not in text:
+    if (
+        (spaced == "any" or "." in text)
+        and _SPACED.fullmatch(text)
+        and ("," if decimal == "." else ".") not in text
+    ):
         return _float(_SPACES.sub("", text).replace(",", "."))
     if decimal == "," and _ONLY_COMMA.fullmatch(text):
         return _float(text.replace(",", "."))

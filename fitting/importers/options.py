@@ -64,8 +64,8 @@ class Options:
         constants: quantity that did not change during the test -> its value and unit.
         subtracted: quantity -> what is taken off it, with its unit: a zero, the air's pressure.
         compression: whether the specimen was pressed; None leaves it to the file.
-        slack: strain (or elongation in mm) up to which a specimen hung slack; `"auto"` finds it, `"keep"` leaves
-            the start as it is and says nothing; None says what is seen.
+        slack: strain (or elongation in mm) up to which a specimen hung slack; `"auto"` finds it, `"keep"`
+            leaves the start as it is and says nothing; None says what is seen.
         sheet: name or number of the only sheet to read.
         interval_s: seconds between samples, for files without a clock.
         licence, citation, specimen, role: go into the sidecar.
@@ -93,17 +93,28 @@ class Options:
     def stated(self) -> list[tuple[str, str]]:
         """Pairs of option and name of everything that must be of use for something in a file."""
         tables = {
-            "--map": self.columns, "--unit": self.units, "--scale": self.scales, "--dimension": self.dimensions,
-            "--constant": self.constants, "--subtract": self.subtracted, "--circuit": self.circuit,
+            "--map": self.columns, "--unit": self.units, "--scale": self.scales,
+            "--dimension": self.dimensions, "--constant": self.constants, "--subtract": self.subtracted,
+            "--circuit": self.circuit,
         }  # fmt: skip
         pairs = [(option, name) for option, table in tables.items() for name in table]
-        pairs += [("--compression" if self.compression else "--tension", "")] if self.compression is not None else []
+        pairs += (
+            [("--compression" if self.compression else "--tension", "")]
+            if self.compression is not None
+            else []
+        )
         pairs += [("--slack", "")] if self.slack is not None else []
         return pairs + ([("--interval", "")] if self.interval_s is not None else [])
 
     def mends(self) -> bool:
         """Whether anything is stated that changes the numbers of a recording."""
-        return bool(self.scales or self.constants or self.subtracted or self.compression or self.slack not in (None, "keep"))
+        return bool(
+            self.scales
+            or self.constants
+            or self.subtracted
+            or self.compression
+            or self.slack not in (None, "keep")
+        )
 
     def alone(self) -> "Options":
         """The same with a record of use of its own."""
@@ -197,7 +208,9 @@ def _slack(text: str | None) -> str | float | None:
     except ValueError:
         value = math.nan
     if not math.isfinite(value) or value < 0.0:
-        raise InputError(f"--slack {text}: must be auto, keep, or the strain (mm of a spring) at which it grew taut")
+        raise InputError(
+            f"--slack {text}: must be auto, keep, or the strain (mm of a spring) at which it grew taut"
+        )
     return value
 
 

@@ -9,21 +9,24 @@ import numpy as np
 from ..recordings.table import refuse
 from .grid import LEAST_ROWS, Grid, find_grids
 from .raw import Page, RawFile
-from .sizes import Sizes, sizes_in, table_of_sizes
+from .sizes import Sizes, may_hold_sizes, sizes_in, table_of_sizes
 from .spelling import plain
 from .words import SPECIMEN_WORDS, TEST_WORDS, meaning
 
 _MOST_PARTS = 60
 _RESTART = 0.05  # of the range of what drives a test: so near its start it begins anew
+_SAME = 0.005  # of the largest value: rounding of one measurement in two units
 _OUTPUTS = ("stress", "true_stress", "force")
 _DRIVERS = ("strain", "true_strain", "stretch", "elongation", "pressure")
 _LABEL = re.compile(
-    rf"^(?:{'|'.join((*SPECIMEN_WORDS, 'test', 'run', 'versuch'))})\s*(?:label|name|id|i\. ?d\.|designation|no\.?|number|nr\.?|#)?"
+    rf"^(?:{'|'.join((*SPECIMEN_WORDS, 'test', 'run', 'versuch'))})\s*(?:label|name|id|i\."
+    rf" ?d\.|designation|no\.?|number|nr\.?|#)?"
     r"\s*[:=,;#]?\s*(?P<label>\S.{0,60})$",
     re.IGNORECASE,
 )
 _ID_COLUMN = re.compile(
-    rf"^(?P<word>{'|'.join((*SPECIMEN_WORDS, *TEST_WORDS))})\s*(?:label|name|id|i d|designation|no\.?|number|nr\.?|#)?$|^id$"
+    rf"^(?P<word>{'|'.join((*SPECIMEN_WORDS, *TEST_WORDS))})\s*(?:label|name|id|i"
+    rf" d|designation|no\.?|number|nr\.?|#)?$|^id$"
 )
 
 
@@ -110,29 +113,40 @@ def samples_of(raw: RawFile, sheet: str | None = None) -> list[Sample]:
 
 def _wanted(raw: RawFile, sheet: str) -> list[Page]:
     if not raw.is_workbook:
-        raise refuse(raw.path, f"--sheet {sheet}: this is a text file, it has no sheets; leave the option out")
+        raise refuse(
+            raw.path, f"--sheet {sheet}: this is a text file, it has no sheets; leave the option out"
+        )
     names = [page.name for page in raw.pages]
     for at, name in enumerate(names):
         if name.casefold() == sheet.casefold():
             return [raw.pages[at]]
     if sheet.isdigit() and 1 <= int(sheet) <= len(names):
         return [raw.pages[int(sheet) - 1]]
-    raise refuse(raw.path, f"--sheet {sheet}: there is no such sheet; there are {', '.join(map(repr, names))}")
+    raise refuse(
+        raw.path, f"--sheet {sheet}: there is no such sheet; there are {', '.join(map(repr, names))}"
+    )
 
 
 def _about(page: Page, sizes: Sizes, table: dict[str, Sizes], kept: bool) -> str:
     """What a sheet without a test is, in words."""
     if sizes or table:
-        said = [size.said for size in sizes.values()] + [f"{name}: {', '.join(s.said for s in own.values())}" for name, own in table.items()]
+        said = [size.said for size in sizes.values()] + [
+            f"{name}: {', '.join(s.said for s in own.values())}" for name, own in table.items()
+        ]
         return f"sheet {page.name!r} states sizes: {'; '.join(said)}"
-    return f"sheet {page.name!r} " + ("holds no table of a test and was left out" if kept else "was left out (--sheet)")
+    return f"sheet {page.name!r} " + (
+        "holds no table of a test and was left out" if kept else "was left out (--sheet)"
+    )
 
 
 def _tests_on(raw: RawFile, page: Page) -> list[Sample]:
     """Tests on one page: its tables, each cut where it holds several specimens or a test begins anew."""
     grids = find_grids(raw, page)
     texts = [[[h.text for h in grid.headings], *grid.cells] for grid in grids]
-    tables = [table_of_sizes(rows) if grid.headings else {} for rows, grid in zip(texts, grids, strict=True)]
+    tables = [
+        table_of_sizes(rows) if grid.headings and may_hold_sizes(len(grid.rows)) else {}
+        for rows, grid in zip(texts, grids, strict=True)
+    ]
     sized = {name: sizes for table in tables for name, sizes in table.items()}
     data = [grid for grid, table in zip(grids, tables, strict=True) if not table]
     first: Sizes = {}
@@ -169,7 +183,15 @@ def _sizes_of(sample: Sample, title: str, number: int, count: int, table: dict[s
     """Sizes of a sample's specimen in a table of them: by its name, else by its place."""
     if not table:
         return {}
-    about = plain(" ".join([title, _label(sample.grid) if sample.grid else "", *(c for row in (sample.grid.preamble if sample.grid else ()) for c in row[:2])]))
+    about = plain(
+        " ".join(
+            [
+                title,
+                _label(sample.grid) if sample.grid else "",
+                *(c for row in (sample.grid.preamble if sample.grid else ()) for c in row[:2]),
+            ]
+        )
+    )
     for name in sorted(table, key=len, reverse=True):
         if plain(name) and re.search(rf"(?<!\w){re.escape(plain(name))}(?!\w)", about):
             return table[name]
@@ -206,7 +228,11 @@ def _by_column(grid: Grid) -> list[Part]:
         others = [c for c in range(len(grid.headings)) if c != column]
         word = heading.name.split()[0]
         return [
-            (name if not re.fullmatch(r"[\d.]+", name) else f"{word} {name.removesuffix('.0')}", _own_notices(grid, rows[name], others), own)
+            (
+                name if not re.fullmatch(r"[\d.]+", name) else f"{word} {name.removesuffix('.0')}",
+                _own_notices(grid, rows[name], others),
+                own,
+            )
             for name in names
         ]
     return []
@@ -224,7 +250,9 @@ def _by_groups(grid: Grid) -> list[Part]:
     held: dict[tuple[str, int], list[int]] = {}
     for column, means_of in enumerate(means):
         if means_of is not None and not np.isnan(grid.values[:, column]).all():
-            held.setdefault((means_of.quantity, means_of.rank), []).append(column)
+            members = held.setdefault((means_of.quantity, means_of.rank), [])
+            if not any(_same_in_another_unit(grid, column, other) for other in members):
+                members.append(column)
     repeated = {key: columns for key, columns in held.items() if len(columns) > 1}
     outputs = [key for key in repeated if key[0] in _OUTPUTS] or [
         key for key in repeated if key[0] == "strain" and not any(other[0] in _OUTPUTS for other in held)
@@ -244,6 +272,19 @@ def _by_groups(grid: Grid) -> list[Part]:
     return parts
 
 
+def _same_in_another_unit(grid: Grid, column: int, other: int) -> bool:
+    """Whether two columns are one measurement in two units, rather than those of two specimens."""
+    if grid.headings[column].unit == grid.headings[other].unit:
+        return False
+    first, second = grid.values[:, other], grid.values[:, column]
+    there = np.isfinite(first) & np.isfinite(second)
+    if not there.any() or not np.abs(first[there]).max() > 0.0:
+        return False
+    scale = float(first[there] @ second[there]) / float(first[there] @ first[there])
+    rest = float(np.abs(second[there] - scale * first[there]).max())
+    return rest <= _SAME * float(np.abs(second[there]).max())
+
+
 def _groups(
     grid: Grid, means: list, repeated: dict[tuple[str, int], list[int]], outputs: list[int]
 ) -> tuple[dict[str, list[int]], bool]:
@@ -252,7 +293,9 @@ def _groups(
     spans = _titles(grid)
     titles = {c: spans[c] for c in columns if c in spans}
     if len(titles) == len(columns) and len({titles[c] for c in outputs}) == len(outputs):
-        return {t: [c for c in columns if titles[c] == t] for t in dict.fromkeys(titles[c] for c in columns)}, True
+        return {
+            t: [c for c in columns if titles[c] == t] for t in dict.fromkeys(titles[c] for c in columns)
+        }, True
     tags = {c: means[c].tag for c in columns}
     if len({tags[c] for c in outputs}) == len(outputs):
         order = list(dict.fromkeys(tags[c] for c in outputs))
@@ -298,7 +341,10 @@ def _by_restart(grid: Grid) -> list[Part]:
     parts = [range(a, b) for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
     if len(parts) < 2 or len(parts) > _MOST_PARTS or min(map(len, parts)) < LEAST_ROWS:
         return []
-    return [(f"test {k}", _own_notices(grid, rows, range(grid.values.shape[1])), False) for k, rows in enumerate(parts, start=1)]
+    return [
+        (f"test {k}", _own_notices(grid, rows, range(grid.values.shape[1])), False)
+        for k, rows in enumerate(parts, start=1)
+    ]
 
 
 def _named_apart(samples: list[Sample]) -> list[Sample]:
@@ -306,4 +352,7 @@ def _named_apart(samples: list[Sample]) -> list[Sample]:
     titles = [plain(sample.title) for sample in samples]
     if len(set(titles)) == len(samples):
         return samples
-    return [replace(sample, title=f"{sample.title} {number}".strip()) for number, sample in enumerate(samples, start=1)]
+    return [
+        replace(sample, title=f"{sample.title} {number}".strip())
+        for number, sample in enumerate(samples, start=1)
+    ]

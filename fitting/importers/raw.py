@@ -12,7 +12,7 @@ from pathlib import Path
 
 from ..recordings.table import refuse
 
-# Words that show that a text in no other code is Chinese: time, displacement, force, strain, stress, temperature.
+# Time, displacement, force, strain, ...: words that show that a text in no other code is Chinese.
 _CHINESE = ("时间", "位移", "力", "应变", "应力", "温度", "变形")
 
 

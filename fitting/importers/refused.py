@@ -7,8 +7,8 @@ import numpy as np
 from ..recordings import Recording, schema
 from ..recordings.table import refuse
 from .format import Format
-from .parts import Sample
 from .options import Options
+from .parts import Sample
 
 
 def _refused(name: str, recognises: Callable[[Sample], bool], sentence: str) -> Format:
@@ -90,7 +90,8 @@ SINGLE = _refused(
 RECORDING = _refused(
     "recording",
     _is_recording,
-    "this already is in the recording format; it can be used as it is (options that mend it, such as --compression or"
+    "this already is in the recording format; it can be used as it is (options that mend it, such as"
+    " --compression or"
     " --slack auto, are applied if stated)",
 )
 FORMATS = (FLUKE, DSC, SHEAR, BENDING, SINGLE, RECORDING)

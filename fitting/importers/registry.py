@@ -37,7 +37,7 @@ FORMATS: tuple[Format, ...] = (
     *refused.FORMATS,
     named_columns.FORMAT,
 )
-RAW_ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".xlsx")
+RAW_ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".prn", ".tra", ".xlsx", ".xlsm")
 
 
 def detect(sample: Sample) -> Format:
@@ -83,7 +83,9 @@ def import_file(path: str | Path, options: Options | None = None) -> Recording:
     recordings = import_tests(path, options)
     if len(recordings) > 1:
         titles = ", ".join(repr(recording.source["raw_part"]) for recording in recordings)
-        raise refuse(path, f"this file holds {len(recordings)} tests ({titles}); choose one with --sheet or --specimen")
+        raise refuse(
+            path, f"this file holds {len(recordings)} tests ({titles}); choose one with --sheet or --specimen"
+        )
     return recordings[0]
 
 
@@ -136,7 +138,9 @@ def _picked(samples: list[Sample], options: Options) -> tuple[list[Sample], Opti
     if len(hits) != 1:
         return samples, options
     titles = ", ".join(repr(sample.title) for sample in samples)
-    only = replace(hits[0], notices=(*hits[0].notices, f"--specimen names one of the tests {titles}: only that was read"))
+    only = replace(
+        hits[0], notices=(*hits[0].notices, f"--specimen names one of the tests {titles}: only that was read")
+    )
     return [only], replace(options, specimen=slug(wanted))
 
 
@@ -144,9 +148,17 @@ def _format_or_error(sample: Sample, options: Options) -> Format | InputError:
     try:
         if options.format is not None:
             return _named_format(options.format, sample)
-        if options.columns or (options.mends() and recording_format.recognises(sample)):
+        if options.mends() and recording_format.recognises(sample):
             return named_columns.FORMAT
-        return detect(sample)
+        if not options.columns:
+            return detect(sample)
+        # A format that reads headings takes those that are named, too; columns without names are a person's.
+        hits = [
+            known
+            for known in FORMATS
+            if not known.fallback and not known.refuses and known.recognises(sample)
+        ]
+        return hits[0] if len(hits) == 1 and sample.require_grid().headings else named_columns.FORMAT
     except InputError as error:
         return error
 
@@ -157,7 +169,9 @@ def _others(recording: Recording, made: list[tuple[Recording, Options]]) -> list
         return []
     titles = ", ".join(repr(other.source["raw_part"]) for other, _ in made)
     own = recording.source["raw_part"]
-    return [f"one of {len(made)} tests in this file ({titles}), here {own!r}; --sheet or --specimen picks one"]
+    return [
+        f"one of {len(made)} tests in this file ({titles}), here {own!r}; --sheet or --specimen picks one"
+    ]
 
 
 def _add_notices(recording: Recording, more: list[str]) -> None:
@@ -167,7 +181,9 @@ def _add_notices(recording: Recording, more: list[str]) -> None:
 
 def _columns_of(sample: Sample) -> str:
     headings = [heading.text for heading in sample.grid.headings if heading.text] if sample.grid else []
-    return f"its columns ({', '.join(map(repr, headings[:8]))})" if headings else "its columns without headings"
+    return (
+        f"its columns ({', '.join(map(repr, headings[:8]))})" if headings else "its columns without headings"
+    )
 
 
 def _refuse_unused(made: list[tuple[Recording, Options]], options: Options) -> None:
@@ -180,7 +196,10 @@ def _refuse_unused(made: list[tuple[Recording, Options]], options: Options) -> N
         without = [(recording, own) for recording, own in made if pair not in own.used.names]
         if len(without) == len(made):
             recording, own = made[0]
-            raise refuse(recording.path or recording.name, own.used.why.get(pair, f"{' '.join(pair).strip()} is of no use here"))
+            raise refuse(
+                recording.path or recording.name,
+                own.used.why.get(pair, f"{' '.join(pair).strip()} is of no use here"),
+            )
         for recording, own in without:
             _add_notices(recording, [f"check: not used here: {own.used.why[pair]}"])
 
@@ -239,7 +258,9 @@ def raw_files(sources: Iterable[str | Path]) -> tuple[list[Path], list[Path]]:
         held = [
             path
             for path, tests in samples.items()
-            if any(test.grid is not None or any(known.recognises(test) for known in FORMATS) for test in tests)
+            if any(
+                test.grid is not None or any(known.recognises(test) for known in FORMATS) for test in tests
+            )
         ]
         if not held:
             raise refuse(

@@ -15,40 +15,53 @@ from .words import SPECIMEN_WORDS
 
 # Words for sizes, without their unit; beside them the unit in which the tool keeps them.
 _LENGTH = (
-    "gauge length", "gage length", "gauge length initial", "initial gauge length", "initial gage length", "gauge", "gage",
-    "gage length standard travel", "gauge length standard travel", "gage length fine strain", "grip separation",
-    "grip to grip separation", "grip to grip separation at the start position", "initial grip separation", "grip distance",
-    "clamp distance", "distance between grips", "distance between clamps", "jaw separation", "initial length", "original length",
-    "undeformed length", "length initial", "l0", "lo", "l 0", "l0 course standard", "anfangslänge", "messlänge", "einspannlänge",
+    "gauge length", "gage length", "gauge length initial", "initial gauge length", "initial gage length",
+    "gauge", "gage",
+    "gage length standard travel", "gauge length standard travel", "gage length fine strain",
+    "grip separation",
+    "grip to grip separation", "grip to grip separation at the start position", "initial grip separation",
+    "grip distance",
+    "clamp distance", "distance between grips", "distance between clamps", "jaw separation", "initial length",
+    "original length",
+    "undeformed length", "length initial", "l0", "lo", "l 0", "l0 course standard", "anfangslänge",
+    "messlänge", "einspannlänge",
     "longueur initiale", "free length between grips", "active length", "length between grips", "wire length",
 )  # fmt: skip
 # Lengths that may be those of the whole specimen: read where nothing better is stated, and said.
 _DOUBTFUL_LENGTH = (
-    "length", "specimen length", "sample length", "height", "specimen height", "sample height", "initial height", "cylinder height",
+    "length", "specimen length", "sample length", "height", "specimen height", "sample height",
+    "initial height", "cylinder height",
     "h0", "puck height", "thickness along the load",
 )  # fmt: skip
 _WORDS: dict[str, tuple[str, ...]] = {
     "gauge_length_mm": _LENGTH,
     "length": _DOUBTFUL_LENGTH,
     "area_mm2": (
-        "area", "cross section", "cross-section", "cross sectional area", "cross-sectional area", "cross section area",
-        "cross-section area", "initial area", "original area", "specimen area", "sample area", "initial cross-section", "s0", "a0 area",
-        "specimen cross-section", "specimen cross section", "querschnitt", "section", "section initiale", "final area cross section",
+        "area", "cross section", "cross-section", "cross sectional area", "cross-sectional area",
+        "cross section area",
+        "cross-section area", "initial area", "original area", "specimen area", "sample area",
+        "initial cross-section", "s0", "a0 area",
+        "specimen cross-section", "specimen cross section", "querschnitt", "section", "section initiale",
+        "final area cross section",
     ),
     "diameter_mm": (
-        "diameter", "specimen diameter", "sample diameter", "cylinder diameter", "initial diameter", "wire diameter", "d0", "ø",
+        "diameter", "specimen diameter", "sample diameter", "cylinder diameter", "initial diameter",
+        "wire diameter", "d0", "ø",
         "durchmesser", "diamètre", "puck diameter", "outer diameter of the specimen",
     ),
     "width_mm": (
-        "width", "specimen width", "sample width", "initial width", "b0", "w0", "breite", "largeur", "largeur éprouvette",
+        "width", "specimen width", "sample width", "initial width", "b0", "w0", "breite", "largeur",
+        "largeur éprouvette",
         "probenbreite", "gauge width",
     ),
     "thickness_mm": (
-        "thickness", "specimen thickness", "sample thickness", "initial thickness", "a0", "t0", "dicke", "épaisseur",
+        "thickness", "specimen thickness", "sample thickness", "initial thickness", "a0", "t0", "dicke",
+        "épaisseur",
         "épaisseur éprouvette", "probendicke", "depth",
     ),
     "temperature_degC": (
-        "temperature", "test temperature", "temperature of the test", "room temperature", "ambient temperature", "temp",
+        "temperature", "test temperature", "temperature of the test", "room temperature",
+        "ambient temperature", "temp",
         "testing temperature", "prüftemperatur", "chamber temperature",
     ),
     "stress_MPa": ("constant stress", "applied stress", "hung stress", "stress applied", "bias stress"),
@@ -56,9 +69,16 @@ _WORDS: dict[str, tuple[str, ...]] = {
 _KEY = {word: key for key, words in _WORDS.items() for word in words}
 _CONSTANTS = ("temperature_degC", "stress_MPa")
 _NUMBER = r"[+-]?(?:\d[\d.,'’ ]*\d|\d|\.\d+)(?:[eE][+-]?\d+)?"
-_IN_ONE = re.compile(rf"^#?\s*(?P<name>[^\d:=][^:=]*?)\s*[:=]\s*(?P<number>{_NUMBER})\s*(?P<unit>[^\d\s].*)?$")
-_PREFIX = re.compile(r"^#?\s*(?:dimensions?|geometry|specimen parameters?|parameters?)\s*[:\-]\s*", re.IGNORECASE)
+_IN_ONE = re.compile(
+    rf"^#?\s*(?P<name>[^\d:=][^:=]*?)\s*[:=]\s*(?P<number>{_NUMBER})\s*(?P<unit>[^\d\s].*)?$"
+)
+_PREFIX = re.compile(
+    r"^#?\s*(?:dimensions?|geometry|specimen parameters?|parameters?)\s*[:\-]\s*", re.IGNORECASE
+)
 _NUMBER_UNIT = re.compile(rf"^(?P<number>{_NUMBER})\s*(?P<unit>[^\d\s].*)?$")
+
+
+_MOST_ROWS = 60  # specimens of a table of sizes, and lines above it
 
 
 @dataclass(frozen=True)
@@ -83,8 +103,8 @@ def sizes_in(rows: Iterable[Sequence[str]]) -> Sizes:
     """Sizes among the lines before a table or on a sheet: `Width;6;mm`, `Gauge length (mm)  50`, `d = 2 mm`.
 
     Returns:
-        By the name of `--dimension` (or of `--constant` for a temperature or a hung stress); a length that may
-        be the whole specimen's is under `length`.
+        By the name of `--dimension` (or of `--constant` for a temperature or a hung stress); a length that
+        may be the whole specimen's is under `length`.
     """
     found: Sizes = {}
     for row in rows:
@@ -113,7 +133,12 @@ def _of_text(text: str) -> tuple[str, Size] | None:
     if found is None:
         return None
     heading = parse_heading(_PREFIX.sub("", found["name"]))
-    return _size(heading.name, found["number"], (found["unit"] or "").strip("()[];, ") or heading.unit, text.rstrip("; "))
+    return _size(
+        heading.name,
+        found["number"],
+        (found["unit"] or "").strip("()[];, ") or heading.unit,
+        text.rstrip("; "),
+    )
 
 
 def _size(name: str, number: str, unit: str | None, said: str) -> tuple[str, Size] | None:
@@ -139,16 +164,24 @@ def _size(name: str, number: str, unit: str | None, said: str) -> tuple[str, Siz
     return (key, Size(converted, said)) if converted > 0.0 or key in _CONSTANTS else None
 
 
+def may_hold_sizes(rows: int) -> bool:
+    """Whether a table is short enough to have one specimen a line."""
+    return rows <= _MOST_ROWS
+
+
 def table_of_sizes(rows: Sequence[Sequence[str]]) -> dict[str, Sizes]:
     """Sizes by specimen of a table with one specimen a line: headings of sizes, units perhaps, then lines.
 
     Returns:
-        By the specimen's name (or its number as text where no column names it); empty if this is no such table.
+        By the specimen's name (or its number where no column names it); empty if this is no such table.
     """
     filled = [[cell.strip().strip('"') for cell in row] for row in rows if any(cell.strip() for cell in row)]
-    for at, header in enumerate(filled):
+    for at, header in enumerate(filled[:_MOST_ROWS]):
         names = [parse_heading(text) for text in header]
-        keys = [_KEY.get(heading.name) or _KEY.get(plain(re.sub(r"[,.-]", " ", heading.name))) for heading in names]
+        keys = [
+            _KEY.get(heading.name) or _KEY.get(plain(re.sub(r"[,.-]", " ", heading.name)))
+            for heading in names
+        ]
         sized = [c for c, key in enumerate(keys) if key is not None and key not in _CONSTANTS]
         labels = [c for c, h in enumerate(names) if h.name and keys[c] is None and _names_specimens(h.name)]
         if len(header) < 2 or not sized or (len(sized) < 2 and not labels):
@@ -182,4 +215,11 @@ def _by_specimen(
 
 
 def _names_specimens(name: str) -> bool:
-    return any(word in name for word in SPECIMEN_WORDS) or name in ("id", "name", "no", "nr", "label", "designation")
+    return any(word in name for word in SPECIMEN_WORDS) or name in (
+        "id",
+        "name",
+        "no",
+        "nr",
+        "label",
+        "designation",
+    )

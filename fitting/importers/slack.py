@@ -12,11 +12,15 @@ FLAT = 0.15
 OUTLIERS = 4.0
 """Standard deviations of the noise beyond which a row belongs to the rise."""
 EVIDENCE = 9.0
-"""Gain in squared misfit, in variances of the noise, by which a flat start must fit better than none: of 1920
-rubbers without slack, with noise up to 2 kPa and steps up to 8 kPa in 100 to 600, one was then said to have some."""
+"""Gain in squared misfit, in variances of the noise, by which a flat start must fit better than none.
+
+Of 1920 rubbers without slack, with noise up to 2 kPa and steps up to 8 kPa in 100 to 600, one was then
+said to have it."""
 WINDOW = 2.0
-"""How far the curve is fitted, in lengths of the slack: with 200 rows of a rubber with 2 to 20 % of slack and noise of
-0.3 % of the largest stress the start then errs by 0.1 % of strain (one standard deviation 0.25 %), with 3 by 0.8 %."""
+"""How far the curve is fitted, in lengths of the slack.
+
+Over 200 rows of a rubber with 2 to 20 % of slack and noise of 0.3 % of the largest stress, the start then
+errs by 0.1 % of strain, one standard deviation being 0.25 %."""
 SHARE = 0.005
 """Of the range of the drive, the shortest slack that is told."""
 
@@ -68,7 +72,9 @@ def find_slack(drive: np.ndarray, force: np.ndarray) -> Slack | None:
     reach[: flat + 2 * LEAST_FLAT_ROWS] = True
     x_near, y_near = x[reach], y[reach]
     found = minimize_scalar(
-        lambda start: _misfit(start, x_near, y_near), bounds=(x[0], x[min(flat + LEAST_FLAT_ROWS, x.size - 1)]), method="bounded"
+        lambda start: _misfit(start, x_near, y_near),
+        bounds=(x[0], x[min(flat + LEAST_FLAT_ROWS, x.size - 1)]),
+        method="bounded",
     )
     start = float(found.x)
     zero, slope = _risen(start, x_near, y_near)[:2]

@@ -1,4 +1,4 @@
-"""How instruments and people write units and headings: `Load (N)`, `Strain %`, `force_mN`, `Druck / bar abs`."""
+"""How instruments and people write units and headings: `Load (N)`, `Strain %`, `Druck / bar abs`."""
 
 import re
 import unicodedata
@@ -8,28 +8,43 @@ from pneusma_jax.units import UNITS, find_unit
 
 # How units are written, in lower case, where it differs from the package's names in more than capitals.
 _SPELLINGS = {
-    "": "1", "-": "1", "–": "1", "/": "1", "--": "1", "[-]": "1", "none": "1", "mm/mm": "1", "m/m": "1", "in/in": "1",
-    "in./in.": "1", "ratio": "1", "abs": "1", "pct": "percent", "%": "percent", "percentage": "percent", "prozent": "percent",
+    "": "1", "-": "1", "–": "1", "/": "1", "--": "1", "[-]": "1", "none": "1", "mm/mm": "1", "m/m": "1",
+    "in/in": "1",
+    "in./in.": "1", "ratio": "1", "abs": "1", "pct": "percent", "%": "percent", "percentage": "percent",
+    "prozent": "percent",
     "‰": "permille", "ue": "microstrain", "uε": "microstrain", "με": "microstrain", "ustrain": "microstrain",
-    "µstrain": "microstrain", "\u00b5ε": "microstrain", "\u03bcε": "microstrain", "mε": "millistrain",
-    "c": "degC", "°c": "degC", "ºc": "degC", "deg c": "degC", "deg. c": "degC", "degrees c": "degC", "celsius": "degC",
+    "µstrain": "microstrain", "\u00b5ε": "microstrain", "mε": "millistrain",
+    "c": "degC", "°c": "degC", "ºc": "degC", "deg c": "degC", "deg. c": "degC", "degrees c": "degC",
+    "celsius": "degC",
     "f": "degF", "°f": "degF", "ºf": "degF", "deg f": "degF", "deg. f": "degF", "kelvin": "K",
     "sec": "s", "sec.": "s", "secs": "s", "second": "s", "seconds": "s", "msec": "ms", "milliseconds": "ms",
     "µs": "us", "mins": "min", "minutes": "min", "hr": "h", "hrs": "h", "hours": "h", "sek": "s", "std": "h",
-    "inch": "in", "inches": "in", "in.": "in", '"': "in", "feet": "ft", "foot": "ft", "thou": "mil", "mils": "mil",
-    "millimeter": "mm", "millimeters": "mm", "millimetre": "mm", "millimetres": "mm", "µm": "um", "micron": "um",
+    "inch": "in", "inches": "in", "in.": "in", '"': "in", "feet": "ft", "foot": "ft", "thou": "mil",
+    "mils": "mil",
+    "millimeter": "mm", "millimeters": "mm", "millimetre": "mm", "millimetres": "mm", "µm": "um",
+    "micron": "um",
     "microns": "um", "micrometer": "um", "meter": "m", "metre": "m",
-    "newton": "N", "newtons": "N", "lb": "lbf", "lbs": "lbf", "lbsf": "lbf", "pounds": "lbf", "oz": "ozf", "ounces": "ozf",
+    "newton": "N", "newtons": "N", "lb": "lbf", "lbs": "lbf", "lbsf": "lbf", "pounds": "lbf", "oz": "ozf",
+    "ounces": "ozf",
     "grams": "g", "gram": "g", "gr": "g", "gmf": "gf", "kgs": "kg", "kp": "kgf", "µn": "uN",
-    "pascal": "Pa", "pascals": "Pa", "n/m^2": "N/m2", "n/mm^2": "N/mm2", "kg/cm2": "kgf/cm2", "kg/mm2": "kgf/mm2",
-    "kp/cm2": "kgf/cm2", "at": "kgf/cm2", "g/cm2": "gf/cm2", "g/mm2": "gf/mm2", "lb/in2": "psi", "lbf/in2": "psi",
-    "lbs/in2": "psi", "lbf/sq in": "psi", "lb/sq in": "psi", "pounds per square inch": "psi", "kips/in2": "ksi",
-    "millibar": "mbar", "bars": "bar", "kg/cm^2": "kgf/cm2", "kgf/cm^2": "kgf/cm2", "g/mm^2": "gf/mm2", "g/cm^2": "gf/cm2",
-    "in h2o": "inH2O", "inwc": "inH2O", "in wc": "inH2O", "inches of water": "inH2O", "iwc": "inH2O", "mm h2o": "mmH2O",
-    "mmwc": "mmH2O", "mmws": "mmH2O", "cm h2o": "cmH2O", "cmwc": "cmH2O", "mm hg": "mmHg", "in hg": "inHg", "kilopascal": "kPa",
-    "ω": "ohm", "Ω": "ohm", "ohms": "ohm", "mω": "mohm", "milliohm": "mohm", "kω": "kohm", "°": "deg", "º": "deg",
-    "degrees": "deg", "degree": "deg", "grad": "deg", "radians": "rad", "amps": "A", "amp": "A", "ampere": "A",
-    "volts": "V", "volt": "V", "mm^2": "mm2", "cm^2": "cm2", "m^2": "m2", "in^2": "in2", "sq mm": "mm2", "sq. mm": "mm2",
+    "pascal": "Pa", "pascals": "Pa", "n/m^2": "N/m2", "n/mm^2": "N/mm2", "kg/cm2": "kgf/cm2",
+    "kg/mm2": "kgf/mm2",
+    "kp/cm2": "kgf/cm2", "at": "kgf/cm2", "g/cm2": "gf/cm2", "g/mm2": "gf/mm2", "lb/in2": "psi",
+    "lbf/in2": "psi",
+    "lbs/in2": "psi", "lbf/sq in": "psi", "lb/sq in": "psi", "pounds per square inch": "psi",
+    "kips/in2": "ksi",
+    "millibar": "mbar", "bars": "bar", "kg/cm^2": "kgf/cm2", "kgf/cm^2": "kgf/cm2", "g/mm^2": "gf/mm2",
+    "g/cm^2": "gf/cm2",
+    "in h2o": "inH2O", "inwc": "inH2O", "in wc": "inH2O", "inches of water": "inH2O", "iwc": "inH2O",
+    "mm h2o": "mmH2O",
+    "mmwc": "mmH2O", "mmws": "mmH2O", "cm h2o": "cmH2O", "cmwc": "cmH2O", "mm hg": "mmHg", "in hg": "inHg",
+    "kilopascal": "kPa",
+    "ω": "ohm", "Ω": "ohm", "ohms": "ohm", "mω": "mohm", "milliohm": "mohm", "kω": "kohm", "°": "deg",
+    "º": "deg",
+    "degrees": "deg", "degree": "deg", "grad": "deg", "radians": "rad", "amps": "A", "amp": "A",
+    "ampere": "A",
+    "volts": "V", "volt": "V", "mm^2": "mm2", "cm^2": "cm2", "m^2": "m2", "in^2": "in2", "sq mm": "mm2",
+    "sq. mm": "mm2",
     "sq in": "in2", "square mm": "mm2",
 }  # fmt: skip
 _FOLDED: dict[str, set[str]] = {}
@@ -39,13 +54,16 @@ for _known in UNITS:
 _BRACKETS = re.compile(r"[(\[{]([^()\[\]{}]*)[)\]}]")
 # A pressure's zero, written with its unit: `psia`, `bar(g)`, `kPa abs`.
 _REFERENCE = re.compile(
-    r"^(?P<unit>k?pa|mpa|hpa|m?bar|psi|torr|kgf/cm2|atm)\s*[-_. ]?\(?(?P<zero>a|abs|abs\.|absolute|g|ga|gauge|gage)\)?$",
+    r"^(?P<unit>k?pa|mpa|hpa|m?bar|psi|torr|kgf/cm2|atm)\s*[-_."
+    r" ]?\(?(?P<zero>a|abs|abs\.|absolute|g|ga|gauge|gage)\)?$",
     re.IGNORECASE,
 )
 # Weights that stand for forces, as many load cells show them.
 WEIGHTS = {"g": "gf", "kg": "kgf", "mg": "gf"}
 # Words and letters that end a heading more often as a name than as a unit.
-_LETTERS = frozenset({"a", "h", "m", "g", "k", "c", "f", "v", "1", "in", "strain", "ratio", "abs", "none", "at"})
+_LETTERS = frozenset(
+    {"a", "h", "m", "g", "k", "c", "f", "v", "1", "in", "strain", "ratio", "abs", "none", "at"}
+)
 
 
 @dataclass(frozen=True)
@@ -98,7 +116,9 @@ def pressure_zero(text: str) -> str:
     """What a pressure counts from, as its unit or heading says: `"absolute"`, `"gauge"` or nothing."""
     found = _REFERENCE.match(_folded(text))
     if found:
-        return "absolute" if found["zero"].lower().startswith("abs") or found["zero"].lower() == "a" else "gauge"
+        return (
+            "absolute" if found["zero"].lower().startswith("abs") or found["zero"].lower() == "a" else "gauge"
+        )
     words = set(re.findall(r"[a-z]+", text.lower()))
     if words & {"absolute", "abs"}:
         return "absolute"
@@ -106,7 +126,7 @@ def pressure_zero(text: str) -> str:
 
 
 def parse_heading(text: str) -> Heading:
-    """Split `Load (N)`, `Strain [-]`, `Force / kN`, `Strain %`, `Load, N` or `force_mN` into name and unit."""
+    """Split `Load (N)`, `Strain [-]`, `Force / kN`, `Strain %`, `Load, N`, `force_mN` into name and unit."""
     brackets = list(_BRACKETS.finditer(text))
     for found in reversed(brackets):
         content = found[1].strip()
@@ -118,12 +138,19 @@ def parse_heading(text: str) -> Heading:
         found = re.match(pattern, text)
         if found and found[2].strip() and is_unit(found[2].strip(" ()[]")):
             unit = found[2].strip(" ()[]")
-            return Heading(text, plain(found[1]), unit_name(unit), pressure_zero(unit) or pressure_zero(found[1]))
+            return Heading(
+                text, plain(found[1]), unit_name(unit), pressure_zero(unit) or pressure_zero(found[1])
+            )
     stem, underscore, suffix = text.rpartition("_")
     if underscore and stem and suffix in UNITS and not suffix.isdigit():
         return Heading(text, plain(stem), suffix, pressure_zero(stem))
     stem, _, suffix = text.rpartition(" ")
-    if stem.strip() and is_unit(suffix) and suffix.lower() not in _LETTERS and any(c.isalpha() or c == "%" for c in suffix):
+    if (
+        stem.strip()
+        and is_unit(suffix)
+        and suffix.lower() not in _LETTERS
+        and any(c.isalpha() or c == "%" for c in suffix)
+    ):
         return Heading(text, plain(stem), unit_name(suffix), pressure_zero(suffix) or pressure_zero(stem))
     if brackets and brackets[-1].end() == len(text.rstrip()) and _like_a_unit(brackets[-1][1]):
         # A unit that is not known: the name without it, and the error about it when the column is needed.
@@ -139,7 +166,7 @@ def _like_a_unit(text: str) -> bool:
 
 def plain(name: str) -> str:
     """A name in lower case, its brackets' content kept as words, spaces and underscores single."""
-    return re.sub(r"[\s_()\[\]{}]+", " ", unicodedata.normalize("NFKC", name)).strip(' "\'-:,;/.').lower()
+    return re.sub(r"[\s_()\[\]{}]+", " ", unicodedata.normalize("NFKC", name)).strip(" \"'-:,;/.").lower()
 
 
 def dimension(unit: str | None) -> str | None:

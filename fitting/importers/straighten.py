@@ -1,4 +1,4 @@
-"""Signs and zeros of a test: compression counted positive, slack, a preload, a pressure counted from vacuum."""
+"""Signs and zeros of a test: compression counted positive, slack, a preload, an absolute pressure."""
 
 import numpy as np
 
@@ -25,7 +25,11 @@ STEADY_K = 5.0
 """Range of temperature up to which a wire is pulled at one temperature."""
 
 # Columns of what drives a test and of what answers, by kind.
-_PAIRS = {"elastomer": ("strain", "stress_kPa"), "wire": ("strain", "stress_MPa"), "spring": ("elongation_mm", "force_N")}
+_PAIRS = {
+    "elastomer": ("strain", "stress_kPa"),
+    "wire": ("strain", "stress_MPa"),
+    "spring": ("elongation_mm", "force_N"),
+}
 
 
 def subtract(making: Making) -> None:
@@ -36,7 +40,9 @@ def subtract(making: Making) -> None:
             continue
         values = in_unit(channel, unit, quantity, making.place) - value
         made = f"{channel.made or repr(channel.label)} less {value:g} {unit} (--subtract)"
-        making.channels[quantity] = Channel(values, unit, channel.label, "gauge" if quantity == "pressure" else "", made=made)
+        making.channels[quantity] = Channel(
+            values, unit, channel.label, "gauge" if quantity == "pressure" else "", made=made
+        )
         making.use("--subtract", quantity)
 
 
@@ -48,12 +54,15 @@ def gauge_pressure(making: Making) -> None:
     kilopascal = in_unit(channel, "kPa", "pressure", making.place)
     if channel.zero == "absolute":
         made = f"{channel.label!r} less an atmosphere of {ATMOSPHERE_KPA} kPa, because it is absolute"
-        making.channels["pressure"] = Channel(kilopascal - ATMOSPHERE_KPA, "kPa", channel.label, "gauge", made=made)
+        making.channels["pressure"] = Channel(
+            kilopascal - ATMOSPHERE_KPA, "kPa", channel.label, "gauge", made=made
+        )
         return
     first = kilopascal[np.isfinite(kilopascal)][:1]
     if first.size and WEATHER_KPA[0] < first[0] < WEATHER_KPA[1]:
         making.warn(
-            f"{channel.label!r} begins at {first[0]:.4g} kPa, as an absolute pressure of the open air does, and was taken as"
+            f"{channel.label!r} begins at {first[0]:.4g} kPa, as an absolute pressure of the open air does,"
+            " and was taken as"
             f" gauge; if it is absolute: --subtract pressure_kPa={ATMOSPHERE_KPA}"
         )
 
@@ -120,6 +129,7 @@ def _turn(columns: dict[str, np.ndarray], making: Making, about: str) -> None:
         elif making.options.compression:
             making.say("strain and stress were negative already: nothing to turn for --compression")
 
+
 def _steady(columns: dict[str, np.ndarray]) -> bool:
     """Whether a wire stayed at one temperature, as far as was recorded."""
     temperature = columns.get("temperature_degC", np.zeros(1))
@@ -136,12 +146,18 @@ def _refuse_opposed(columns: dict[str, np.ndarray], pair: tuple[str, str], makin
     x, y = strain[there] - strain[there[0]], stress[there] - stress[there[0]]
     for at in (int(np.argmax(np.abs(x))), int(np.argmax(np.abs(y)))):
         gone, answered = float(x[at]), float(y[at])
-        if gone * answered < 0.0 and abs(answered) > OPPOSED * float(np.ptp(y)) and abs(gone) > OPPOSED * float(np.ptp(x)):
+        if (
+            gone * answered < 0.0
+            and abs(answered) > OPPOSED * float(np.ptp(y))
+            and abs(gone) > OPPOSED * float(np.ptp(x))
+        ):
             sources = [_source(making, family) for family in ("strain", "stress")]
+            unit = pair[1].rpartition("_")[2]
             raise refuse(
-                making.place, f"stress goes to {stress[there[at]]:.4g} {pair[1].rpartition('_')[2]} while strain goes to"
+                making.place, f"stress goes to {stress[there[at]]:.4g} {unit} while strain goes to"
                 f" {strain[there[at]]:.4g}: one of them is counted the other way; pulled: --scale"
-                f" {sources[1 if answered < 0.0 else 0]}=-1, pressed: --scale {sources[0 if gone > 0.0 else 1]}=-1",
+                f" {sources[1 if answered < 0.0 else 0]}=-1, pressed: --scale"
+                f" {sources[0 if gone > 0.0 else 1]}=-1",
             )  # fmt: skip
 
 
@@ -149,7 +165,14 @@ def _source(making: Making, quantity: str) -> str:
     """The quantity to scale for strain or stress to turn: the column that it was made of, if it was made."""
     if not making.channels[quantity].made:
         return quantity
-    return next((name for name in ("elongation", "force") if name in making.sources and (name == "force") == (quantity == "stress")), quantity)
+    return next(
+        (
+            name
+            for name in ("elongation", "force")
+            if name in making.sources and (name == "force") == (quantity == "stress")
+        ),
+        quantity,
+    )
 
 
 def _largest(values: np.ndarray) -> float:
@@ -173,18 +196,22 @@ def _words(slack: Slack, pair: tuple[str, str], making: Making) -> str:
     answer, unit = pair[1].rsplit("_", 1)
     drive = "strain" if pair[0] == "strain" else "elongation"
     length = "" if drive == "strain" else " mm"
-    return f"{answer} is flat at {slack.zero:.4g} {unit} up to {drive} {slack.start:.4g}{length} ({slack.rows} rows)"
+    level, start = f"{slack.zero:.4g} {unit}", f"{drive} {slack.start:.4g}{length}"
+    return f"{answer} is flat at {level} up to {start} ({slack.rows} rows)"
 
 
 def _offer(slack: Slack, pair: tuple[str, str], making: Making) -> None:
     making.warn(
-        f"{_words(slack, pair, making)} and rises from there: slack, and the load cell's zero. --slack auto starts there and"
+        f"{_words(slack, pair, making)} and rises from there: slack, and the load cell's zero. --slack auto"
+        " starts there and"
         " takes the zero off; --slack keep leaves it"
     )
 
 
-def _start_at(slack: Slack, columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> np.ndarray:
-    """Count from where the specimen grew taut. A coupon or wire that hung slack was longer than its grips' gap."""
+def _start_at(
+    slack: Slack, columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making
+) -> np.ndarray:
+    """Count from where the specimen grew taut; a coupon that hung slack was longer than its grips' gap."""
     drive, force = pair
     sign = 1.0 if slack.start >= 0.0 else -1.0
     raw = columns[drive]
@@ -198,7 +225,8 @@ def _start_at(slack: Slack, columns: dict[str, np.ndarray], pair: tuple[str, str
     columns[force] = columns[force] - slack.zero
     answer, unit = force.rsplit("_", 1)
     making.say(
-        f"{_words(slack, pair, making)}: {int((~kept).sum())} slack rows left out, {how}; {slack.zero:.4g} {unit} taken off"
+        f"{_words(slack, pair, making)}: {int((~kept).sum())} slack rows left out, {how}; {slack.zero:.4g}"
+        f" {unit} taken off"
         f" {answer} (--slack)"
     )
     return kept
@@ -216,7 +244,8 @@ def _speak_of_start(columns: dict[str, np.ndarray], pair: tuple[str, str], makin
     reach, answer = float(np.ptp(x)), float(np.ptp(y))
     if abs(x[0]) > AT_START * reach and abs(x[0]) == float(np.abs(x).min()):
         making.warn(
-            f"strain begins at {x[0]:.4g}, not at 0: was it counted from another zero? --subtract strain={x[0]:.4g}"
+            f"strain begins at {x[0]:.4g}, not at 0: was it counted from another zero? --subtract"
+            f" strain={x[0]:.4g}"
         )
         return
     near = slice(0, max(5, x.size // 20))
@@ -230,10 +259,16 @@ def _speak_of_start(columns: dict[str, np.ndarray], pair: tuple[str, str], makin
 
 
 def _ask_whether_pressed(strain: np.ndarray, stress: np.ndarray, slack: Slack | None, making: Making) -> None:
-    """Ask whether a test that only stiffens was a compression: a pulled rubber softens first, a pressed one does not."""
+    """Ask whether a test that only stiffens was a compression: a pulled rubber softens first."""
     there = np.isfinite(strain) & np.isfinite(stress)
     x, y = strain[there], stress[there]
-    if x.size < 8 or not x.max() > 0.0 or x.min() < -0.02 * x.max() or x.max() >= 0.95 or y[int(np.argmax(x))] <= 0.0:
+    if (
+        x.size < 8
+        or not x.max() > 0.0
+        or x.min() < -0.02 * x.max()
+        or x.max() >= 0.95
+        or y[int(np.argmax(x))] <= 0.0
+    ):
         return
     if slack is not None and making.options.slack is None:
         x, y = x[x >= slack.start] - slack.start, y[x >= slack.start] - slack.zero
@@ -249,6 +284,7 @@ def _ask_whether_pressed(strain: np.ndarray, stress: np.ndarray, slack: Slack | 
         misfits.append(float(np.sqrt(np.mean(rest**2))))
     if misfits[1] < FITS_BETTER * misfits[0]:
         making.warn(
-            "stress only stiffens over strain, as a pressed rubber does and a pulled one does not at first; if the specimen"
+            "stress only stiffens over strain, as a pressed rubber does and a pulled one does not at first;"
+            " if the specimen"
             " was pressed, turn it with --compression (--tension if it was pulled, and this line goes)"
         )

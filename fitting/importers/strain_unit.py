@@ -10,7 +10,7 @@ from .making import Channel, Making
 from .spelling import dimension
 
 FARTHEST_STRETCH = 20.0
-"""Softest silicones break near a stretch of 17 (Ecoflex 00-30 in tension): nothing that is tested goes beyond."""
+"""The softest silicones break near a stretch of 17 (Ecoflex 00-30 in tension)."""
 DECISIVE = 0.25
 """Ratio of misfits below which one reading of a strain explains another column and the other does not."""
 SHAPED = 2.0
@@ -26,7 +26,12 @@ def settle_strain_unit(making: Making) -> None:
         InputError: if the numbers cannot be a fraction, or fit a percentage better.
     """
     channel = making.channels.get("strain")
-    if channel is None or channel.unit is not None or channel.trouble or making.kind not in ("wire", "elastomer"):
+    if (
+        channel is None
+        or channel.unit is not None
+        or channel.trouble
+        or making.kind not in ("wire", "elastomer")
+    ):
         return
     largest = float(np.nanmax(np.abs(channel.values)))
     told = _told(making, channel)
@@ -36,21 +41,23 @@ def settle_strain_unit(making: Making) -> None:
         making.say(f"{channel.label!r} has no unit: taken as {words}, as {by} tells")
         making.channels["strain"] = replace(channel, unit=unit)
         return
+    reaches = f"{channel.label!r} has no unit and reaches {largest:.4g}"
     ask = "state it with --unit strain=percent (or --unit strain=1)"
     if making.kind == "wire" and largest > WIRE_STRAIN_LIMIT:
         raise refuse(
-            making.place, f"{channel.label!r} has no unit and reaches {largest:.4g}; as a fraction no nitinol wire"
+            making.place, f"{reaches}; as a fraction no nitinol wire"
             f" strains beyond {WIRE_STRAIN_LIMIT:g}: {ask}",
         )  # fmt: skip
     if largest > FARTHEST_STRETCH - 1.0:
         raise refuse(
-            making.place, f"{channel.label!r} has no unit and reaches {largest:.4g}, which as a fraction would be a"
+            making.place, f"{reaches}, which as a fraction would be a"
             f" stretch of {1.0 + largest:.4g}: {ask}",
         )  # fmt: skip
     if _bends_as_percent(making, channel):
         raise refuse(
-            making.place, f"{channel.label!r} has no unit and reaches {largest:.4g}; as a fraction the curve would be far"
-            f" straighter than any rubber's up to a strain of {min(largest, SHAPED):.3g}, as percent it would not: {ask}",
+            making.place, f"{reaches}; as a fraction the curve would be far"
+            f" straighter than any rubber's up to a strain of {min(largest, SHAPED):.3g}, as percent it"
+            f" would not: {ask}",
         )  # fmt: skip
     making.say(f"{channel.label!r} has no unit: taken as a fraction (--unit strain=percent to correct)")
     making.channels["strain"] = replace(channel, unit="1")

@@ -9,8 +9,8 @@ from ..recordings.table import refuse
 from .assemble import Facts, assemble, slug
 from .channels import numbered
 from .format import Format
-from .parts import Sample
 from .options import Options
+from .parts import Sample
 
 NAME = "stress-stretch"
 DEFAULT_UNIT = "MPa"

@@ -6,8 +6,8 @@ from ..recordings import Recording
 from .assemble import Facts, assemble, slug
 from .channels import channels_of
 from .format import Format
-from .parts import Sample
 from .options import Options
+from .parts import Sample
 from .provenance import Provenance
 
 NAME = "tensile-database"

@@ -5,16 +5,20 @@ from .making import Making
 
 _MADE_OF = {"strain": ("stretch", "true_strain", "elongation"), "stress": ("true_stress", "force")}
 _SIZES_FOR = {
-    "gauge_length_mm": "strain", "area_mm2": "stress", "diameter_mm": "stress", "width_mm": "stress", "thickness_mm": "stress",
+    "gauge_length_mm": "strain", "area_mm2": "stress", "diameter_mm": "stress", "width_mm": "stress",
+    "thickness_mm": "stress",
 }  # fmt: skip
 
 
 def mark_used(making: Making, columns: dict) -> None:
     """Record which of the options that name a quantity were of use, from what the recording was made of."""
-    known = {schema.quantity_and_unit(name)[0] for name in columns if name in schema.COLUMNS[making.kind].known}
+    known = {
+        schema.quantity_and_unit(name)[0] for name in columns if name in schema.COLUMNS[making.kind].known
+    }
     raw = (known & making.raw) | making.sources
     for option, table, used in (
-        ("--map", making.options.columns, raw), ("--unit", making.options.units, raw), ("--scale", making.options.scales, raw | known),
+        ("--map", making.options.columns, raw), ("--unit", making.options.units, raw),
+        ("--scale", making.options.scales, raw | known),
     ):  # fmt: skip
         for name in table:
             if name in used:
@@ -40,25 +44,34 @@ def _why(making: Making, option: str, name: str, columns: dict) -> str:
             family = next((f for f, parts in _MADE_OF.items() if name in parts and f in channels), None)
             if family and kind in ("elastomer", "wire"):
                 return (
-                    f"{said}: {family} is read from {channels[family].label!r}, so {channels[name].label!r} is of no use; say"
+                    f"{said}: {family} is read from {channels[family].label!r}, so {channels[name].label!r}"
+                    " is of no use; say"
                     f" {option} {family}=... instead, or leave it out"
                 )
-            return f"{said}: a recording of kind {kind} has no {name}; leave the option out, or state another --kind"
+            return f"{said}: a recording of kind {kind} has no {name}; leave it out, or state another --kind"
         held = making.raw
-        return f"{said}: nothing in this file is read as {name}; read are {', '.join(sorted(held))}: is one of these meant?"
+        names = ", ".join(sorted(held))
+        return f"{said}: nothing in this file is read as {name}; read are {names}: is one of these meant?"
     if option == "--dimension":
         return _why_dimension(making, said, name)
     if option == "--constant":
         names = ", ".join(schema.COLUMNS[kind].known)
         return f"{said}: a recording of kind {kind} has no {name}; it has {names}"
     if option == "--subtract":
-        return f"{said}: nothing in this file is read as {name}; read are {', '.join(sorted(channels))}"
+        names = ", ".join(sorted(channels))
+        return f"{said}: nothing in this file is read as {name}; read are {names}"
     if option == "--circuit":
-        return f"{said}: no voltage is turned into a resistance here (name it with --map voltage=..., kind spring or actuator)"
+        return (
+            f"{said}: no voltage is made a resistance here (name one with --map voltage=..., kind spring"
+            " or actuator)"
+        )
     if option == "--interval":
         return f"{said}: the file has a clock of its own, or needs none; leave the option out"
     if option == "--slack":
-        return f"{said}: a recording of kind {kind} has no stroke that could begin slack (elastomer, wire and spring have)"
+        return (
+            f"{said}: a recording of kind {kind} has no stroke that could begin slack (elastomer, wire and"
+            " spring have)"
+        )
     return f"{said}: it turns strain and stress of a coupon (kind elastomer), and this is of kind {kind}"
 
 
@@ -71,7 +84,8 @@ def _why_dimension(making: Making, said: str, name: str) -> str:
         if channel.made:
             return f"{said}: {made} is {channel.made}; leave the option out"
         return (
-            f"{said}: {made} is read from {channel.label!r} and there is no {needed} to divide; name one with --map {quantity}=...,"
+            f"{said}: {made} is read from {channel.label!r} and there is no {needed} to divide; name one"
+            f" with --map {quantity}=...,"
             " or leave the option out"
         )
     if name == "wire_diameter_mm":

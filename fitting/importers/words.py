@@ -5,65 +5,107 @@ from dataclasses import dataclass
 
 from .spelling import Heading, dimension, is_unit, parse_heading, plain, unit_name
 
-# Headings that name a quantity, in lower case and without their unit. The first of several in a file is taken.
+# Headings that name a quantity, in lower case, without their unit. The first of several is taken.
 WORDS: dict[str, tuple[str, ...]] = {
     "time": (
-        "time", "elapsed time", "test time", "total time", "t", "time elapsed", "running time", "run time", "timestamp",
-        "time stamp", "zeit", "prüfzeit", "temps", "tiempo", "tijd", "时间", "試験時間", "时刻", "date time", "datetime", "clock",
+        "time", "elapsed time", "test time", "total time", "t", "time elapsed", "running time", "run time",
+        "timestamp",
+        "time stamp", "zeit", "prüfzeit", "temps", "tiempo", "tijd", "时间", "試験時間", "时刻", "date time",
+        "datetime", "clock",
     ),
     "strain": (
-        "engineering strain", "eng. strain", "eng strain", "nominal strain", "tensile strain", "compressive strain",
-        "compression strain", "axial strain", "strain", "strain extensometer", "extensometer strain", "strain dic",
-        "tensile strain displacement", "tensile strain extension", "tensile strain strain 1", "compressive strain displacement",
-        "compressive strain extension", "compressive strain strain 1", "technical strain", "dehnung", "nenndehnung",
-        "déformation", "deformation strain", "ε", "eps", "epsilon", "应变", "ひずみ", "stroke strain", "standard strain",
+        "engineering strain", "eng. strain", "eng strain", "nominal strain", "tensile strain",
+        "compressive strain",
+        "compression strain", "axial strain", "strain", "strain extensometer", "extensometer strain",
+        "strain dic",
+        "tensile strain displacement", "tensile strain extension", "tensile strain strain 1",
+        "compressive strain displacement",
+        "compressive strain extension", "compressive strain strain 1", "technical strain", "dehnung",
+        "nenndehnung",
+        "déformation", "deformation strain", "ε", "eps", "epsilon", "应变", "ひずみ", "stroke strain",
+        "standard strain",
     ),
     "stress": (
-        "engineering stress", "eng. stress", "eng stress", "nominal stress", "tensile stress", "compressive stress",
-        "compression stress", "axial stress", "stress", "first piola-kirchhoff stress", "pk1 stress", "spannung",
+        "engineering stress", "eng. stress", "eng stress", "nominal stress", "tensile stress",
+        "compressive stress",
+        "compression stress", "axial stress", "stress", "first piola-kirchhoff stress", "pk1 stress",
+        "spannung",
         "nennspannung", "contrainte", "σ", "sigma", "应力", "応力", "standard stress",
     ),
     "true_strain": ("true strain", "logarithmic strain", "log strain", "hencky strain", "true axial strain"),
     "true_stress": ("true stress", "cauchy stress", "true axial stress"),
     "stretch": ("stretch", "stretch ratio", "lambda", "λ", "extension ratio", "elongation ratio"),
     "elongation": (
-        "extension", "elongation", "displacement", "tensile extension", "tensile displacement", "compressive extension",
-        "compressive displacement", "compression", "compression displacement", "standard travel", "machine extension",
-        "crosshead displacement", "crosshead extension", "crosshead travel", "axial displacement", "actuator displacement",
-        "deflection", "disp", "disp.", "stroke", "travel", "crosshead", "crosshead position", "position", "weg",
-        "standardweg", "traversenweg", "verlängerung", "course standard", "allongement", "déplacement", "deplacement",
-        "verplaatsing", "位移", "变形", "変位", "ストローク", "extensometer", "ext", "crosshead position encoder",
+        "extension", "elongation", "displacement", "tensile extension", "tensile displacement",
+        "compressive extension",
+        "compressive displacement", "compression", "compression displacement", "standard travel",
+        "machine extension",
+        "crosshead displacement", "crosshead extension", "crosshead travel", "axial displacement",
+        "actuator displacement",
+        "deflection", "disp", "disp.", "stroke", "travel", "crosshead", "crosshead position", "position",
+        "weg",
+        "standardweg", "traversenweg", "verlängerung", "course standard", "allongement", "déplacement",
+        "deplacement",
+        "verplaatsing", "位移", "变形", "変位", "ストローク", "extensometer", "ext",
     ),
     "force": (
-        "load", "force", "tensile force", "tensile load", "compressive load", "compressive force", "compression force",
-        "compression load", "standard force", "axial force", "axial load", "load cell", "loadcell", "load cell force", "f", "kraft",
-        "standardkraft", "force standard", "charge", "fuerza", "kracht", "力", "荷重", "試験力", "载荷", "负荷", "weight",
+        "load", "force", "tensile force", "tensile load", "compressive load", "compressive force",
+        "compression force",
+        "compression load", "standard force", "axial force", "axial load", "load cell", "loadcell",
+        "load cell force", "f", "kraft",
+        "standardkraft", "force standard", "charge", "fuerza", "kracht", "力", "荷重",
+        "試験力", "载荷", "负荷",
+        "weight",
     ),
     "temperature": (
-        "temperature", "specimen temperature", "sample temperature", "wire temperature", "temp", "temp.", "temperature chamber",
-        "chamber temperature", "oven temperature", "bath temperature", "thermocouple", "temperatur", "probentemperatur",
+        "temperature", "specimen temperature", "sample temperature", "wire temperature", "temp", "temp.",
+        "temperature chamber",
+        "chamber temperature", "oven temperature", "bath temperature", "thermocouple", "temperatur",
+        "probentemperatur",
         "température", "temperatura", "温度",
     ),
     "resistance": ("resistance", "electrical resistance", "widerstand", "résistance", "ohms", "电阻"),
     "current": ("current", "strom", "courant", "heating current"),
     "pressure": (
-        "pressure", "gauge pressure", "gage pressure", "absolute pressure", "pressure absolute", "pressure abs", "abs pressure",
-        "pressure gauge", "applied pressure", "internal pressure", "air pressure", "supply pressure", "druck", "überdruck",
+        "pressure", "gauge pressure", "gage pressure", "absolute pressure", "pressure absolute",
+        "pressure abs", "abs pressure",
+        "pressure gauge", "applied pressure", "internal pressure", "air pressure", "supply pressure", "druck",
+        "überdruck",
         "pression", "压力", "chamber pressure", "input pressure", "pressure measured", "measured pressure",
     ),
     "length": ("length", "actuator length", "tube length", "länge", "longueur"),
     "curvature": ("curvature", "kappa", "κ", "krümmung", "courbure"),
     "bend_angle": ("bend angle", "bending angle", "tip angle", "deflection angle", "biegewinkel", "bend"),
-    "cycle": ("cycle", "cycle number", "cycle count", "total cycle count", "total cycles", "cycle no", "cycle no.", "cycles", "zyklus"),
+    "cycle": (
+        "cycle", "cycle number", "cycle count", "total cycle count", "total cycles", "cycle no", "cycle no.",
+        "cycles", "zyklus",
+    ),
     "voltage": ("voltage", "output voltage", "v out", "vout"),
     **{f"voltage_{k}": (f"voltage {k}",) for k in (1, 2, 3)},
     **{f"resistance_{k}": (f"resistance {k}", f"r{k}") for k in (1, 2, 3)},
     **{f"current_{k}": (f"current {k}", f"i{k}") for k in (1, 2, 3)},
 }  # fmt: skip
 # Recognised with a unit only, because the word alone may be anything.
-_NEEDS_UNIT = {"f", "t", "r1", "r2", "r3", "i1", "i2", "i3", "charge", "weight", "stroke", "travel", "ext", "clock", "bend", "compression"}
+_NEEDS_UNIT = {
+    "f",
+    "t",
+    "r1",
+    "r2",
+    "r3",
+    "i1",
+    "i2",
+    "i3",
+    "charge",
+    "weight",
+    "stroke",
+    "travel",
+    "ext",
+    "clock",
+    "bend",
+    "compression",
+}
 _QUANTITY = {word: (quantity, rank) for quantity, words in WORDS.items() for rank, word in enumerate(words)}
-# What a heading's unit makes of it where word and unit disagree: `Elongation (%)` is a strain, `Stress (N)` a force.
+# What a unit makes of a heading whose word disagrees: `Elongation (%)` is a strain, `Stress (N)` a force.
 _BY_UNIT = {
     ("elongation", "number"): "strain", ("strain", "length"): "elongation", ("stress", "force"): "force",
     ("force", "pressure"): "stress", ("stress", "voltage"): "voltage", ("length", "number"): "stretch",
@@ -72,7 +114,19 @@ _BY_UNIT = {
 
 COMPRESS = re.compile(r"\bcompress|\bdruckversuch|\bdruckprüf|\bstauch", re.IGNORECASE)
 SPECIMEN_WORDS = ("specimen", "sample", "coupon", "probe", "échantillon", "éprouvette", "dumbbell", "dogbone")
-TEST_WORDS = ("test", "run", "trial", "replicate", "repeat", "rep", "versuch", "essai", "no", "nr", "cycle test")
+TEST_WORDS = (
+    "test",
+    "run",
+    "trial",
+    "replicate",
+    "repeat",
+    "rep",
+    "versuch",
+    "essai",
+    "no",
+    "nr",
+    "cycle test",
+)
 _SPECIMEN = "|".join(SPECIMEN_WORDS)
 _TAGGED = "|".join((*SPECIMEN_WORDS, *TEST_WORDS))
 _TAG_PATTERNS = (
@@ -117,7 +171,11 @@ def meaning(heading: Heading) -> Meaning | None:
 
 
 def _lookup(name: str, heading: Heading) -> tuple[str, int] | None:
-    for written in (name, name.replace("-", " "), re.sub(r"\s+(filtered|raw|corrected|measured|absolute|gauge|abs)$", "", name)):
+    for written in (
+        name,
+        name.replace("-", " "),
+        re.sub(r"\s+(filtered|raw|corrected|measured|absolute|gauge|abs)$", "", name),
+    ):
         if written in _QUANTITY:
             quantity, rank = _QUANTITY[written]
             if written in _NEEDS_UNIT and heading.unit is None:

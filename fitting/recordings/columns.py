@@ -60,7 +60,9 @@ def _wire_or_elastomer(table: Table, held: set[str]) -> tuple[str, str]:
         return "wire", "strain and stress with temperature or resistance"
     if "time" not in held or "cycle" in held:
         return "elastomer", "strain and stress without a clock, or with a cycle count"
-    unit = next((name for name in table.header if _quantity_of(name) == "stress"), "stress_MPa").rpartition("_")[2]
+    unit = next((name for name in table.header if _quantity_of(name) == "stress"), "stress_MPa").rpartition(
+        "_"
+    )[2]
     if unit not in ("MPa", "GPa", "ksi"):
         return "elastomer", f"stress in {unit}"
     name = next((name for name in table.header if _quantity_of(name) == "strain"), None)
@@ -198,7 +200,8 @@ def _check_present(table: Table, kind: str, assigned: set[str], unknown: list[st
             hint = f"; is it the one named {close[0]!r}?" if close else ""
             raise refuse(
                 table.path,
-                f"a recording of kind {kind} needs the column {canonical}{hint}{_other(table, kind)}; what did"
+                f"a recording of kind {kind} needs the column {canonical}{hint}{_other(table, kind)}; what"
+                " did"
                 f" not change may be stated in the sidecar instead: [constant] {canonical} = ...",
             )
     if rules.one_of and not any(canonical in assigned for canonical in rules.one_of):

@@ -90,7 +90,10 @@ def read_merged(
         comments=table.comments,
     )
     check_recording(recording, table.rows, where)
-    if recording.real and not str(recording.source.get("licence", recording.source.get("license", ""))).strip():
+    if (
+        recording.real
+        and not str(recording.source.get("licence", recording.source.get("license", ""))).strip()
+    ):
         recording.notices.append("real = true, and no licence is stated: fine for numbers of your own")
     repeated = int(np.sum(np.diff(columns["time_s"]) == 0.0)) if "time_s" in columns else 0
     if repeated:

@@ -230,3 +230,15 @@ def test_the_temperature_of_a_wire_in_the_preamble(put):
     rows = "".join(f"{0.001 * i},{30 * i}\n" for i in range(20))
     recording = import_file(put("a.csv", "Test temperature: 23 °C\nStrain (-),Stress (MPa)\n" + rows))
     assert recording.kind == "wire" and set(recording.columns["temperature_degC"]) == {23.0}
+
+
+def test_one_measurement_in_two_units_is_not_two_specimens(put):
+    rows = [[x, x / 25.4, f, f / 9.80665] for x, f in zip(25 * STRAIN, 18e-3 * stress(300.0), strict=True)]
+    text_ = text([["Extension (mm)", "Extension (in)", "Load (N)", "Load (kgf)"], *rows])
+    (recording,) = import_tests(put("a.csv", text_), make_options(dimensions=["gauge_length_mm=25", "area_mm2=18"]))
+    assert modulus(recording) == pytest.approx(300.0)
+
+
+def test_a_preload_in_the_preamble_is_said(put):
+    recording = import_file(put("a.csv", "Preload: 0.1 N\n" + text([HEAD, *rows_of(300.0)])))
+    assert any("speaks of a preload ('Preload: 0.1 N')" in notice for notice in recording.notices)
