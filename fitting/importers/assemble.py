@@ -8,7 +8,7 @@ import numpy as np
 from ..recordings import NOT_STATED, Recording, check_recording, schema
 from ..recordings.nominal import nominal_geometry
 from ..recordings.table import refuse
-from .channels import canonical, with_options
+from .channels import UnitMissing, canonical, units_missing, with_options
 from .derive import derive
 from .making import Channel, Making
 from .options import Options
@@ -72,12 +72,15 @@ def assemble(
         with_options(channels, options), kind, options, sample.sizes, place, [*sample.notices, *notices],
         raw=frozenset(channels),
     )  # fmt: skip
-    subtract(making)
-    gauge_pressure(making)
-    settle_strain_unit(making)
-    derive(making)
-    subtract(making)
-    columns = canonical(making)
+    try:
+        subtract(making)
+        gauge_pressure(making)
+        settle_strain_unit(making)
+        derive(making)
+        subtract(making)
+        columns = canonical(making)
+    except UnitMissing:
+        raise units_missing(making) from None
     mark_used(making, columns)
     kept = straighten(columns, making, _words_of(sample, making))
     _say_engineering(columns, making)

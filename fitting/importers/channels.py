@@ -22,6 +22,28 @@ from .words import meaning
 FAMILIES = (("strain", "stretch", "true_strain", "elongation"), ("stress", "true_stress", "force"))
 
 
+class UnitMissing(InputError):
+    """A column is needed whose unit nobody states."""
+
+
+def units_missing(making: Making) -> InputError:
+    """One refusal for all columns whose unit nobody states, so that they need not be asked for one by one."""
+    known = {schema.quantity_and_unit(name)[0] for name in schema.COLUMNS[making.kind].known}
+    plain = {"strain", "stretch", "true_strain", "cycle"}
+    bare = [
+        quantity
+        for quantity, channel in making.channels.items()
+        if channel.unit is None and quantity not in plain and (quantity in known | {"force", "elongation"})
+    ]
+    labels = ", ".join(repr(making.channels[quantity].label) for quantity in bare)
+    what = f"the unit of {labels} is" if len(bare) == 1 else f"the units of {labels} are"
+    options = " ".join(f"--unit {quantity}=..." for quantity in bare)
+    return refuse(
+        making.place,
+        f"{what} not stated in the file; state {'it' if len(bare) == 1 else 'them'} with {options}",
+    )
+
+
 def named_channels(grid: Grid) -> dict[str, Channel]:
     """Quantities that the headings of a grid name; of several headings for one, the first in `WORDS` wins."""
     found: dict[str, tuple[tuple[bool, int, int], Channel]] = {}
@@ -135,7 +157,7 @@ def in_unit(channel: Channel, wanted: str, quantity: str, place: object) -> np.n
     if channel.unit is None:
         if wanted == "1":
             return channel.values
-        raise refuse(place, f"the unit of {channel.label!r} is not stated in the file; {option}")
+        raise UnitMissing(f"{place}: the unit of {channel.label!r} is not stated in the file; {option}")
     unit = unit_name(channel.unit)
     if find_unit(wanted).dimension == "force":
         unit = WEIGHTS.get(unit, unit)

@@ -10,7 +10,7 @@ import numpy as np
 
 from pneusma_jax.units import UNITS
 
-from .numerals import clock_seconds, decimal_evidence, like_a_number, to_number
+from .numerals import clock_seconds, decimal_evidence, like_a_clock, like_a_number, to_number
 from .raw import Page, RawFile
 from .spelling import Heading, unit_name
 from .words import heading_of, meaning
@@ -104,7 +104,11 @@ def _best_reading(raw: RawFile, page: Page) -> tuple[str, str] | None:
             if len(rows) < LEAST_ROWS or (wide == 1 and delimiter not in (" ", "")):
                 continue
             held = sum(x is not None and not math.isnan(x) for _, numbers in rows for x in numbers)
-            texts = sum(x is None for _, numbers in rows for x in numbers)
+            texts = sum(
+                x is None and not like_a_clock(text)
+                for row, numbers in rows
+                for x, text in zip(numbers, row, strict=True)
+            )
             scores[decimal] = (held - texts, rows)
             pure = pure or (2 * texts <= held and wide > 1)
         if not scores:
@@ -137,10 +141,13 @@ def _decimal_of(rows: list[list[str]]) -> str:
 def numeric_row(row: list[str], decimal: str, spaced: str = "any") -> list[float | None] | None:
     """Numbers of a row (None where a field is text), or None if it is mostly text or blank: no data.
 
-    A field of digits whose marks cannot be read is no text: its row is data, and the field a trouble.
+    A field of digits whose marks cannot be read, or of a date, is no text: its row is data.
     """
     numbers = [to_number(text, decimal, spaced) for text in row]
-    texts = sum(x is None and not like_a_number(text) for x, text in zip(numbers, row, strict=True))
+    texts = sum(
+        x is None and not like_a_number(text) and not like_a_clock(text)
+        for x, text in zip(numbers, row, strict=True)
+    )
     real = sum(x is not None and not math.isnan(x) for x in numbers)
     return None if real == 0 or 2 * texts >= len(row) or (texts and real < 2) else numbers
 

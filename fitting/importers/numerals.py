@@ -22,6 +22,9 @@ _SPACES = re.compile(r"[ \u00a0\u2009\u202f]")
 _ONLY_COMMA = re.compile(r"[+-]?(\d*,\d+)([eE][+-]?\d+)?")
 _LIKE_A_NUMBER = re.compile(r"[+-]?[\d.,'’ \u00a0\u2009\u202f]*\d[\d.,'’ \u00a0\u2009\u202f]*([eE][+-]?\d+)?")
 
+_LIKE_A_CLOCK = re.compile(
+    r"\d{1,4}[-:/.]\d{1,2}[-:/.]\d{1,4}([ T]\d{1,2}:\d{2}(:\d{2})?([.,]\d+)?Z?)?([.,]\d+)?( [AaPp][Mm])?"
+)
 _CLOCK = re.compile(r"(?:(\d+)\s*[d:]\s*)?(\d{1,3}):(\d{2}):(\d{2})(?:[.,](\d+))?")
 _SHORT_CLOCK = re.compile(r"(\d{1,4}):(\d{2})[.,](\d+)")
 _DATES = (
@@ -74,6 +77,11 @@ def decimal_evidence(text: str) -> str | None:
 def like_a_number(text: str) -> bool:
     """Whether a field is made of digits and marks alone, whatever number it may be."""
     return bool(_LIKE_A_NUMBER.fullmatch(text.strip()))
+
+
+def like_a_clock(text: str) -> bool:
+    """Whether a field is made of the digits and marks of a date or a time of day."""
+    return bool(_LIKE_A_CLOCK.fullmatch(text.strip()))
 
 
 def clock_seconds(texts: list[str]) -> list[float] | None:

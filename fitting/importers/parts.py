@@ -263,11 +263,15 @@ def _by_groups(grid: Grid) -> list[Part]:
     if not 1 < len(groups) <= _MOST_PARTS:
         return []
     once = [columns[0] for key, columns in held.items() if key not in repeated]
+    taken = {*once, *(c for columns in groups.values() for c in columns)}
+    aside = [h.text for c, h in enumerate(grid.headings) if c not in taken and h.text.strip()]
     parts = []
     for name, columns in groups.items():
         rows = [i for i in range(len(grid.rows)) if np.isfinite(grid.values[i, columns]).any()]
         if len(rows) >= LEAST_ROWS:
             part = _own_notices(grid, rows, sorted([*once, *columns]))
+            if aside:
+                part.notices.append(f"columns of no specimen, left aside: {', '.join(map(repr, aside))}")
             parts.append((name if named else f"specimen {name}", part, True))
     return parts
 

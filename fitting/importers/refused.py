@@ -53,7 +53,9 @@ def _is_recording(sample: Sample) -> bool:
     """A header of canonical names: every required column of some kind."""
     if sample.raw.is_workbook or sample.grid is None:
         return False
-    header = {heading.text for heading in sample.grid.headings}
+    lines = (line for page in sample.raw.pages for line in page.lines)
+    first = next((line for line in lines if line.strip() and not line.startswith("#")), "")
+    header = {name.strip() for name in first.split(",")}
     return any(set(rules.required) <= header for rules in schema.COLUMNS.values())
 
 

@@ -123,13 +123,15 @@ _RULES: tuple[_Rule, ...] = (
         "strain",
         ("elastomer",),
         lambda strain: strain <= -1.0,
-        "engineering strain stays above -1; if these are percent, name the column strain_percent",
+        "engineering strain stays above -1; if these are percent, name the column strain_percent (on import:"
+        " --unit strain=percent)",
     ),
     (
         "strain",
         ("wire",),
         lambda strain: np.abs(strain) > WIRE_STRAIN_FRACTION_LIMIT,
-        "no wire strains that far; if these are percent, name the column strain_percent",
+        "no wire strains that far; if these are percent, name the column strain_percent (on import:"
+        " --unit strain=percent)",
     ),
     ("length", None, lambda length: length <= 0.0, "a length must be more than 0"),
     ("resistance", None, lambda ohm: ohm <= 0.0, "a resistance must be more than 0"),

@@ -240,3 +240,19 @@ def test_what_is_not_modelled_is_told_so_with_what_is(put, head, name, words):
     assert words in message
     for kind in ("spring (", "wire (", "elastomer (", "tube (", "actuator ("):
         assert kind in message
+
+
+def test_all_units_that_are_missing_are_asked_for_at_once(put, follow):
+    path = put("a.csv", "time,force,displacement\n" + "".join(f"{i},{0.1 * i},{i}\n" for i in range(9)))
+    args = ("--kind", "elastomer", "--dimension", "gauge_length_mm=10", "--dimension", "area_mm2=10")
+    message, _ = follow(path, *args)
+    for word in ("'time', 'force', 'displacement'", "--unit elongation=...", "--unit force=...", "--unit time=..."):
+        assert word in message
+    _, (recording,) = follow(path, *args, "--unit", "elongation=mm", "--unit", "force=N", "--unit", "time=s")
+    assert recording.columns["strain"].max() == pytest.approx(0.8)
+
+
+def test_a_table_that_is_no_csv_is_not_taken_for_a_recording(put):
+    text = "# strain stress_kPa\n" + "".join(f"{0.1 * i} {5 * i}\n" for i in range(9))
+    recording = import_file(put("a.txt", text))
+    assert recording.kind == "elastomer" and recording.columns["stress_kPa"].max() == pytest.approx(40.0)

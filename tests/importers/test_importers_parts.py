@@ -242,3 +242,48 @@ def test_one_measurement_in_two_units_is_not_two_specimens(put):
 def test_a_preload_in_the_preamble_is_said(put):
     recording = import_file(put("a.csv", "Preload: 0.1 N\n" + text([HEAD, *rows_of(300.0)])))
     assert any("speaks of a preload ('Preload: 0.1 N')" in notice for notice in recording.notices)
+
+
+def test_columns_of_no_specimen_are_named(put):
+    rows = [[100 * e, a, b, (a + b) / 2] for e, a, b in zip(STRAIN, stress(300.0), stress(360.0), strict=True)]
+    recordings = import_tests(put("a.csv", text([["Strain (%)", "Stress A (kPa)", "Stress B (kPa)", "Stress mean (kPa)"], *rows])))
+    assert moduli(recordings) == [300.0, 360.0]
+    assert all(any("left aside: 'Stress mean (kPa)'" in notice for notice in recording.notices) for recording in recordings)
+
+
+def test_a_date_beside_the_time_of_day_is_no_text(put):
+    rows = [["2023-05-01", f"12:00:{i:02d}", *row[1:]] for i, row in enumerate(rows_of(300.0))]
+    (recording,) = import_tests(put("a.csv", text([["Date", *HEAD[:1], *HEAD[1:]], *rows])))
+    assert modulus(recording) == pytest.approx(300.0) and recording.columns["time_s"][-1] - recording.columns["time_s"][0] == 20.0
+
+
+def shimadzu():
+    rows = [[cell for mu in MODULI.values() for cell in rows_of(mu)[i]] for i in range(21)]
+    quoted = [[f"1 _ {k}" for k in (1, 2, 3) for _ in range(3)], ["Time", "Strain", "Stress"] * 3, ["sec", "%", "kPa"] * 3, *rows]
+    return "\n".join(",".join(f'"{cell}"' for cell in row) for row in quoted)
+
+
+def report_with_a_table_of_results():
+    head = "Results Table 1\n,Specimen label,Width (mm),Thickness (mm),Maximum Load (N)\n1,A,6,3,5\n2,B,6,6,6\n3,C,12,3,5\nMean,,8,4,\n\n"
+    areas = {"A": 18, "B": 36, "C": 36}
+    blocks = [
+        f"Specimen {k}\nTime,Extension,Load\n(sec),(mm),(N)\n" + text([[t, e / 4, areas[k] * s / 1000] for t, e, s in rows_of(mu)])
+        for k, mu in MODULI.items()
+    ]
+    return head + "\n".join(blocks)
+
+
+def runs_with_a_head_each():
+    blocks = [
+        f"Test Run Name\tRun {k}\nDate\t01.02.2023\n\nDisplacement \tForce \tTime \nmm\tN\tsec\n"
+        + "".join(f"{e / 4}\t{0.018 * s}\t{t}\n" for t, e, s in rows_of(mu)) for k, mu in MODULI.items()
+    ]  # fmt: skip
+    return "\n".join(blocks)
+
+
+@pytest.mark.parametrize(
+    ("shape", "sizes"),
+    [(shimadzu, []), (report_with_a_table_of_results, ["gauge_length_mm=25"]), (runs_with_a_head_each, ["gauge_length_mm=25", "area_mm2=18"])],
+)  # fmt: skip
+def test_exports_of_machines_with_several_specimens(put, shape, sizes):
+    assert moduli(import_tests(put("a.csv", shape()), make_options(dimensions=sizes))) == [300.0, 360.0, 330.0]
