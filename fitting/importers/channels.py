@@ -229,6 +229,10 @@ def _add_constants(columns: dict[str, np.ndarray], making: Making) -> None:
         columns[name] = np.full(rows, convert(value, unit, schema.quantity_and_unit(name)[1]))
         making.use("--constant", quantity)
         making.say(f"{name} is {columns[name][0]:g} in every row, as stated with --constant")
+        if name in making.sizes and abs(making.sizes[name].value - columns[name][0]) > 1e-6 * abs(value):
+            making.warn(
+                f"the file states another {quantity} than --constant does ({making.sizes[name].said!r})"
+            )
     for key in ("temperature_degC", "stress_MPa"):
         if key in rules.known and key not in columns and making.kind == "wire" and key in making.sizes:
             size = making.sizes[key]

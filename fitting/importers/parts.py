@@ -9,7 +9,7 @@ import numpy as np
 from ..recordings.table import refuse
 from .grid import LEAST_ROWS, Grid, find_grids
 from .raw import Page, RawFile
-from .sizes import Sizes, may_hold_sizes, sizes_in, table_of_sizes
+from .sizes import Sizes, may_hold_sizes, sizes_in, sizes_in_a_name, table_of_sizes
 from .spelling import plain
 from .words import SPECIMEN_WORDS, TEST_WORDS, meaning
 
@@ -106,7 +106,13 @@ def samples_of(raw: RawFile, sheet: str | None = None) -> list[Sample]:
     done = []
     for number, sample in enumerate(found):
         title = " ".join(part for part in (sample.sheet if several else "", sample.title) if part)
-        stated = {**shared, **_sizes_of(sample, title, number, len(found), by_specimen), **sample.sizes}
+        named = {**sizes_in_a_name(raw.path.stem), **sizes_in_a_name(title), **sizes_in_a_name(sample.sheet)}
+        stated = {
+            **named,
+            **shared,
+            **_sizes_of(sample, title, number, len(found), by_specimen),
+            **sample.sizes,
+        }
         done.append(replace(sample, title=title, sizes=stated, notices=(*notices, *sample.notices)))
     return _named_apart(done)
 

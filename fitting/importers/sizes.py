@@ -164,6 +164,16 @@ def _size(name: str, number: str, unit: str | None, said: str) -> tuple[str, Siz
     return (key, Size(converted, said)) if converted > 0.0 or key in _CONSTANTS else None
 
 
+def sizes_in_a_name(name: str) -> Sizes:
+    """Stress and temperature that the name of a sheet or file states: `200 MPa`, `pull_22C`."""
+    found: Sizes = {}
+    for key, unit in (("stress_MPa", "MPa"), ("temperature_degC", "(?:°|deg)? ?C")):
+        read = re.search(rf"(?<![\w.])(\d+(?:\.\d+)?)[ _]?{unit}(?![\w²])", name.replace("_", " "))
+        if read:
+            found[key] = Size(float(read[1]), name)
+    return found
+
+
 def may_hold_sizes(rows: int) -> bool:
     """Whether a table is short enough to have one specimen a line."""
     return rows <= _MOST_ROWS

@@ -46,7 +46,7 @@ WORDS: dict[str, tuple[str, ...]] = {
         "weg",
         "standardweg", "traversenweg", "verlängerung", "course standard", "allongement", "déplacement",
         "deplacement",
-        "verplaatsing", "位移", "变形", "変位", "ストローク", "extensometer", "ext",
+        "verplaatsing", "位移", "变形", "変位", "ストローク", "extensometer", "ext", "dl", "delta l", "δl",
     ),
     "force": (
         "load", "force", "tensile force", "tensile load", "compressive load", "compressive force",
@@ -64,18 +64,20 @@ WORDS: dict[str, tuple[str, ...]] = {
         "probentemperatur",
         "température", "temperatura", "温度",
     ),
-    "resistance": ("resistance", "electrical resistance", "widerstand", "résistance", "ohms", "电阻"),
-    "current": ("current", "strom", "courant", "heating current"),
+    "resistance": ("resistance", "r", "electrical resistance", "widerstand", "résistance", "ohms", "电阻"),
+    "current": ("current", "i", "strom", "courant", "heating current"),
     "pressure": (
         "pressure", "gauge pressure", "gage pressure", "absolute pressure", "pressure absolute",
-        "pressure abs", "abs pressure",
-        "pressure gauge", "applied pressure", "internal pressure", "air pressure", "supply pressure", "druck",
-        "überdruck",
-        "pression", "压力", "chamber pressure", "input pressure", "pressure measured", "measured pressure",
+        "pressure abs", "abs pressure", "pressure gauge", "applied pressure", "internal pressure",
+        "air pressure", "supply pressure", "druck", "überdruck", "pression", "压力", "chamber pressure",
+        "input pressure", "pressure measured", "measured pressure", "p", "p abs", "p gauge", "p rel",
     ),
     "length": ("length", "actuator length", "tube length", "länge", "longueur"),
     "curvature": ("curvature", "kappa", "κ", "krümmung", "courbure"),
-    "bend_angle": ("bend angle", "bending angle", "tip angle", "deflection angle", "biegewinkel", "bend"),
+    "bend_angle": (
+        "bend angle", "bending angle", "tip angle", "deflection angle", "biegewinkel", "bend", "angle",
+        "theta", "θ",
+    ),
     "cycle": (
         "cycle", "cycle number", "cycle count", "total cycle count", "total cycles", "cycle no", "cycle no.",
         "cycles", "zyklus",
@@ -85,31 +87,22 @@ WORDS: dict[str, tuple[str, ...]] = {
     **{f"resistance_{k}": (f"resistance {k}", f"r{k}") for k in (1, 2, 3)},
     **{f"current_{k}": (f"current {k}", f"i{k}") for k in (1, 2, 3)},
 }  # fmt: skip
-# Recognised with a unit only, because the word alone may be anything.
+# Symbols and words that may be anything: recognised with a unit that fits only.
 _NEEDS_UNIT = {
-    "f",
-    "t",
-    "r1",
-    "r2",
-    "r3",
-    "i1",
-    "i2",
-    "i3",
-    "charge",
-    "weight",
-    "stroke",
-    "travel",
-    "ext",
-    "clock",
-    "bend",
-    "compression",
-}
+    "f": "force", "charge": "force", "weight": "force", "t": "time", "clock": "time", "r1": "resistance",
+    "r2": "resistance", "r3": "resistance", "i1": "current", "i2": "current", "i3": "current",
+    "stroke": "length", "travel": "length", "ext": "length", "dl": "length", "delta l": "length",
+    "δl": "length", "bend": "angle", "angle": "angle", "theta": "angle", "θ": "angle",
+    "compression": "length", "p": "pressure", "p abs": "pressure", "p gauge": "pressure",
+    "p rel": "pressure", "r": "resistance", "i": "current",
+}  # fmt: skip
 _QUANTITY = {word: (quantity, rank) for quantity, words in WORDS.items() for rank, word in enumerate(words)}
 # What a unit makes of a heading whose word disagrees: `Elongation (%)` is a strain, `Stress (N)` a force.
 _BY_UNIT = {
     ("elongation", "number"): "strain", ("strain", "length"): "elongation", ("stress", "force"): "force",
     ("force", "pressure"): "stress", ("stress", "voltage"): "voltage", ("length", "number"): "stretch",
     ("stretch", "length"): "length", ("cycle", "time"): "time",
+    ("time", "temperature"): "temperature",
 }  # fmt: skip
 
 COMPRESS = re.compile(r"\bcompress|\bdruckversuch|\bdruckprüf|\bstauch", re.IGNORECASE)
@@ -178,10 +171,18 @@ def _lookup(name: str, heading: Heading) -> tuple[str, int] | None:
     ):
         if written in _QUANTITY:
             quantity, rank = _QUANTITY[written]
-            if written in _NEEDS_UNIT and heading.unit is None:
+            quantity = _BY_UNIT.get((quantity, dimension(heading.unit)), quantity)
+            if written in _NEEDS_UNIT and dimension(heading.unit) not in _fitting(written, quantity):
                 return None
-            return _BY_UNIT.get((quantity, dimension(heading.unit)), quantity), rank
+            return quantity, rank
     return None
+
+
+def _fitting(written: str, quantity: str) -> tuple[str, ...]:
+    """Dimensions that a word of many meanings may have."""
+    if quantity == "force":
+        return ("force", "mass")
+    return (_NEEDS_UNIT[written],) if quantity not in ("temperature", "strain") else ("temperature", "number")
 
 
 def heading_of(text: str) -> Heading:

@@ -256,3 +256,26 @@ def test_a_table_that_is_no_csv_is_not_taken_for_a_recording(put):
     text = "# strain stress_kPa\n" + "".join(f"{0.1 * i} {5 * i}\n" for i in range(9))
     recording = import_file(put("a.txt", text))
     assert recording.kind == "elastomer" and recording.columns["stress_kPa"].max() == pytest.approx(40.0)
+
+
+def test_a_load_in_the_name_of_a_sheet_or_file_is_read(put, put_sheet):
+    rows = [[30 + 2 * i, 4 / (1 + np.exp((30 + 2 * i - 60) / 4))] for i in range(40)]
+    head = ["Temperature (°C)", "Strain (%)"]
+    path = put_sheet("cycles.xlsx", {"100 MPa": [head, *rows], "200 MPa": [head, *rows]})
+    from fitting.importers import import_tests
+
+    assert [set(r.columns["stress_MPa"]) for r in import_tests(path)] == [{100.0}, {200.0}]
+    first, second = import_tests(path, make_options(constants=["stress_MPa=100"]))
+    assert not any("another stress" in note for note in first.notices)
+    assert any("another stress than --constant does ('200 MPa')" in note for note in second.notices)
+    assert set(import_file(put("hung_150MPa.csv", HUNG)).columns["stress_MPa"]) == {150.0}
+    assert set(import_file(put("pull at 22 °C.csv", PULL)).columns["temperature_degC"]) == {22.0}
+
+
+@pytest.mark.parametrize("head", ["t [s],p_abs [bar],angle [deg]", "Time (s);Druck absolute (bar);Biegewinkel (°)", "Time (s),p abs (bar),θ (deg)"])
+def test_symbols_with_a_unit_are_recognised(put, head):
+    mark = ";" if ";" in head else ","
+    rows = "".join(mark.join([f"{0.5 * i}", f"{1.01325 + 0.01 * i:.5f}", f"{2 * i}"]) + "\n" for i in range(20))
+    recording = import_file(put("a.csv", head + "\n" + rows))
+    assert recording.kind == "actuator" and recording.columns["bend_angle_deg"].max() == 38.0
+    np.testing.assert_allclose(recording.columns["pressure_kPa"], np.arange(20), atol=1e-9)
