@@ -220,6 +220,7 @@ def _grid_of(
         cells=[fields[i] for i in keep],
     )
     _grouped_notice(grid)
+    _percent_signs(grid)
     _read_texts(grid, [parsed[i] for i in keep])
     return grid
 
@@ -235,6 +236,21 @@ def _grouped_notice(grid: Grid) -> None:
             ):
                 grid.notices.append(f"thousands are grouped: {text!r} in row {row}")
                 return
+
+
+def _percent_signs(grid: Grid) -> None:
+    """Take the unit of columns whose fields end in a percent sign from there."""
+    for column, heading in enumerate(grid.headings):
+        signs = sum(cells[column].endswith("%") for cells in grid.cells if column < len(cells))
+        if signs and heading.unit in (None, "1", "percent"):
+            grid.headings[column] = Heading(heading.text, heading.name, "percent", heading.zero)
+            filled = sum(bool(cells[column]) for cells in grid.cells if column < len(cells))
+            if signs < filled:
+                grid.troubles[column] = (
+                    f"{signs} of {filled} fields of {heading.text!r} end in a percent sign and the others do"
+                    " not"
+                )
+            grid.notices.append(f"fields of column {heading.text!r} end in a percent sign: taken as percent")
 
 
 def _read_texts(grid: Grid, parsed: list[list[float | None]]) -> None:

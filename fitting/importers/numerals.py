@@ -45,6 +45,8 @@ def to_number(text: str, decimal: str, spaced: str = "any") -> float | None:
         return _float(text)
     if not text or _BLANK.fullmatch(text):
         return math.nan
+    if text.endswith("%"):
+        return to_number(text[:-1].rstrip(), decimal, spaced) if len(text) > 1 else None
     if "\u2212" in text:  # a minus sign as typesetters write it
         return to_number(text.replace("\u2212", "-"), decimal, spaced)
     if _GROUPED[decimal].fullmatch(text):

@@ -23,7 +23,7 @@ def describe(recording: Recording) -> str:
         *_columns(recording),
         *_rows(recording),
         *source,
-        *(f"- {text}" for text in recording.notices),
+        *(f"- {text}" for text in sorted(recording.notices, key=lambda text: text.startswith("check: "))),
     ]
     return "\n".join([parts[0], *(f"  {part}" for part in parts[1:])])
 

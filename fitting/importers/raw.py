@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from ..recordings.table import refuse
 
@@ -146,6 +147,16 @@ def split_line(line: str, delimiter: str) -> list[str]:
     return fields
 
 
+def _cell_text(cell: Any) -> str:
+    """Text of a cell as the sheet shows it: a cell in a percent format holds a hundredth of what is shown."""
+    value = cell.value
+    if value is None:
+        return ""
+    if isinstance(value, int | float) and not isinstance(value, bool) and "%" in str(cell.number_format):
+        return f"{100.0 * value:.15g}%"
+    return str(value).strip()
+
+
 def _read_sheets(raw: RawFile) -> list[Page]:
     import openpyxl  # slow to import, and most files are text
 
@@ -153,13 +164,15 @@ def _read_sheets(raw: RawFile) -> list[Page]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about styles and extensions that do not touch the numbers
             book = openpyxl.load_workbook(io.BytesIO(raw.content), read_only=True, data_only=True)
-            sheets = [(sheet.title, list(sheet.iter_rows(values_only=True))) for sheet in book.worksheets]
+            sheets = [
+                (sheet.title, [[_cell_text(cell) for cell in row] for row in sheet.iter_rows()])
+                for sheet in book.worksheets
+            ]
             book.close()
     except (zipfile.BadZipFile, KeyError, ValueError, OSError, TypeError) as error:
         raise refuse(raw.path, f"this is not an Excel workbook that can be read ({error})") from None
     pages = []
-    for title, rows in sheets:
-        texts = [["" if cell is None else str(cell).strip() for cell in row] for row in rows]
+    for title, texts in sheets:
         for row in texts:
             while row and not row[-1]:
                 row.pop()

@@ -136,7 +136,9 @@ def _picked(samples: list[Sample], options: Options) -> tuple[list[Sample], Opti
         return samples, options
     hits = [s for s in samples if wanted.casefold() in (s.title.casefold(), slug(s.title).casefold())]
     if len(hits) != 1:
-        return samples, options
+        said = f"check: --specimen {wanted} names none of the tests in this file: all are taken as one"
+        own = any(sample.own_specimen for sample in samples)
+        return [replace(s, notices=(*s.notices, said)) if own else s for s in samples], options
     titles = ", ".join(repr(sample.title) for sample in samples)
     only = replace(
         hits[0], notices=(*hits[0].notices, f"--specimen names one of the tests {titles}: only that was read")

@@ -207,3 +207,25 @@ def test_a_wire_in_percent_without_unit_is_asked_for(put):
     assert "no nitinol wire" in message and "--unit strain=percent" in message
     recording = import_file(path, make_options(units=["strain=percent"]))
     assert recording.kind == "wire" and recording.columns["strain"].max() == pytest.approx(0.059)
+
+
+def test_percent_signs_in_the_fields(put):
+    rows = "".join(f"{100 * (s - 1.0):.3f}%,{p}\n" for s, p in zip(STRETCH, STRESS, strict=True))
+    recording = import_file(put("a.csv", "Strain,Stress (kPa)\n" + rows))
+    np.testing.assert_allclose(recording.columns["strain"], STRETCH - 1.0, atol=1e-5)
+    assert said(recording, "end in a percent sign")
+    message = refusal(put("b.csv", "Strain,Stress (kPa)\n" + rows.replace("%", "", 5)))
+    assert "20 of 25 fields of 'Strain' end in a percent sign and the others do not" in message
+
+
+@pytest.mark.parametrize("heading", ["Strain (%)", "Strain", "Strain (-)"])
+def test_cells_in_a_percent_format_hold_a_hundredth_of_what_they_show(tmp_path, heading):
+    import openpyxl
+
+    book = openpyxl.Workbook()
+    book.active.append([heading, "Stress (kPa)"])
+    for s, p in zip(STRETCH, STRESS, strict=True):
+        book.active.append([s - 1.0, p])
+        book.active.cell(book.active.max_row, 1).number_format = "0.00%"
+    book.save(tmp_path / "a.xlsx")
+    np.testing.assert_allclose(import_file(tmp_path / "a.xlsx").columns["strain"], STRETCH - 1.0, atol=1e-12)

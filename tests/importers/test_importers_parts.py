@@ -287,3 +287,13 @@ def runs_with_a_head_each():
 )  # fmt: skip
 def test_exports_of_machines_with_several_specimens(put, shape, sizes):
     assert moduli(import_tests(put("a.csv", shape()), make_options(dimensions=sizes))) == [300.0, 360.0, 330.0]
+
+
+def test_a_name_for_several_specimens_is_said(put):
+    recordings = import_tests(put("a.csv", text(repeated_rows())), make_options(specimen="batch 7"))
+    assert {recording.specimen for recording in recordings} == {"batch 7"}
+    assert all(any("--specimen batch 7 names none of the tests" in n for n in recording.notices) for recording in recordings)
+
+
+def repeated_rows():
+    return [row for k, mu in MODULI.items() for row in ([f"Specimen {k}"], HEAD, *rows_of(mu), [])]
