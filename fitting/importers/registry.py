@@ -59,6 +59,8 @@ def detect(sample: Sample) -> Format:
     known = ", ".join(known.name for known in FORMATS)
     headings = [] if sample.grid is None else [heading.text for heading in sample.grid.headings]
     columns = f" ({', '.join(repr(text) for text in headings)})" if headings else ""
+    if sample.grid is not None and not headings:
+        columns = f" (without headings, numbers 1 to {sample.grid.values.shape[1]})"
     raise refuse(
         sample.raw.path,
         f"no known format; name its columns{columns} with --map QUANTITY=COLUMN, or see the known ones: "

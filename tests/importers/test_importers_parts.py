@@ -297,3 +297,10 @@ def test_a_name_for_several_specimens_is_said(put):
 
 def repeated_rows():
     return [row for k, mu in MODULI.items() for row in ([f"Specimen {k}"], HEAD, *rows_of(mu), [])]
+
+
+def test_headings_with_the_number_of_a_channel(put):
+    head = "S/No;C_1_Temps[s];C_1_Force[kN];C_1_Valeur de consigne[];C_1_Déplacement[mm]\n"
+    rows = "".join(f"{i};{t};{1e-3 * f};200.0;{x}\n" for i, (t, x, f) in enumerate(LOADS))
+    recording = import_file(put("a.csv", head + rows), make_options(dimensions=["gauge_length_mm=25", "area_mm2=18"]))
+    assert modulus(recording) == pytest.approx(300.0) and recording.columns["time_s"][-1] == 10.0

@@ -221,3 +221,14 @@ def test_unknown_files_list_what_is_known(put):
     assert "old Excel file" in refusal(put("a.xls", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"))
     assert "not an Excel workbook that can be read" in refusal(put("a.xlsx", b"PK\x03\x04 cut short"))
     assert "no such file" in refusal(put("a.csv", "x").with_name("nowhere.csv"))
+
+
+@pytest.mark.parametrize("first", [26.0, 2.0])
+def test_a_clock_and_a_load_are_no_stretch_and_stress(put, first):
+    """Two columns of a load cell's log, whose times would be a stretch of 26 to 344."""
+    rows = [(first + 0.5 * i, 0.01 * i) for i in range(60)]
+    path = put("log.csv", "\n".join(f"{a},{b}" for a, b in rows))
+    message = refusal(path)
+    assert "without headings, numbers 1 to 2" in message
+    named = make_options(columns=["stretch=1", "stress=2"], units=["stress=MPa"], kind="elastomer")
+    assert import_file(path, named).kind == "elastomer"
