@@ -9,7 +9,7 @@ from ..recordings import NOT_STATED, Recording, check_recording, schema
 from ..recordings.nominal import nominal_geometry
 from ..recordings.table import refuse
 from .channels import UnitMissing, canonical, units_missing, with_options
-from .derive import derive
+from .derive import CREDIBLE_STRESS_MPA, derive
 from .making import Channel, Making
 from .options import Options
 from .parts import Sample
@@ -102,6 +102,12 @@ def assemble(
             "there is no temperature, which the phase of a wire follows: characterise and diagnose refuse"
             " it. State one that"
             " did not change with --constant temperature_degC=..."
+        )
+    most = float(np.nanmax(np.abs(columns["stress_MPa"]))) if kind == "wire" else 0.0
+    if most > CREDIBLE_STRESS_MPA:
+        making.warn(
+            f"stress reaches {most:.0f} MPa, more than any nitinol bears: is the cross-section right, and the"
+            " wire of such an alloy?"
         )
     name, specimen = _names(sample, options, facts)
     recording = Recording(

@@ -10,6 +10,8 @@ from .channels import in_unit
 from .circuit import add_resistances
 from .making import Channel, Making
 
+CREDIBLE_STRESS_MPA = 1500.0
+"""Nitinol breaks near 1000 MPa: more is a wrong cross-section, or another metal."""
 SAME = 0.02
 """Relative difference below which two ways to one quantity agree: calipers read sizes to a percent or two."""
 LEAST = 0.2

@@ -6,6 +6,7 @@ from ..recordings import Recording
 from ..recordings.table import refuse
 from .assemble import Facts, assemble, slug
 from .channels import channels_of, in_unit
+from .derive import CREDIBLE_STRESS_MPA
 from .format import Format
 from .grid import Grid
 from .making import Channel
@@ -13,9 +14,6 @@ from .options import Options
 from .parts import Sample
 
 NAME = "machine-log"
-CREDIBLE_STRESS_MPA = (
-    1500.0  # nitinol breaks near 1000 MPa: more is a wrong cross-section in the machine's method
-)
 
 
 def recognises(sample: Sample) -> bool:

@@ -238,8 +238,9 @@ def _speak_of_start(columns: dict[str, np.ndarray], pair: tuple[str, str], makin
         making.say("no slack was found at the start: nothing was left out for --slack auto")
     drive, force = (columns[name] for name in pair)
     there = np.isfinite(drive) & np.isfinite(force)
-    if making.kind != "elastomer" or there.sum() < 8:
+    if making.kind not in ("elastomer", "wire") or there.sum() < 8:
         return
+    answer_name, unit = pair[1].rsplit("_", 1)
     x, y = drive[there], force[there]
     reach, answer = float(np.ptp(x)), float(np.ptp(y))
     if abs(x[0]) > AT_START * reach and abs(x[0]) == float(np.abs(x).min()):
@@ -253,8 +254,8 @@ def _speak_of_start(columns: dict[str, np.ndarray], pair: tuple[str, str], makin
     rest = float(y[0] - slope * x[0])
     if abs(x[0]) <= AT_START * reach and abs(rest) > max(PRELOAD * answer, NOISES * noise_of_steps(y)):
         making.warn(
-            f"stress is {rest:.4g} kPa at strain 0: a preload, or the load cell's zero. If it is the zero:"
-            f" --subtract stress_kPa={rest:.4g}"
+            f"{answer_name} is {rest:.4g} {unit} at strain 0: a preload, or the load cell's zero. If it is the"
+            f" zero: --subtract {pair[1]}={rest:.4g}"
         )
 
 

@@ -36,7 +36,11 @@ _MODES: tuple[tuple[str, str], ...] = (
     (r"equi-?biaxial|biaxial", "biaxial tension"),
     (r"pure[ _-]?shear|planar[ _-]?(tension|shear)", "pure shear"),
     (r"simple[ _-]?shear|lap[ _-]?shear|\bshear (strain|stress)", "shear"),
-    (r"\bbending strain|flexur(e|al)|flexion|\bflex\b|biegeversuch|biegeprüfung|three[ _-]?point|3[ _-]?point", "bending"),
+    (
+        r"\bbending strain|flexur(e|al)|flexion|\bflex\b|biegeversuch|biegeprüfung"
+        r"|three[ _-]?point|3[ _-]?point",
+        "bending",
+    ),
 )  # fmt: skip
 
 

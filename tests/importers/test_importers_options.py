@@ -279,3 +279,9 @@ def test_symbols_with_a_unit_are_recognised(put, head):
     recording = import_file(put("a.csv", head + "\n" + rows))
     assert recording.kind == "actuator" and recording.columns["bend_angle_deg"].max() == 38.0
     np.testing.assert_allclose(recording.columns["pressure_kPa"], np.arange(20), atol=1e-9)
+
+
+def test_a_wire_stronger_than_nitinol_is_asked_about(put):
+    rows = "".join(f"{0.1 * i},{80 * i}\n" for i in range(40))
+    recording = import_file(put("a.csv", "Diameter: 2 mm\nGauge length: 100 mm\nExtension (mm),Load (N)\n" + rows.replace(",", ",1")))
+    assert recording.kind == "wire" and any("more than any nitinol bears" in note for note in recording.notices)
