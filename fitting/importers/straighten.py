@@ -254,8 +254,8 @@ def _speak_of_start(columns: dict[str, np.ndarray], pair: tuple[str, str], makin
     rest = float(y[0] - slope * x[0])
     if abs(x[0]) <= AT_START * reach and abs(rest) > max(PRELOAD * answer, NOISES * noise_of_steps(y)):
         making.warn(
-            f"{answer_name} is {rest:.4g} {unit} at strain 0: a preload, or the load cell's zero. If it is the"
-            f" zero: --subtract {pair[1]}={rest:.4g}"
+            f"{answer_name} is {rest:.4g} {unit} at strain 0: a preload, or the load cell's zero. If it is"
+            f" the zero: --subtract {pair[1]}={rest:.4g}"
         )
 
 

@@ -1,0 +1,75 @@
+"""How a page is to be read: the delimiter and the decimal mark with which most of its fields are numbers."""
+
+import math
+
+from .numerals import decimal_evidence, like_a_clock, like_a_number, to_number
+from .raw import Page
+
+LEAST_ROWS = 3  # fewer rows of numbers are not a table
+_SAMPLED = 1000  # lines from which the delimiter and the decimal mark are told
+
+
+def best_reading(page: Page) -> tuple[str, str] | None:
+    """Delimiter and decimal mark with which most fields of a sample of lines are numbers, fewest text."""
+    best: tuple[float, tuple[str, str]] | None = None
+    pure = False
+    for delimiter in ("",) if page.is_sheet else (",", ";", "\t", " "):
+        fields = _sample(page, delimiter)
+        if delimiter == " " and pure:
+            continue  # a file that another mark divides into columns; spaces may group its thousands
+        scores = {}
+        for decimal in (".", ","):
+            rows = [
+                (row, numeric_row(row, decimal, "point" if delimiter == "," else "any")) for row in fields
+            ]
+            rows = [(row, numbers) for row, numbers in rows if numbers is not None]
+            wide = max((len(row) for row, _ in rows), default=0)
+            if len(rows) < LEAST_ROWS or (wide == 1 and delimiter not in (" ", "")):
+                continue
+            held = sum(x is not None and not math.isnan(x) for _, numbers in rows for x in numbers)
+            texts = sum(
+                x is None and not like_a_clock(text)
+                for row, numbers in rows
+                for x, text in zip(numbers, row, strict=True)
+            )
+            scores[decimal] = (held - texts, rows)
+            pure = pure or (2 * texts <= held and wide > 1)
+        if not scores:
+            continue
+        most = max(score for score, _ in scores.values())
+        tied = [decimal for decimal, (score, _) in scores.items() if score == most]
+        decimal = tied[0] if len(tied) == 1 else _decimal_of([row for row, _ in scores["."][1]])
+        if best is None or most > best[0]:
+            best = (most, (delimiter, decimal))
+    return best[1] if best and best[0] > 0 else None
+
+
+def _sample(page: Page, delimiter: str) -> list[list[str]]:
+    """Fields of the first lines and of lines all over the rest."""
+    count = page.count
+    first = min(count, _SAMPLED // 2)
+    step = max(1, (count - first) // (_SAMPLED // 2))
+    return page.fields(delimiter, [*range(first), *range(first, count, step)])
+
+
+def _decimal_of(rows: list[list[str]]) -> str:
+    """The decimal mark that more fields prove; a comma where they hold commas and nothing is proved."""
+    proofs = [proof for row in rows for text in row if (proof := decimal_evidence(text)) is not None]
+    if proofs:
+        return "," if proofs.count(",") > proofs.count(".") else "."
+    marks = "".join(text for row in rows for text in row)
+    return "," if "," in marks and "." not in marks else "."
+
+
+def numeric_row(row: list[str], decimal: str, spaced: str = "any") -> list[float | None] | None:
+    """Numbers of a row (None where a field is text), or None if it is mostly text or blank: no data.
+
+    A field of digits whose marks cannot be read, or of a date, is no text: its row is data.
+    """
+    numbers = [to_number(text, decimal, spaced) for text in row]
+    texts = sum(
+        x is None and not like_a_number(text) and not like_a_clock(text)
+        for x, text in zip(numbers, row, strict=True)
+    )
+    real = sum(x is not None and not math.isnan(x) for x in numbers)
+    return None if real == 0 or 2 * texts >= len(row) or (texts and real < 2) else numbers
