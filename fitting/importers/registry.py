@@ -25,6 +25,7 @@ from .options import Options
 from .parts import Sample, samples_of
 from .raw import open_raw
 from .refused import RECORDING as recording_format
+from .tables import words_for_numbers
 from .unmodelled import unmodelled
 
 FORMATS: tuple[Format, ...] = (
@@ -56,6 +57,10 @@ def detect(sample: Sample) -> Format:
     told = unmodelled(sample, named_channels(sample.grid)) if sample.grid is not None else None
     if told:
         raise refuse(sample.raw.path, told.sentence)
+    if sample.grid is None:
+        for page in sample.raw.pages:
+            if why := words_for_numbers(page):
+                raise refuse(sample.raw.path, f"{why}; write them as numbers, or leave them empty")
     known = ", ".join(known.name for known in FORMATS)
     headings = [] if sample.grid is None else [heading.text for heading in sample.grid.headings]
     columns = f" ({', '.join(repr(text) for text in headings)})" if headings else ""

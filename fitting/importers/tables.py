@@ -9,6 +9,7 @@ import numpy as np
 from pneusma_jax.units import UNITS
 
 from .grid import Grid
+from .numerals import to_number
 from .raw import Page
 from .separators import LEAST_ROWS, best_reading, numeric_row
 from .spelling import unit_name
@@ -28,15 +29,42 @@ def find_grids(page: Page) -> list[Grid]:
     reading = best_reading(page)
     if reading is None:
         return []
-    delimiter, decimal = reading
+    delimiter, decimal, doubtful = reading
     fields = page.fields(delimiter)
     parsed = [numeric_row(row, decimal) for row in fields]
     grids = []
     for begin, end in _blocks(fields, parsed):
         grid = _grid_of(fields, parsed, begin, end, delimiter, decimal)
-        if grid is not None:
-            grids.append(grid)
+        if grid is None:
+            continue
+        if doubtful:
+            grid.notices.append(
+                f"check: {doubtful!r} was read with a decimal comma; if commas group thousands here: --scale"
+                " QUANTITY=1000"
+            )
+        grids.append(grid)
     return grids
+
+
+def words_for_numbers(page: Page) -> str:
+    """Why a page with headings of quantities holds no table: a column of words below them; nothing otherwise."""
+    for delimiter in ("",) if page.is_sheet else (",", ";", "\t"):
+        fields = page.fields(delimiter)
+        for at, header in enumerate(fields):
+            named = [c for c, text in enumerate(header) if text and meaning(heading_of(text)) is not None]
+            body = [(i + 1, row) for i, row in enumerate(fields) if i > at and len(row) == len(header)]
+            if len(named) < 2 or len(body) < LEAST_ROWS:
+                continue
+            for column in named:
+                texts = [(i, row[column]) for i, row in body if to_number(row[column], ".") is None]
+                texts = [(i, text) for i, text in texts if to_number(text, ",") is None]
+                if 2 * len(texts) > len(body):
+                    i, text = texts[0]
+                    label = repr(header[column])
+                    return (
+                        f"{len(texts)} of {len(body)} fields of {label} are no numbers ({text!r} in row {i})"
+                    )
+    return ""
 
 
 def _blocks(fields: list[list[str]], parsed: list[list | None]) -> list[tuple[int, int]]:

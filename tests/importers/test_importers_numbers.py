@@ -229,3 +229,25 @@ def test_cells_in_a_percent_format_hold_a_hundredth_of_what_they_show(tmp_path, 
         book.active.cell(book.active.max_row, 1).number_format = "0.00%"
     book.save(tmp_path / "a.xlsx")
     np.testing.assert_allclose(import_file(tmp_path / "a.xlsx").columns["strain"], STRETCH - 1.0, atol=1e-12)
+
+
+def test_a_column_of_words_beside_one_of_numbers_is_named(put):
+    rows = "".join(f"{i},{'overload' if i % 3 else i}\n" for i in range(12))
+    message = refusal(put("a.csv", "Strain (%),Stress (kPa)\n" + rows))
+    assert "8 of 12 fields of 'Stress (kPa)' are no numbers ('overload' in row 3)" in message
+
+
+def test_white_space_and_decimal_commas(put):
+    rows = "".join(f"{100 * (s - 1.0):.3f}   {p:.3f}\n".replace(".", ",") for s, p in zip(STRETCH, STRESS, strict=True))
+    recording = import_file(put("a.txt", "Strain[%]   Stress[kPa]\n" + rows))
+    np.testing.assert_allclose(recording.columns["stress_kPa"], STRESS, atol=1e-3)
+
+
+@pytest.mark.parametrize(("first", "factor", "doubtful"), [(0, 1.0, False), (1000, 1e-3, True)])
+def test_a_comma_before_three_digits(put, first, factor, doubtful):
+    """`950` beside `1,045` groups thousands; where all loads are above a thousand nothing tells, and that is said."""
+    loads = [first + 45 * i for i in range(30)]
+    rows = "".join(f"{i};{load:,d}\n" for i, load in enumerate(loads))
+    recording = import_file(put("a.csv", "Strain (%);Load (N)\n" + rows), make_options(kind="elastomer", dimensions=["area_mm2=1000"]))
+    np.testing.assert_allclose(recording.columns["stress_kPa"], factor * np.array(loads))
+    assert said(recording, "if commas group thousands here") == doubtful
