@@ -47,7 +47,7 @@ def find_grids(page: Page) -> list[Grid]:
 
 
 def words_for_numbers(page: Page) -> str:
-    """Why a page with headings of quantities holds no table: a column of words below them; nothing otherwise."""
+    """Why a page with headings of quantities holds no table: a column of words below them, or nothing."""
     for delimiter in ("",) if page.is_sheet else (",", ";", "\t"):
         fields = page.fields(delimiter)
         for at, header in enumerate(fields):
