@@ -66,7 +66,7 @@ INTERNAL_UNITS = {
     "temperature per pressure": "K/Pa",
 }
 
-_INCH, _POUND, _DEGREE = 0.0254, 4.4482216152605, 0.017453292519943295
+_INCH, _POUND, _DEGREE, _GRAVITY = 0.0254, 4.4482216152605, 0.017453292519943295, 9.80665
 _PSI = _POUND / _INCH**2
 
 
@@ -74,25 +74,36 @@ def _table() -> dict[str, Unit]:
     groups: dict[str, dict[str, float]] = {
         "number": {
             "1": 1.0, "%": 1e-2, "percent": 1e-2, "strain": 1.0, "mm/mm": 1.0, "m/m": 1.0, "in/in": 1.0,
+            "permille": 1e-3, "millistrain": 1e-3, "microstrain": 1e-6,
         },
-        "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": _INCH},
-        "area": {"m2": 1.0, "cm2": 1e-4, "mm2": 1e-6},
+        "length": {
+            "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "in": _INCH, "ft": 12.0 * _INCH,
+            "mil": 1e-3 * _INCH,
+        },
+        "area": {"m2": 1.0, "cm2": 1e-4, "mm2": 1e-6, "in2": _INCH**2},
         "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0},
         "rate": {"1/s": 1.0, "1/min": 1.0 / 60.0, "Hz": 1.0},
         "speed": {"m/s": 1.0, "mm/s": 1e-3, "mm/min": 1e-3 / 60.0, "in/min": _INCH / 60.0},
         "acceleration": {"m/s2": 1.0, "mm/s2": 1e-3},
         "mass": {"kg": 1.0, "g": 1e-3, "mg": 1e-6},
         "density": {"kg/m3": 1.0, "g/cm3": 1e3},
-        "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "lbf": _POUND, "gf": 9.80665e-3, "kgf": 9.80665},
+        "force": {
+            "N": 1.0, "uN": 1e-6, "mN": 1e-3, "cN": 1e-2, "daN": 10.0, "kN": 1e3, "dyn": 1e-5,
+            "lbf": _POUND, "ozf": _POUND / 16.0, "kip": 1e3 * _POUND, "gf": 1e-3 * _GRAVITY, "kgf": _GRAVITY,
+        },
         "pressure": {
             "Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "mbar": 1e2, "bar": 1e5,
             "N/mm2": 1e6, "psi": _PSI, "ksi": 1e3 * _PSI, "mmHg": 133.322387415, "atm": 101325.0,
+            "N/m2": 1.0, "N/cm2": 1e4, "kN/m2": 1e3, "MN/m2": 1e6, "dyn/cm2": 0.1, "lbf/in2": _PSI,
+            "gf/cm2": 10.0 * _GRAVITY, "gf/mm2": 1e3 * _GRAVITY,
+            "kgf/cm2": 1e4 * _GRAVITY, "kgf/mm2": 1e6 * _GRAVITY, "torr": 101325.0 / 760.0,
+            "inHg": 3386.388640341, "mmH2O": _GRAVITY, "cmH2O": 10.0 * _GRAVITY, "inH2O": 25.4 * _GRAVITY,
         },
         "stiffness": {"N/m": 1.0, "N/mm": 1e3, "mN/mm": 1.0, "lbf/in": _POUND / _INCH},
         "moment": {"N m": 1.0, "N mm": 1e-3},
         "angle": {"rad": 1.0, "mrad": 1e-3, "deg": _DEGREE},
         "curvature": {"1/m": 1.0, "1/cm": 1e2, "1/mm": 1e3},
-        "current": {"A": 1.0, "mA": 1e-3},
+        "current": {"A": 1.0, "mA": 1e-3, "uA": 1e-6},
         "voltage": {"V": 1.0, "mV": 1e-3},
         "power": {"W": 1.0, "mW": 1e-3},
         "resistance": {"ohm": 1.0, "mohm": 1e-3, "kohm": 1e3},

@@ -21,7 +21,7 @@ import click
     "--unit", "units", multiple=True, metavar="QUANTITY=UNIT", help="Unit of a raw column, e.g. stress=MPa."
 )
 @click.option(
-    "--scale", "scales", multiple=True, metavar="QUANTITY=FACTOR", help="Factor on a raw column, e.g. -1."
+    "--scale", "scales", multiple=True, metavar="QUANTITY=FACTOR", help="Factor on a quantity, e.g. force=-1."
 )
 @click.option(
     "--dimension",
@@ -29,6 +29,34 @@ import click
     multiple=True,
     metavar="NAME=SIZE",
     help="Size of the specimen, e.g. gauge_length_mm=50, or wire_diameter_mm=0.25 of a spring.",
+)
+@click.option(
+    "--constant",
+    "constants",
+    multiple=True,
+    metavar="NAME_UNIT=VALUE",
+    help="What did not change during the test and is not in the file, e.g. temperature_degC=22.",
+)
+@click.option(
+    "--subtract",
+    "subtracted",
+    multiple=True,
+    metavar="NAME_UNIT=VALUE",
+    help="What is taken off a column: a zero, or pressure_kPa=101.325 of an absolute pressure.",
+)
+@click.option(
+    "--compression/--tension",
+    "compression",
+    default=None,
+    help="The specimen was pressed (strain and stress become negative), or pulled; from the file by default.",
+)
+@click.option(
+    "--slack",
+    metavar="auto|keep|STRAIN",
+    help="Start where the specimen grew taut: found, left as it is, or at a strain (mm of a spring).",
+)
+@click.option(
+    "--sheet", metavar="NAME", help="Sheet to read, by name or number; all that hold a test by default."
 )
 @click.option(
     "--circuit",
@@ -40,11 +68,13 @@ import click
 @click.option(
     "--interval", "interval_s", type=float, metavar="S", help="Seconds between rows of a file without clock."
 )
-@click.option(
-    "--licence", help="Who may use these numbers, and how. Needed to write, unless found beside the file."
-)
+@click.option("--licence", help="Who may use these numbers, and how; not needed for numbers of your own.")
 @click.option("--citation", help="Who measured them.")
-@click.option("--specimen", help="Name of the specimen; recordings of one specimen share parameters.")
+@click.option(
+    "--specimen",
+    help="Name of the specimen; recordings of one specimen share parameters. Of a file with several tests, it"
+    " picks the one that is called so.",
+)
 @click.option("--role", default="fit", show_default=True, help="fit, or validation.")
 @click.option("--preview", is_flag=True, help="Show what was understood and write nothing.")
 @click.option("--force", is_flag=True, help="Replace recordings of the same name in the folder.")
@@ -60,8 +90,10 @@ def import_command(
 ) -> None:
     """Turn raw files of a laboratory into recordings (NAME.csv and NAME.toml).
 
-    SOURCE is a text file, an .xlsx, or a folder of them. What was understood is printed: kind, columns,
-    units, ranges, rows dropped and why. Nothing is written with --preview, nor if any file cannot be used.
+    SOURCE is a text file, an .xlsx, or a folder of them; each test in a file becomes a recording. What was
+    understood is printed: kind, columns, units, ranges, rows dropped and why; lines that begin with "check"
+    are to be looked at. Nothing is written with --preview, nor if any file cannot be used, nor if an option
+    is of use for nothing.
     """
     from fitting.importers import FORMATS, import_files, make_options, raw_files
     from fitting.importers.preview import describe
@@ -95,11 +127,6 @@ def _write_all(recordings: list, out: Path, force: bool) -> list[Path]:
 
     for recording in recordings:
         target = target_path(recording, out)
-        if not str(recording.source.get("licence", "")).strip():
-            raise InputError(
-                f"{recording.path}: no licence was found beside this file; state who may use it with"
-                " --licence"
-            )
         for file in (target, target.with_suffix(".toml")):
             if file.exists() and not force:
                 raise InputError(

@@ -5,6 +5,19 @@ a file that cannot be a recording is refused with a sentence that says what it i
 """
 
 from .options import Options, make_options
-from .registry import FORMATS, detect, import_file, import_files, raw_files
+from .parts import samples_of
+from .raw import open_raw
+from .registry import FORMATS, detect, import_file, import_files, import_tests, raw_files
 
-__all__ = ["FORMATS", "Options", "detect", "import_file", "import_files", "make_options", "raw_files"]
+__all__ = [
+    "FORMATS",
+    "Options",
+    "detect",
+    "import_file",
+    "import_files",
+    "import_tests",
+    "make_options",
+    "open_raw",
+    "raw_files",
+    "samples_of",
+]

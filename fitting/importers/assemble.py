@@ -1,18 +1,23 @@
 """The last steps that every import shares: clock, empty rows, provenance, and the checks of the format."""
 
-from dataclasses import dataclass, field, replace
-from pathlib import Path
+import re
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..recordings import Recording, check_recording, schema
+from ..recordings import NOT_STATED, Recording, check_recording, schema
+from ..recordings.nominal import nominal_geometry
 from ..recordings.table import refuse
-from .channels import Channel, canonical, with_options
-from .derive import derive
-from .grid import Grid
-from .options import GEOMETRY, Options
+from .channels import UnitMissing, canonical, units_missing, with_options
+from .derive import CREDIBLE_STRESS_MPA, derive
+from .making import Channel, Making
+from .options import Options
+from .parts import Sample
 from .provenance import Provenance, find_provenance
 from .raw import RawFile
+from .straighten import gauge_pressure, straighten, subtract
+from .strain_unit import settle_strain_unit
+from .unused import explain, mark_used
 
 LOGGED_CLOCK = "clock_as_logged"
 DEFAULT_INTERVAL_S = 1.0
@@ -38,19 +43,17 @@ class Facts:
 
 
 def assemble(
-    raw: RawFile,
-    grid: Grid,
+    sample: Sample,
     channels: dict[str, Channel],
     kind: str,
     options: Options,
     facts: Facts,
     notices: list[str],
 ) -> Recording:
-    """Make a recording of the channels of a raw file.
+    """Make a recording of the channels of one test of a raw file.
 
     Args:
-        raw: the file, for messages and its fingerprint.
-        grid: the table the channels come from.
+        sample: the test: its file, table of numbers, title and sizes.
         channels: by quantity.
         kind: of recording to make.
         options: of the person; units, factors, sizes, provenance, specimen and role.
@@ -58,24 +61,117 @@ def assemble(
         notices: what was understood so far; more are added after them.
 
     Returns:
-        A checked recording, `real = true`; its licence is empty where none was found.
+        A checked recording, `real = true`; citation and licence are "not stated" where none was found.
 
     Raises:
         InputError: if the quantities of the kind cannot be made, or the numbers cannot be.
     """
-    notices = list(notices)
-    channels = with_options(channels, options)
-    derive(channels, kind, options, raw.path, notices)
-    columns = canonical(channels, kind, raw.path, notices)
-    rows = np.array(grid.rows)
-    columns, rows = _drop_empty(columns, rows, notices)
-    columns = _with_clock(columns, rows, kind, options, raw.path, notices)
+    raw, grid = sample.raw, sample.require_grid()
+    place = f"{raw.path} ({sample.title})" if sample.title else str(raw.path)
+    making = Making(
+        with_options(channels, options), kind, options, sample.sizes, place, [*sample.notices, *notices],
+        raw=frozenset(channels),
+    )  # fmt: skip
+    try:
+        subtract(making)
+        gauge_pressure(making)
+        settle_strain_unit(making)
+        derive(making)
+        subtract(making)
+        columns = canonical(making)
+    except UnitMissing:
+        raise units_missing(making) from None
+    mark_used(making, columns)
+    kept = straighten(columns, making, _words_of(sample, making))
+    _say_engineering(columns, making)
+    _say_preload(sample, making)
+    columns = {name: values[kept] for name, values in columns.items()}
+    columns, rows = _drop_empty(columns, np.array(grid.rows)[kept], making.notices)
+    columns = _with_clock(columns, rows, making)
     provenance = find_provenance(raw.path, options.citation, options.licence, facts.provenance)
-    notices += provenance.notices
-    for key, option in (("citation", "--citation"), ("licence", "--licence")):
-        if not getattr(provenance, key):
-            notices.append(f"no {key} was found; state it with {option}")
-    stated = {key: size for key, size in options.dimensions.items() if key in GEOMETRY}
+    making.notices += provenance.notices
+    absent = [key for key in ("citation", "licence") if not getattr(provenance, key)]
+    if absent:
+        making.say(
+            f"{' and '.join(absent)} not stated: fine for numbers of your own, needed to publish those of"
+            " others"
+        )
+    geometry = _geometry(facts, making)
+    if kind == "wire" and not {"temperature_degC", "resistance_ohm"} & columns.keys():
+        making.warn(
+            "there is no temperature, which the phase of a wire follows: characterise and diagnose refuse"
+            " it. State one that"
+            " did not change with --constant temperature_degC=..."
+        )
+    most = float(np.nanmax(np.abs(columns["stress_MPa"]))) if kind == "wire" else 0.0
+    if most > CREDIBLE_STRESS_MPA:
+        making.warn(
+            f"stress reaches {most:.0f} MPa, more than any nitinol bears: is the cross-section right, and the"
+            " wire of such an alloy?"
+        )
+    name, specimen = _names(sample, options, facts)
+    recording = Recording(
+        name=name,
+        path=raw.path,
+        kind=kind,
+        role=options.role,
+        specimen=specimen,
+        real=True,
+        source=_source(sample, provenance, facts),
+        geometry=geometry,
+        columns=columns,
+        notices=making.notices,
+    )
+    check_recording(recording, [int(row) for row in rows])
+    explain(making, columns)
+    recording.source["notes"] = list(making.notices)
+    return recording
+
+
+def _words_of(sample: Sample, making: Making) -> str:
+    """Headings of strain and stress, lines above them, the sheet's name: where loading is spoken of."""
+    labels = [making.channels[name].label for name in ("strain", "stress") if name in making.channels]
+    lines = [" ".join(row) for row in sample.require_grid().preamble]
+    return "\n".join([*labels, *lines, sample.title, sample.sheet])
+
+
+def _say_engineering(columns: dict[str, np.ndarray], making: Making) -> None:
+    """Say that a stress of which nobody says it was taken as engineering, where that makes a difference."""
+    stress = making.channels.get("stress")
+    if making.kind != "elastomer" or stress is None or "stress" not in making.raw or "strain" not in columns:
+        return
+    words = ("engineering", "eng", "nominal", "pk1", "piola", "true", "agrees")
+    told = any(word in stress.label.lower() for word in words) or "force" in making.sources
+    if not told and float(np.nanmax(np.abs(columns["strain"]))) > 0.05:
+        making.say(
+            f"{stress.label!r} taken as engineering stress, load over the first cross-section (if it is"
+            " true stress:"
+            f" --map true_stress={stress.label!r})"
+        )
+
+
+def _say_preload(sample: Sample, making: Making) -> None:
+    """Say that a file speaks of a preload: its strain then begins there, and not at no stress."""
+    for row in sample.require_grid().preamble:
+        line = " ".join(cell for cell in row if cell).strip()
+        if re.search(r"pre-?\s?load|pre-?tension|vorkraft|pr[ée]charge", line, re.IGNORECASE):
+            making.say(
+                f"the file speaks of a preload ({line[:60]!r}): strain is counted from there, if at all"
+            )
+            return
+
+
+def _geometry(facts: Facts, making: Making) -> dict:
+    """What goes into the sidecar's [geometry]: sizes of the kind, and a law that is to be identified."""
+    kind, notices = making.kind, making.notices
+    known = {*nominal_geometry(kind, {}), *(schema.GEOMETRY_NUMBERS if kind == "actuator" else ())}
+    stated = {
+        key: size
+        for key, size in making.options.dimensions.items()
+        if key in schema.GEOMETRY_NUMBERS and key in known
+    }
+    for key in stated:
+        making.use("--dimension", key)
     geometry = {**facts.geometry, **stated}
     fitted = {"elastomer": "material", "wire": "alloy"}.get(kind)
     if fitted and fitted not in geometry:
@@ -87,30 +183,27 @@ def assemble(
         notices.append(
             "the sidecar has no [geometry]: state the specimen's with --dimension, or the source's is assumed"
         )
-    recording = Recording(
-        name=slug(raw.path.stem),
-        path=raw.path,
-        kind=kind,
-        role=options.role,
-        specimen=options.specimen or facts.specimen or slug(raw.path.stem),
-        real=True,
-        source=_source(raw, provenance, facts),
-        geometry=geometry,
-        columns=columns,
-        notices=notices,
-    )
-    # Without a licence it may still be looked at; writing it is refused.
-    check_recording(replace(recording, real=None), [int(row) for row in rows])
-    recording.source["notes"] = list(notices)
-    return recording
+    return geometry
 
 
-def _source(raw: RawFile, provenance: Provenance, facts: Facts) -> dict[str, object]:
-    stated = {"citation": provenance.citation, "licence": provenance.licence}
+def _names(sample: Sample, options: Options, facts: Facts) -> tuple[str, str]:
+    """Name of the recording and of its specimen; a file's several tests are told by their titles."""
+    stem = slug(sample.raw.path.stem)
+    name = slug(f"{stem}_{sample.title}") if sample.title else stem
+    specimen = facts.specimen or stem
+    if sample.title and sample.own_specimen:
+        specimen = slug(f"{specimen}_{sample.title}")
+    return name, options.specimen or specimen
+
+
+def _source(sample: Sample, provenance: Provenance, facts: Facts) -> dict[str, object]:
+    raw: RawFile = sample.raw
     return {
-        **{key: text for key, text in stated.items() if text},
+        "citation": provenance.citation or NOT_STATED,
+        "licence": provenance.licence or NOT_STATED,
         **facts.source,
         "raw_file": raw.path.name,
+        **({"raw_part": sample.title} if sample.title else {}),
         "raw_sha256": raw.sha256,
         "raw_format": facts.format,
     }
@@ -143,17 +236,15 @@ def _drop_empty(
 def _with_clock(
     columns: dict[str, np.ndarray],
     rows: np.ndarray,
-    kind: str,
-    options: Options,
-    path: Path,
-    notices: list[str],
+    making: Making,
 ) -> dict[str, np.ndarray]:
     """A clock that never goes back: made where there is none, set aside where reset, spread where coarse."""
-    needed = "time_s" in schema.COLUMNS[kind].required
+    needed, notices = "time_s" in schema.COLUMNS[making.kind].required, making.notices
     if "time_s" not in columns:
         if not needed:
             return columns
-        step = options.interval_s or DEFAULT_INTERVAL_S
+        step = making.options.interval_s or DEFAULT_INTERVAL_S
+        making.use("--interval")
         notices.append(
             f"the file has no clock: time_s counts the rows, {step:g} s apart (--interval states the true"
             " step); nothing that depends on rate can be judged from it"
@@ -163,8 +254,8 @@ def _with_clock(
     back = np.flatnonzero(np.diff(time) < 0.0)
     if back.size and needed:
         raise refuse(
-            path, f"the clock goes back from {time[back[0]]:g} to {time[back[0] + 1]:g} s; cut the file"
-            " there, and import the pieces",
+            making.place, f"the clock goes back from {time[back[0]]:g} to {time[back[0] + 1]:g} s; cut the"
+            " file there, and import the pieces",
             int(rows[back[0] + 1]), "time",
         )  # fmt: skip
     if back.size:

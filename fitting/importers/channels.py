@@ -1,7 +1,7 @@
-"""From named columns of a raw file to the quantities of a recording: units, stretch, extension, load."""
+"""From named columns of a raw file to the quantities of a recording, in their units."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,88 +11,85 @@ from pneusma_jax.units import find_unit
 from ..recordings import schema
 from ..recordings.columns import convert
 from ..recordings.table import refuse
-from .grid import Grid, Sample, unit_name
+from .grid import Grid
+from .making import Channel, Making
 from .options import Options
+from .parts import Sample
+from .spelling import WEIGHTS, unit_name
+from .words import meaning
+
+# Quantities that the strain or the stress of a coupon or wire can be made of, first the one that is it.
+FAMILIES = (("strain", "stretch", "true_strain", "elongation"), ("stress", "true_stress", "force"))
 
 
-@dataclass(frozen=True)
-class Channel:
-    """One quantity of a raw file.
-
-    Attributes:
-        values: shape (rows,), NaN where blank.
-        unit: as the file or the person states it; None if neither does.
-        label: the raw column's own name or number.
-    """
-
-    values: np.ndarray
-    unit: str | None
-    label: str
+class UnitMissing(InputError):
+    """A column is needed whose unit nobody states."""
 
 
-# Headings that name a quantity of the recording format, in lower case and without their unit.
-_WORDS = {
-    "time": ("time", "elapsed time", "test time", "total time", "t"),
-    "strain": (
-        "engineering strain",
-        "eng. strain",
-        "eng strain",
-        "nominal strain",
-        "tensile strain",
-        "strain",
-    ),
-    "stress": (
-        "engineering stress",
-        "eng. stress",
-        "eng stress",
-        "nominal stress",
-        "tensile stress",
-        "stress",
-    ),
-    "true_strain": ("true strain",),
-    "true_stress": ("true stress",),
-    "stretch": ("stretch", "stretch ratio", "lambda"),
-    "elongation": (
-        "extension",
-        "elongation",
-        "displacement",
-        "tensile displacement",
-        "crosshead",
-        "position",
-    ),
-    "force": ("load", "force", "tensile force"),
-    "temperature": (
-        "temperature",
-        "specimen temperature",
-        "temp",
-        "temperature chamber",
-        "chamber temperature",
-    ),
-    "resistance": ("resistance",),
-    "current": ("current",),
-    "pressure": ("pressure", "gauge pressure", "gage pressure"),
-    "length": ("length",),
-    "curvature": ("curvature",),
-    "bend_angle": ("bend angle", "bending angle"),
-    "cycle": ("cycle", "cycle number", "total cycle count"),
-    "voltage": ("voltage", "output voltage", "v out", "vout"),
-    **{f"voltage_{k}": (f"voltage {k}",) for k in (1, 2, 3)},
-    **{f"resistance_{k}": (f"resistance {k}", f"r{k}") for k in (1, 2, 3)},
-    **{f"current_{k}": (f"current {k}", f"i{k}") for k in (1, 2, 3)},
-}
+def units_missing(making: Making) -> InputError:
+    """One refusal for all columns whose unit nobody states, so that they need not be asked for one by one."""
+    known = {schema.quantity_and_unit(name)[0] for name in schema.COLUMNS[making.kind].known}
+    plain = {"strain", "stretch", "true_strain", "cycle"}
+    bare = [
+        quantity
+        for quantity, channel in making.channels.items()
+        if channel.unit is None and quantity not in plain and (quantity in known | {"force", "elongation"})
+    ]
+    labels = ", ".join(repr(making.channels[quantity].label) for quantity in bare)
+    what = f"the unit of {labels} is" if len(bare) == 1 else f"the units of {labels} are"
+    options = " ".join(f"--unit {quantity}=..." for quantity in bare)
+    return refuse(
+        making.place,
+        f"{what} not stated in the file; state {'it' if len(bare) == 1 else 'them'} with {options}",
+    )
 
 
 def named_channels(grid: Grid) -> dict[str, Channel]:
-    """Quantities that the headings of a grid name; of two headings for one, the first in `_WORDS` wins."""
-    found: dict[str, Channel] = {}
-    for quantity, words in _WORDS.items():
-        for word in words:
-            column = next((i for i, heading in enumerate(grid.headings) if heading.name == word), None)
-            if column is not None and not np.isnan(grid.values[:, column]).all():
-                heading = grid.headings[column]
-                found[quantity] = Channel(grid.values[:, column], heading.unit, heading.text)
-                break
-    return found
+    """Quantities that the headings of a grid name; of several headings for one, the first in `WORDS` wins."""
+    found: dict[str, tuple[tuple[bool, int, int], Channel]] = {}
+    for column, heading in enumerate(grid.headings):
+        means = meaning(heading)
+        empty = bool(np.isnan(grid.values[:, column]).all())
+        if means is None or (empty and column not in grid.troubles):
+            continue
+        order = (empty, means.rank, column)
+        if means.quantity not in found or order < found[means.quantity][0]:
+            found[means.quantity] = (order, _channel(grid, column))
+    return {quantity: channel for quantity, (_, channel) in found.items()}
+
+
+def _channel(grid: Grid, column: int) -> Channel:
+    heading = grid.headings[column] if grid.headings else None
+    return Channel(
+        values=grid.values[:, column],
+        unit=heading.unit if heading else None,
+        label=heading.text if heading else f"column {column + 1}",
+        zero=heading.zero if heading else "",
+        trouble=grid.troubles.get(column, ""),
+    )
+
+
+def channels_of(sample: Sample, options: Options, notices: list[str]) -> dict[str, Channel]:
+    """Quantities that the headings name and those that the person names, who has the last word.
+
+    What the person names for strain or stress, in whatever form, takes the place of what headings name.
+
+    Raises:
+        InputError: if a named column is not there; the ones that exist are listed.
+    """
+    grid = sample.require_grid()
+    mapped = mapped_channels(sample, options)
+    taken = {channel.label for channel in mapped.values()}
+    recognised = {q: c for q, c in named_channels(grid).items() if c.label not in taken}
+    for family in FAMILIES:
+        if any(quantity in mapped for quantity in family):
+            aside = [q for q in family if q in recognised and q not in mapped]
+            # What a further column says of the same is kept for comparison, but does not come first.
+            first = min(family.index(q) for q in family if q in mapped)
+            for quantity in (q for q in aside if family.index(q) < first):
+                notices.append(f"{recognised[quantity].label!r} set aside for what --map names")
+                del recognised[quantity]
+    return {**recognised, **mapped}
 
 
 def mapped_channels(sample: Sample, options: Options) -> dict[str, Channel]:
@@ -113,9 +110,7 @@ def mapped_channels(sample: Sample, options: Options) -> dict[str, Channel]:
             raise refuse(
                 sample.raw.path, f"--map {quantity}={wanted}: there is no such column; there are {listed}"
             )
-        heading = grid.headings[column] if grid.headings else None
-        label = heading.text if heading else f"column {column + 1}"
-        found[quantity] = Channel(grid.values[:, column], heading.unit if heading else None, label)
+        found[quantity] = _channel(grid, column)
     return found
 
 
@@ -135,7 +130,7 @@ def _column(grid: Grid, wanted: str) -> int | None:
 
 def numbered(grid: Grid, quantities: Iterable[str]) -> dict[str, Channel]:
     """Quantities of the columns of a file without header, in order."""
-    return {q: Channel(grid.values[:, i], None, f"column {i + 1}") for i, q in enumerate(quantities)}
+    return {q: replace(_channel(grid, i), label=f"column {i + 1}") for i, q in enumerate(quantities)}
 
 
 def with_options(channels: dict[str, Channel], options: Options) -> dict[str, Channel]:
@@ -151,17 +146,21 @@ def with_options(channels: dict[str, Channel], options: Options) -> dict[str, Ch
 
 
 def in_unit(channel: Channel, wanted: str, quantity: str, place: object) -> np.ndarray:
-    """Values of a channel in a unit.
+    """Values of a channel in a unit; a weight where a force is wanted is taken as the force of that weight.
 
     Raises:
-        InputError: if the unit is not stated, unknown, or of another dimension.
+        InputError: if the numbers cannot be read, the unit is not stated, unknown, or of another dimension.
     """
     option = f"state it with --unit {quantity}=..."
+    if channel.trouble:
+        raise refuse(place, f"{channel.trouble}; write it as the other numbers are, or leave it empty")
     if channel.unit is None:
         if wanted == "1":
             return channel.values
-        raise refuse(place, f"the unit of {channel.label!r} is not stated in the file; {option}")
+        raise UnitMissing(f"{place}: the unit of {channel.label!r} is not stated in the file; {option}")
     unit = unit_name(channel.unit)
+    if find_unit(wanted).dimension == "force":
+        unit = WEIGHTS.get(unit, unit)
     try:
         dimension = find_unit(unit).dimension
     except InputError as error:
@@ -173,42 +172,85 @@ def in_unit(channel: Channel, wanted: str, quantity: str, place: object) -> np.n
     return convert(channel.values, unit, wanted)
 
 
-def canonical(
-    channels: dict[str, Channel], kind: str, place: object, notices: list[str]
-) -> dict[str, np.ndarray]:
+def canonical(making: Making) -> dict[str, np.ndarray]:
     """Canonical columns of a kind in its units, the clock first; channels that it has no use for are named.
 
     Raises:
         InputError: if a unit is missing or wrong, or a required column cannot be made.
     """
+    kind, channels = making.kind, making.channels
     rules = schema.COLUMNS[kind]
     columns = {}
     for name in sorted(rules.known, key=lambda name: name != "time_s"):  # the clock first
         quantity, unit = schema.quantity_and_unit(name)
-        if quantity in channels:
-            channel = channels[quantity]
-            columns[name] = in_unit(channel, unit, quantity, place) + 0.0  # no -0
-            stated = unit_name(channel.unit) if channel.unit else "1"
-            notices.append(f"{name} from {channel.label!r}" + ("" if stated == unit else f", in {stated}"))
-    unused = [
-        channels[q].label
-        for q in channels
-        if not any(schema.quantity_and_unit(n)[0] == q for n in rules.known)
-    ]
+        if quantity not in channels:
+            continue
+        channel = channels[quantity]
+        if channel.trouble and name in rules.optional and np.isnan(channel.values).all():
+            continue  # a column of words beside the numbers, such as `Cycle: loading`
+        columns[name] = in_unit(channel, unit, quantity, making.place) + 0.0  # no -0
+        making.say(_origin(name, unit, channel))
+    unused = [q for q in channels if not any(schema.quantity_and_unit(n)[0] == q for n in rules.known)]
     used = {channels[schema.quantity_and_unit(name)[0]].label for name in columns}
-    spare = [label for label in dict.fromkeys(unused) if label not in used]
+    used |= {channels[q].label for q in making.sources if q in channels}
+    spare = [label for label in dict.fromkeys(channels[q].label for q in unused) if label not in used]
     if spare:
-        notices.append(
-            f"not needed for kind {kind} and left out: {', '.join(repr(label) for label in spare)}"
-        )
+        making.say(f"not needed for kind {kind} and left out: {', '.join(repr(label) for label in spare)}")
+    _add_constants(columns, making)
+    _check_present(columns, making)
+    return columns
+
+
+def _origin(name: str, unit: str, channel: Channel) -> str:
+    """Where a column comes from, in words: the file's column and its unit, or what it was made of."""
+    if channel.made:
+        return f"{name} is {channel.made}"
+    if channel.unit is None:
+        return f"{name} from {channel.label!r}"
+    stated = unit_name(channel.unit)
+    weight = f" (taken as {WEIGHTS[stated]})" if stated in WEIGHTS and stated != unit else ""
+    return f"{name} from {channel.label!r}" + ("" if stated == unit else f", in {stated}{weight}")
+
+
+def _add_constants(columns: dict[str, np.ndarray], making: Making) -> None:
+    """Columns of what did not change, as the person or the file states it."""
+    rules = schema.COLUMNS[making.kind]
+    rows = len(next(iter(columns.values()), next(iter(making.channels.values())).values))
+    names = {schema.quantity_and_unit(name)[0]: name for name in rules.known}
+    for quantity, (value, unit) in making.options.constants.items():
+        name = names.get(quantity)
+        if name is None:
+            continue
+        if name in columns:
+            raise refuse(
+                making.place, f"--constant {quantity}_{unit}: the file has it in"
+                f" {making.channels[quantity].label!r}; leave the option out",
+            )  # fmt: skip
+        columns[name] = np.full(rows, convert(value, unit, schema.quantity_and_unit(name)[1]))
+        making.use("--constant", quantity)
+        making.say(f"{name} is {columns[name][0]:g} in every row, as stated with --constant")
+        if name in making.sizes and abs(making.sizes[name].value - columns[name][0]) > 1e-6 * abs(value):
+            making.warn(
+                f"the file states another {quantity} than --constant does ({making.sizes[name].said!r})"
+            )
+    for key in ("temperature_degC", "stress_MPa"):
+        if key in rules.known and key not in columns and making.kind == "wire" and key in making.sizes:
+            size = making.sizes[key]
+            columns[key] = np.full(rows, size.value)
+            making.say(f"{key} is {size.value:g} in every row, as the file states ({size.said!r})")
+
+
+def _check_present(columns: dict[str, np.ndarray], making: Making) -> None:
+    rules = schema.COLUMNS[making.kind]
     absent = [name for name in rules.required if name not in columns and name != "time_s"]
+    constant = " ".join(f"--constant {name}=..." for name in absent)
     if absent:
         raise refuse(
-            place, f"a recording of kind {kind} needs {', '.join(absent)}, which was not found; "
-            "name the columns with --map QUANTITY=COLUMN",
+            making.place, f"a recording of kind {making.kind} needs {', '.join(absent)}, which was not found;"
+            f" name the columns with --map QUANTITY=COLUMN, or state what did not change with {constant}",
         )  # fmt: skip
     if rules.one_of and not any(name in columns for name in rules.one_of):
         raise refuse(
-            place, f"a recording of kind {kind} needs one of {', '.join(rules.one_of)}; name it with --map"
-        )
-    return columns
+            making.place, f"a recording of kind {making.kind} needs one of {', '.join(rules.one_of)}; name it"
+            " with --map QUANTITY=COLUMN",
+        )  # fmt: skip

@@ -8,8 +8,8 @@ offset voltage, so that what is logged may be `gain (V_out - V_offset)`.
 import numpy as np
 
 from ..recordings.table import refuse
-from .channels import Channel, in_unit
-from .options import Options
+from .channels import in_unit
+from .making import Channel, Making
 
 VOLTAGES = ("voltage", "voltage_1", "voltage_2", "voltage_3")
 NEEDED = ("adjust_V", "set_ohm")
@@ -36,34 +36,35 @@ def nitinol_resistance(
     return (voltage / gain + offset - adjust) / current
 
 
-def add_resistances(
-    channels: dict[str, Channel], kind: str, options: Options, place: object, notices: list[str]
-) -> None:
-    """Add the resistance of each measured voltage of a spring or actuator that has none. Changes `channels`.
+def add_resistances(making: Making) -> None:
+    """Add the resistance of each measured voltage of a spring or actuator that has none.
 
     Raises:
         InputError: if the circuit was not stated, or the voltage's unit is unknown.
     """
-    if kind not in ("spring", "actuator"):
+    channels, place, circuit = making.channels, making.place, making.options.circuit
+    if making.kind not in ("spring", "actuator"):
         return
     for name in VOLTAGES:
         wanted = resistance_named(name)
         if name not in channels or wanted in channels:
             continue
         channel = channels[name]
-        missing = [key for key in NEEDED if key not in options.circuit]
+        missing = [key for key in NEEDED if key not in circuit]
         if missing:
             raise refuse(
                 place, f"{wanted} follows from {channel.label!r} by Eq. 2.50, which needs the circuit: "
                 "state it with " + " ".join(f"--circuit {key}=..." for key in missing),
             )  # fmt: skip
-        circuit = options.circuit
         adjust, resistor = (circuit[key] for key in NEEDED)
         gain, offset = circuit.get("gain", 1.0), circuit.get("offset_V", 0.0)
         volts = in_unit(channel, "V", name, place)
         ohms = nitinol_resistance(volts, adjust, resistor, gain, offset)
-        channels[wanted] = Channel(ohms, "ohm", channel.label)
-        notices.append(
-            f"{wanted} is ({channel.label!r} / {gain:g} + {offset:g} V - {adjust:g} V) over"
+        made = (
+            f"({channel.label!r} / {gain:g} + {offset:g} V - {adjust:g} V) over"
             f" {adjust / resistor:.4g} A, Eq. 2.50"
         )
+        channels[wanted] = Channel(ohms, "ohm", channel.label, made=made)
+        making.sources.add(name)
+        for key in circuit:
+            making.use("--circuit", key)

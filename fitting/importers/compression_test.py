@@ -4,10 +4,10 @@ import re
 
 from ..recordings import Recording
 from .assemble import Facts, assemble, slug
-from .channels import named_channels
+from .channels import channels_of
 from .format import Format
-from .grid import Sample
 from .options import Options
+from .parts import Sample
 from .provenance import Provenance
 
 NAME = "compression-test"
@@ -31,11 +31,7 @@ def read(sample: Sample, options: Options) -> Recording:
     grid = sample.require_grid()
     lines = [" ".join(row).rstrip("; ") for row in grid.preamble]
     notices = [*grid.notices, *(f"preamble: {line}" for line in lines)]
-    channels = named_channels(grid)
-    if "strain" in channels and (channels["strain"].values > 0).sum() > len(grid.rows) / 2:
-        notices.append(
-            "strain is positive in compression here; turn it with --scale strain=-1 --scale stress=-1"
-        )
+    channels = channels_of(sample, options, notices)
     title = lines[0] if lines else ""
     named = re.fullmatch(r"(?P<specimen>.+?)_sample_(?P<repeat>\d+)", title)
     if named:
@@ -46,7 +42,7 @@ def read(sample: Sample, options: Options) -> Recording:
         provenance=_PHANTOMS if named and re.match(r"EF(10|30|50)_\d+T_", title) else None,
         source={"title": title} if title else {},
     )
-    return assemble(sample.raw, grid, channels, options.kind or "elastomer", options, facts, notices)
+    return assemble(sample, channels, options.kind or "elastomer", options, facts, notices)
 
 
 FORMAT = Format(

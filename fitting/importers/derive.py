@@ -1,85 +1,289 @@
 """Strain, stress and resistance from what a machine logs: stretch, extension, load, true strain, voltage."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from ..recordings.table import refuse
-from .channels import Channel, in_unit
+from .channels import in_unit
 from .circuit import add_resistances
-from .options import Options
+from .making import Channel, Making
+
+CREDIBLE_STRESS_MPA = 1500.0
+"""Nitinol breaks near 1000 MPa: more is a wrong cross-section, or another metal."""
+SAME = 0.02
+"""Relative difference below which two ways to one quantity agree: calipers read sizes to a percent or two."""
+LEAST = 0.2
+"""Of the largest value, what a row must reach for a ratio of it to mean something."""
+_AREAS = (("area_mm2",), ("diameter_mm",), ("width_mm", "thickness_mm"))
 
 
-def derive(
-    channels: dict[str, Channel], kind: str, options: Options, place: object, notices: list[str]
-) -> None:
+def derive(making: Making) -> None:
     """Add the strain and stress of a coupon or wire where they follow from stretch, extension or load.
 
     A spring's or actuator's resistance follows from a voltage (`circuit`).
 
     Strain is stretch - 1, or extension over gauge length, or exp(true strain) - 1; stress is load over the
-    specimen's first area, or true stress over stretch (an incompressible material). Changes `channels`.
+    specimen's first area, or true stress over stretch (an incompressible material). Where a file has a
+    quantity in two ways, the two are compared and a factor between them is said. Changes the channels.
 
     Raises:
-        InputError: if a size of the specimen is needed that was not stated.
+        InputError: if a size of the specimen is needed that neither the person nor the file states.
     """
-    add_resistances(channels, kind, options, place, notices)
-    if kind not in ("wire", "elastomer"):
-        return
-    if "strain" not in channels:
-        _derive_strain(channels, options, place, notices)
-    if "stress" not in channels:
-        _derive_stress(channels, options, place, notices)
+    add_resistances(making)
+    if making.kind in ("wire", "elastomer"):
+        _derive_both(making)
+    for quantity in making.options.scales:
+        _scaled(making, quantity)
 
 
-def _derive_strain(channels: dict[str, Channel], options: Options, place: object, notices: list[str]) -> None:
+def _derive_both(making: Making) -> None:
+    if "strain" not in making.channels:
+        _derive_strain(making)
+    else:
+        _compare_strain(making)
+    if "stress" not in making.channels:
+        _derive_stress(making)
+    else:
+        _compare_stress(making)
+
+
+def _add(making: Making, quantity: str, channel: Channel, source: str) -> None:
+    making.channels[quantity] = channel
+    making.sources.add(source)
+
+
+def _scaled(making: Making, quantity: str) -> None:
+    """A factor that the person states on what was made, rather than on a column of the file."""
+    channel = making.channels.get(quantity)
+    if channel is not None and quantity not in making.raw:
+        factor = making.options.scales[quantity]
+        making.channels[quantity] = replace(
+            channel,
+            values=factor * channel.values,
+            made=f"{channel.made}, times {factor:g} (--scale {quantity})",
+        )
+
+
+def _derive_strain(making: Making) -> None:
+    channels, place = making.channels, making.place
     if "stretch" in channels:
         stretch = channels["stretch"]
-        channels["strain"] = Channel(in_unit(stretch, "1", "stretch", place) - 1.0, "1", stretch.label)
-        notices.append(f"strain is {stretch.label!r} - 1")
+        values = in_unit(stretch, "1", "stretch", place) - 1.0
+        _add(making, "strain", Channel(values, "1", stretch.label, made=f"{stretch.label!r} - 1"), "stretch")
     elif "true_strain" in channels:
         true = channels["true_strain"]
-        channels["strain"] = Channel(np.expm1(in_unit(true, "1", "true_strain", place)), "1", true.label)
-        notices.append(f"strain is exp({true.label!r}) - 1")
+        values = np.expm1(in_unit(true, "1", "true_strain", place))
+        made = f"exp({true.label!r}) - 1" + ("" if true.unit else ", the true strain taken as a fraction")
+        _add(making, "strain", Channel(values, "1", true.label, made=made), "true_strain")
     elif "elongation" in channels:
-        gauge = options.dimensions.get("gauge_length_mm")
         label = channels["elongation"].label
+        gauge = gauge_length_mm(making)
         if gauge is None:
             raise refuse(
                 place, f"strain needs the length between the grips, to divide {label!r} by; "
                 "state it with --dimension gauge_length_mm=...",
             )  # fmt: skip
-        values = in_unit(channels["elongation"], "mm", "elongation", place)
-        channels["strain"] = Channel(values / gauge, "1", label)
-        notices.append(f"strain is {label!r} over the gauge length of {gauge:g} mm")
+        values = in_unit(channels["elongation"], "mm", "elongation", place) / gauge
+        _add(
+            making,
+            "strain",
+            Channel(values, "1", label, made=f"{label!r} over the gauge length of {gauge:g} mm"),
+            "elongation",
+        )
 
 
-def _derive_stress(channels: dict[str, Channel], options: Options, place: object, notices: list[str]) -> None:
-    if "force" in channels:
-        area = area_mm2(options)
+def _derive_stress(making: Making) -> None:
+    channels, place = making.channels, making.place
+    true = "true_stress" in channels and "strain" in channels
+    named = "true_stress" in making.options.columns
+    if "force" in channels and not (true and (named or area_mm2(making, quiet=True) is None)):
         label = channels["force"].label
+        area = area_mm2(making)
         if area is None:
             raise refuse(
                 place, f"stress needs the specimen's cross-section, to divide {label!r} by; state it with"
                 " --dimension area_mm2=... (or diameter_mm=..., or width_mm=... and thickness_mm=...)",
             )  # fmt: skip
         newton = in_unit(channels["force"], "N", "force", place)
-        channels["stress"] = Channel(newton / area, "MPa", label)
-        notices.append(f"stress is {label!r} over the cross-section of {area:.6g} mm2")
-    elif "true_stress" in channels and "strain" in channels:
-        true = channels["true_stress"]
+        made = f"{label!r} ({channels['force'].unit}) over the cross-section of {area:.6g} mm2"
+        _add(making, "stress", Channel(newton / area, "MPa", label, made=made), "force")
+    elif true:
+        cauchy = channels["true_stress"]
         stretch = 1.0 + in_unit(channels["strain"], "1", "strain", place)
-        channels["stress"] = Channel(true.values / stretch, true.unit, true.label)
-        notices.append(f"engineering stress is {true.label!r} over the stretch (volume taken as constant)")
+        made = f"{cauchy.label!r} ({cauchy.unit}) over the stretch (volume taken as constant)"
+        _add(making, "stress", replace(cauchy, values=cauchy.values / stretch, made=made), "true_stress")
 
 
-def area_mm2(options: Options) -> float | None:
-    """Cross-section of the specimen from the dimensions that were stated, or None."""
-    sizes = options.dimensions
-    if "area_mm2" in sizes:
-        return sizes["area_mm2"]
-    if "diameter_mm" in sizes:
-        return math.pi * sizes["diameter_mm"] ** 2 / 4.0
-    if {"width_mm", "thickness_mm"} <= sizes.keys():
-        return sizes["width_mm"] * sizes["thickness_mm"]
+def gauge_length_mm(making: Making, quiet: bool = False) -> float | None:
+    """Length between the grips as stated, or as the file states it, which is said; None if nobody does."""
+    stated = making.options.dimensions.get("gauge_length_mm")
+    if stated is not None:
+        making.use("--dimension", "gauge_length_mm")
+        return stated
+    for key in ("gauge_length_mm", "length"):
+        if key in making.sizes:
+            _say_size(making, key, "the gauge length", quiet)
+            return making.sizes[key].value
     return None
+
+
+def area_mm2(making: Making, quiet: bool = False) -> float | None:
+    """Cross-section as stated, or as the file states it, which is said; None if nobody does."""
+    sizes = dict(making.options.dimensions)
+    if making.kind == "wire" and "wire_diameter_mm" in sizes:
+        sizes.setdefault("diameter_mm", sizes["wire_diameter_mm"])
+        making.use("--dimension", "wire_diameter_mm")
+    for names in _AREAS:
+        if set(names) <= sizes.keys():
+            for name in names:
+                making.use("--dimension", name)
+            return _area(names, [sizes[name] for name in names])
+    found = {key: size.value for key, size in making.sizes.items()} | sizes
+    for names in _AREAS:
+        if set(names) <= found.keys():
+            for name in names:
+                if name in sizes:
+                    making.use("--dimension", name)
+                else:
+                    _say_size(making, name, "the " + name.rpartition("_")[0], quiet)
+            return _area(names, [found[name] for name in names])
+    return None
+
+
+def _area(names: tuple[str, ...], values: list[float]) -> float:
+    if names == ("diameter_mm",):
+        return math.pi * values[0] ** 2 / 4.0
+    return math.prod(values)
+
+
+def _say_size(making: Making, key: str, what: str, quiet: bool) -> None:
+    """Say which size was read from the file; what was assumed about it is to be looked at."""
+    size = making.sizes[key]
+    unit = "mm2" if key == "area_mm2" else "mm"
+    text = f"{what} is {size.value:.6g} {unit}, as the file states ({size.said!r})"
+    option = f"--dimension {'gauge_length_mm' if key == 'length' else key}=..."
+    if quiet:
+        return
+    if size.assumed:
+        making.warn(f"{text}; its unit is not stated and was taken as {unit} ({option} to correct)")
+    elif key == "length":
+        making.warn(f"{text}: right if that is the length between the grips ({option} to correct)")
+    else:
+        making.say(text)
+
+
+def _ratio(above: np.ndarray, below: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Ratio of two columns where both are large enough to have one, and those rows; None without any."""
+    there = np.isfinite(above) & np.isfinite(below)
+    if not there.any() or not np.abs(below[there]).max() > 0.0 or not np.abs(above[there]).max() > 0.0:
+        return None
+    large = there & (np.abs(below) > LEAST * np.abs(below[there]).max())
+    return above[large] / below[large], large
+
+
+def _compare_stress(making: Making) -> None:
+    """Compare a file's stress with its load: which cross-section lies between, and is it the first one."""
+    channels = making.channels
+    if "force" not in channels or channels["stress"].made or "stress" in making.options.columns:
+        return
+    stress, force = (in_unit(channels[q], u, q, making.place) for q, u in (("stress", "MPa"), ("force", "N")))
+    stated_before = making.options.dimensions
+    area = area_mm2(making, quiet=True)
+    found = _ratio(stress, force)
+    if found is None:
+        return
+    making.sources.add("force")
+    per_load, rows = found
+    label, load = channels["stress"].label, channels["force"].label
+    strain = _fraction(making)
+    if strain is not None and (true := _grows_as_stretch(per_load, strain[rows])):
+        making.warn(
+            f"{label!r} grows against {load!r} as the stretch does ({true:.0%} over the test): it is true"
+            " stress, "
+            f"not engineering stress. Name it so: --map true_stress={label!r}"
+        )
+        return
+    implied = 1.0 / float(np.median(per_load))
+    if area is None:
+        if float(np.ptp(per_load)) < SAME * abs(float(np.median(per_load))):
+            making.say(f"{label!r} and {load!r} imply a cross-section of {abs(implied):.4g} mm2")
+        return
+    factor = area / implied
+    if abs(abs(factor) - 1.0) <= SAME:
+        sign = ", but for the sign" if factor < 0.0 else ""
+        making.say(f"{label!r} agrees with {load!r} over the cross-section of {area:.6g} mm2{sign}")
+        return
+    stated = any(set(names) <= stated_before.keys() for names in _AREAS)
+    taken = f"{load!r} over the cross-section" if stated else repr(label)
+    making.warn(
+        f"{label!r} is {factor:.4g} times {load!r} over the cross-section of {area:.6g} mm2 (its own would be"
+        f" {abs(implied):.4g} mm2); {taken} was taken"
+        + ("" if stated else ", state the right size with --dimension if the load is right")
+    )
+    if stated:
+        del channels["stress"]
+        _derive_stress(making)
+
+
+def _compare_strain(making: Making) -> None:
+    """Compare a file's strain with its extension: which gauge length lies between them."""
+    channels = making.channels
+    strain = _fraction(making)
+    if "elongation" not in channels or channels["strain"].made or strain is None:
+        return
+    extension = channels["elongation"]
+    if extension.unit is None or extension.trouble:
+        return
+    millimetres = in_unit(extension, "mm", "elongation", making.place)
+    gauge = gauge_length_mm(making, quiet=True)
+    found = _ratio(strain, millimetres - millimetres[np.isfinite(millimetres)][0])
+    if found is None:
+        return
+    making.sources.add("elongation")
+    per_mm = float(np.median(found[0]))
+    label = channels["strain"].label
+    if gauge is None:
+        if float(np.ptp(found[0])) < SAME * abs(per_mm):
+            making.say(
+                f"{label!r} and {extension.label!r} imply a gauge length of {abs(1.0 / per_mm):.4g} mm"
+            )
+        return
+    factor = per_mm * gauge
+    sign = ", but for the sign" if factor < 0.0 else ""
+    if abs(abs(factor) - 1.0) <= SAME:
+        making.say(f"{label!r} agrees with {extension.label!r} over the gauge length of {gauge:g} mm{sign}")
+    else:
+        making.warn(
+            f"{label!r} is {factor:.4g} times {extension.label!r} over the gauge length of {gauge:g} mm;"
+            f" {label!r} was"
+            f" taken. To take the extension instead: --map elongation={extension.label!r}"
+        )
+
+
+def _fraction(making: Making) -> np.ndarray | None:
+    """Strain as a fraction, or None where its unit is not known to be right."""
+    channel = making.channels.get("strain")
+    if channel is None or channel.trouble:
+        return None
+    return in_unit(channel, "1", "strain", making.place)
+
+
+def _grows_as_stretch(per_load: np.ndarray, strain: np.ndarray) -> float | None:
+    """How far stress over load grows, if it grows as the stretch and not as a constant; None if it does not.
+
+    A first cross-section gives a constant, the current one of an incompressible specimen the stretch. The
+    test is made where the stretch changes by more than calipers err.
+    """
+    stretch = 1.0 + strain
+    there = np.isfinite(stretch) & (stretch > 0.0)
+    if there.sum() < 3 or float(np.ptp(stretch[there])) < 3.0 * SAME:
+        return None
+    ratio, stretch = per_load[there], stretch[there]
+    misfits = []
+    for shape in (np.ones_like(stretch), stretch):
+        scale = float(shape @ ratio) / float(shape @ shape)
+        misfits.append(float(np.sqrt(np.mean((ratio - scale * shape) ** 2))))
+    grows = float(np.ptp(stretch)) / float(np.min(stretch))
+    return grows if misfits[1] < 0.3 * misfits[0] and misfits[0] > 0.0 else None

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ..recordings import Recording
-from .grid import Sample
 from .options import Options
+from .parts import Sample
 
 
 @dataclass(frozen=True)
@@ -18,6 +18,7 @@ class Format:
         recognises: whether a file looks like it, by content alone.
         read: makes the recording, or raises InputError with a sentence that says why it cannot be one.
         fallback: only tried where no other format recognises the file.
+        refuses: whether reading always ends in a sentence that says what the file is.
     """
 
     name: str
@@ -25,3 +26,4 @@ class Format:
     recognises: Callable[[Sample], bool]
     read: Callable[[Sample, Options], Recording]
     fallback: bool = False
+    refuses: bool = False

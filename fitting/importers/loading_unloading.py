@@ -8,8 +8,8 @@ from ..recordings import Recording
 from .assemble import Facts, assemble, slug
 from .channels import numbered
 from .format import Format
-from .grid import Sample
 from .options import Options
+from .parts import Sample
 
 NAME = "loading-unloading"
 DEFAULT_UNIT = "kPa"
@@ -45,7 +45,7 @@ def read(sample: Sample, options: Options) -> Recording:
     if options.specimen is None:
         notices.append(f"specimen taken from the folder's name, {folder!r} (--specimen to correct)")
     facts = Facts(NAME, specimen=folder)
-    return assemble(sample.raw, grid, channels, options.kind or "elastomer", options, facts, notices)
+    return assemble(sample, channels, options.kind or "elastomer", options, facts, notices)
 
 
 FORMAT = Format(NAME, "no header (sheet or text); time, stretch, stress -> elastomer", recognises, read)

@@ -5,16 +5,15 @@ import numpy as np
 from ..recordings import Recording
 from ..recordings.table import refuse
 from .assemble import Facts, assemble, slug
-from .channels import Channel, in_unit, named_channels
-from .derive import area_mm2
+from .channels import channels_of, in_unit
+from .derive import CREDIBLE_STRESS_MPA
 from .format import Format
-from .grid import Grid, Sample
+from .grid import Grid
+from .making import Channel
 from .options import Options
+from .parts import Sample
 
 NAME = "machine-log"
-CREDIBLE_STRESS_MPA = (
-    1500.0  # nitinol breaks near 1000 MPa: more is a wrong cross-section in the machine's method
-)
 
 
 def recognises(sample: Sample) -> bool:
@@ -29,7 +28,7 @@ def read(sample: Sample, options: Options) -> Recording:
     kind = options.kind or "wire"
     preamble = {row[0].strip('"'): row[1].strip('"') for row in grid.preamble if len(row) > 1}
     notices = [*grid.notices, *(f"preamble: {key} {text}" for key, text in preamble.items())]
-    channels = named_channels(grid)
+    channels = channels_of(sample, options, notices)
     probe = next((h for h in grid.headings if h.unit == "degC" and "temperature" not in channels), None)
     if probe is not None:
         channels["temperature"] = Channel(grid.values[:, grid.headings.index(probe)], "degC", probe.text)
@@ -42,7 +41,7 @@ def read(sample: Sample, options: Options) -> Recording:
         if _is_bending(preamble, grid):
             _bend(channels, grid, options, sample, notices)
         else:
-            _check_sizes(channels, options, sample, notices)
+            _check_sizes(channels, options, sample)
     facts = Facts(
         format=NAME,
         specimen=slug(preamble.get("Sample I. D.", "").rpartition(".")[0])
@@ -50,7 +49,7 @@ def read(sample: Sample, options: Options) -> Recording:
         else "",
         source={key.lower().replace(" ", "_").replace(".", ""): text for key, text in preamble.items()},
     )
-    return assemble(sample.raw, grid, channels, kind, options, facts, notices)
+    return assemble(sample, channels, kind, options, facts, notices)
 
 
 def _blank_columns(grid: Grid) -> list[str]:
@@ -80,35 +79,37 @@ def _bend(
     deflection = in_unit(channels["elongation"], "mm", "elongation", sample.raw.path)
     sign = -1.0 if np.nanmean(deflection) < 0.0 else 1.0
     label = channels["elongation"].label
-    channels["strain"] = Channel(sign * 6.0 * depth * deflection / span**2, "1", label)
+    for name in ("span_mm", "depth_mm"):
+        options.used.names.add(("--dimension", name))
+    made = f"{label!r} times 6 depth over span squared"
+    channels["strain"] = Channel(sign * 6.0 * depth * deflection / span**2, "1", label, made=made)
     heading = grid.headings[stress]
-    channels["stress"] = Channel(sign * grid.values[:, stress], heading.unit, heading.text)
+    turned = f"{heading.text!r} ({heading.unit})" + (", turned" if sign < 0.0 else "")
+    channels["stress"] = Channel(sign * grid.values[:, stress], heading.unit, heading.text, made=turned)
     notices.append(
         f"stress and strain are those of the stretched surface of a bent beam (span {span:g} mm, depth"
         f" {depth:g} mm); a wire has the same strain all through, so fitted stiffness is only indicative"
     )
 
 
-def _check_sizes(channels: dict[str, Channel], options: Options, sample: Sample, notices: list[str]) -> None:
-    """Set the machine's stress aside where a cross-section is stated; ask for sizes that are missing."""
+def _check_sizes(channels: dict[str, Channel], options: Options, sample: Sample) -> None:
+    """Ask for sizes that are missing, and for the cross-section where the machine's stress cannot be."""
+    held = {*options.dimensions, *sample.sizes}
+    area = (
+        bool(held & {"area_mm2", "diameter_mm", "wire_diameter_mm"}) or {"width_mm", "thickness_mm"} <= held
+    )
     missing = []
-    if "strain" not in channels and "gauge_length_mm" not in options.dimensions:
+    if "strain" not in channels and not held & {"gauge_length_mm", "length"}:
         missing.append("gauge_length_mm (there is no strain, only extension)")
-    if "stress" in channels and "stress" not in options.columns:
-        stress = in_unit(channels["stress"], "MPa", "stress", sample.raw.path)
-        largest = float(np.nanmax(np.abs(stress)))
-        if area_mm2(options) is not None:
-            notices.append(
-                f"column {channels['stress'].label!r} set aside for load over the stated cross-section"
-            )
-            del channels["stress"]
-        elif largest > CREDIBLE_STRESS_MPA:
+    if "stress" not in channels and not area:
+        missing.append("area_mm2 (there is no stress, only load)")
+    elif "stress" in channels and "stress" not in options.columns and not area:
+        largest = float(np.nanmax(np.abs(in_unit(channels["stress"], "MPa", "stress", sample.raw.path))))
+        if largest > CREDIBLE_STRESS_MPA:
             missing.append(
                 f"area_mm2 (its stress reaches {largest:.0f} MPa, more than any nitinol bears: the machine"
                 " was told a wrong cross-section)"
             )
-    elif "stress" not in channels and area_mm2(options) is None:
-        missing.append("area_mm2 (there is no stress, only load)")
     if missing:
         raise refuse(
             sample.raw.path, "this log makes a wire when the specimen's sizes are known; state with"

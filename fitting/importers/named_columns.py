@@ -1,15 +1,26 @@
 """Any delimited file or sheet: columns that the person names (`--map`), or whose headings name a quantity."""
 
+import numpy as np
+
 from ..recordings import Recording, schema
+from ..recordings.columns import convert
 from ..recordings.table import refuse
 from .assemble import Facts, assemble
-from .channels import Channel, mapped_channels, named_channels
+from .channels import channels_of, in_unit, named_channels
 from .circuit import VOLTAGES, resistance_named
+from .derive import area_mm2
 from .format import Format
-from .grid import Sample
+from .making import Channel, Making
 from .options import Options
+from .parts import Sample
+from .spelling import dimension, unit_name
+from .unmodelled import KINDS, unmodelled
 
 NAME = "named-columns"
+METAL_MPA = 60.0
+"""Stress that no elastomer bears: natural rubber, the strongest, breaks at 30 MPa."""
+METAL_MODULUS_MPA = 500.0
+"""Stress over strain beyond that of any elastomer (100 MPa) and below that of any nitinol (5 GPa)."""
 
 
 def recognises(sample: Sample) -> bool:
@@ -20,10 +31,9 @@ def recognises(sample: Sample) -> bool:
 def read(sample: Sample, options: Options) -> Recording:
     """A recording of the stated kind, or of the one that the quantities fit."""
     grid = sample.require_grid()
-    # Where columns are named by hand, only those are taken: a guess beside them would surprise.
-    channels = mapped_channels(sample, options) if options.columns else named_channels(grid)
-    kind = options.kind or _kind(sample, channels)
-    notices = list(grid.notices)
+    notices: list[str] = list(grid.notices)
+    channels = channels_of(sample, options, notices)
+    kind = options.kind or _kind(sample, channels, options)
     if not options.kind:
         notices.append(f"taken as kind {kind} from its columns (--kind to correct)")
     taken = {channel.label for channel in channels.values()}
@@ -33,18 +43,32 @@ def read(sample: Sample, options: Options) -> Recording:
             f"columns left aside: {', '.join(repr(text) for text in aside)} (--map QUANTITY=COLUMN takes one)"
         )
     if grid.preamble:
-        notices.append(f"{len(grid.preamble)} lines before the table were left aside")
-    return assemble(sample.raw, grid, channels, kind, options, Facts(NAME), notices)
+        notices.append(
+            f"{len(grid.preamble)} lines before the table were left aside, but for sizes that are named here"
+        )
+    return assemble(sample, channels, kind, options, Facts(NAME), notices)
 
 
-def _kind(sample: Sample, channels: dict[str, Channel]) -> str:
-    """Kind whose required quantities are all there or can be derived, if there is exactly one."""
-    held = set(channels)
+def _held(channels: dict[str, Channel], options: Options, sample: Sample) -> set[str]:
+    """Quantities that are there, can be made, or are stated as constant."""
+    held = {*channels, *options.constants}
     if held & {"stretch", "true_strain"}:
         held.add("strain")
     if "true_stress" in held:
         held.add("stress")
-    held |= {resistance_named(voltage) for voltage in VOLTAGES if voltage in held}
+    sizes = {*options.dimensions, *sample.sizes}
+    if "elongation" in held and sizes & {"gauge_length_mm", "length"}:
+        held.add("strain")
+    if "force" in held and (sizes & {"area_mm2", "diameter_mm"} or {"width_mm", "thickness_mm"} <= sizes):
+        held.add("stress")
+    if "temperature" in held and "stress_MPa" in sizes:
+        held.add("stress")
+    return held | {resistance_named(voltage) for voltage in VOLTAGES if voltage in held}
+
+
+def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str:
+    """Kind whose required quantities are all there or can be derived, if there is exactly one."""
+    held = _held(channels, options, sample)
     fits = []
     for kind, rules in schema.COLUMNS.items():
         needed = {schema.quantity_and_unit(name)[0] for name in rules.required} - {"time"}
@@ -52,21 +76,75 @@ def _kind(sample: Sample, channels: dict[str, Channel]) -> str:
         if needed <= held and (not choice or choice & held):
             fits.append(kind)
     if {"wire", "elastomer"} <= set(fits):
-        fits.remove("elastomer" if held & {"temperature", "resistance"} else "wire")
+        fits.remove(
+            "elastomer"
+            if held & {"temperature", "resistance"} or _metal(sample, channels, options)
+            else "wire"
+        )
     if {"tube", "actuator"} <= set(fits):
         fits.remove(
             "tube" if held & {"curvature", "bend_angle", "resistance_1", "resistance_2"} else "actuator"
         )
+    told = unmodelled(sample, channels)
+    if told and (not fits or told.certain):
+        raise refuse(sample.raw.path, told.sentence)
     if len(fits) != 1:
         what = (
             f"its columns fit the kinds {', '.join(fits)}" if fits else "its columns fit no kind of recording"
         )
-        labels = [heading.text for heading in sample.require_grid().headings]
+        labels = [repr(heading.text) for heading in sample.require_grid().headings]
+        columns = ", ".join(labels) or "no headings"
         raise refuse(
-            sample.raw.path, f"{what} ({', '.join(repr(label) for label in labels) or 'no headings'}); state"
-            " --kind, and name the columns with --map QUANTITY=COLUMN",
+            sample.raw.path, f"{what} ({columns}){_nearest(held)}; state"
+            f" --kind, and name the columns with --map QUANTITY=COLUMN. Kinds: {KINDS}",
         )  # fmt: skip
     return fits[0]
+
+
+def _nearest(held: set[str]) -> str:
+    """What is missing for the kinds that lack one or two quantities, and how to state it."""
+    near = []
+    if {"strain", "temperature"} <= held and "stress" not in held:
+        near.append("of a wire the stress is missing: if it did not change, --constant stress_MPa=...")
+    if {"force", "elongation"} <= held and not held & {"strain", "stress"}:
+        near.append(
+            "of a coupon or wire the sizes are missing: --dimension gauge_length_mm=... and --dimension"
+            " area_mm2=..."
+            " (or diameter_mm, or width_mm and thickness_mm); of a spring the resistance"
+        )
+    elif "force" in held and "strain" in held and "stress" not in held:
+        near.append(
+            "of a coupon or wire the cross-section is missing: --dimension area_mm2=... (or diameter_mm=...)"
+        )
+    elif "stress" in held and "elongation" in held and "strain" not in held:
+        near.append("of a coupon or wire the gauge length is missing: --dimension gauge_length_mm=...")
+    return f"; {'; '.join(near)}" if near else ""
+
+
+def _most_stress_MPa(sample: Sample, channels: dict[str, Channel], options: Options) -> float | None:
+    """Largest stress, as it is or as load over the specimen's cross-section; None where neither is known."""
+    stress, force = channels.get("stress"), channels.get("force")
+    if stress is not None and dimension(stress.unit) == "pressure":
+        return float(np.nanmax(np.abs(convert(stress.values, unit_name(str(stress.unit)), "MPa"))))
+    making = Making(channels, "wire", options.alone(), sample.sizes, str(sample.raw.path), [])
+    area = area_mm2(making, quiet=True)
+    if area is None or force is None or dimension(force.unit) not in ("force", "mass"):
+        return None
+    return float(np.nanmax(np.abs(in_unit(force, "N", "force", sample.raw.path)))) / area
+
+
+def _metal(sample: Sample, channels: dict[str, Channel], options: Options) -> bool:
+    """Whether stress over strain is that of a metal."""
+    most = _most_stress_MPa(sample, channels, options)
+    strain = channels.get("strain")
+    if most is None:
+        return False
+    if most > METAL_MPA:
+        return True
+    if strain is None or dimension(strain.unit) != "number":
+        return False
+    far = float(np.nanmax(np.abs(convert(strain.values, unit_name(str(strain.unit)), "1"))))
+    return far > 0.0 and most / far > METAL_MODULUS_MPA
 
 
 FORMAT = Format(

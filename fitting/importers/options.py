@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.units import find_unit
 
 from ..recordings import schema
-from .grid import unit_name
+from ..recordings.columns import written_unit
+from .spelling import unit_name
 
 # Quantities that a column of a raw file may hold: those of the recording format, and what they are
 # made from.
@@ -18,6 +19,11 @@ QUANTITIES = tuple(
         + ["stretch", "true_strain", "true_stress", "voltage", "voltage_1", "voltage_2", "voltage_3"]
     )
 )
+# Other words for a quantity that people use on the command line.
+SYNONYMS = {
+    "displacement": "elongation", "extension": "elongation", "position": "elongation", "load": "force",
+    "temp": "temperature", "angle": "bend_angle",
+}  # fmt: skip
 # Sizes of a specimen that turn machine readings into strain and stress.
 DIMENSIONS = ("gauge_length_mm", "area_mm2", "diameter_mm", "width_mm", "thickness_mm", "span_mm", "depth_mm")
 # Dimensions of a spring, a tube or an actuator, which go into the sidecar as they are.
@@ -25,6 +31,22 @@ GEOMETRY = tuple(schema.GEOMETRY_NUMBERS)
 # The circuit that raw voltages were measured with (Eq. 2.50): adjustment voltage and set resistor of the
 # current regulator, gain and offset voltage of an amplifier.
 CIRCUIT = ("adjust_V", "set_ohm", "gain", "offset_V")
+
+
+SLACK_WORDS = ("auto", "keep")
+
+
+@dataclass
+class Used:
+    """Which of the stated options something used, and why each of the others was of no use.
+
+    Attributes:
+        names: pairs of option and name, such as `("--scale", "force")`.
+        why: a sentence for each stated pair that nothing used.
+    """
+
+    names: set[tuple[str, str]] = field(default_factory=set)
+    why: dict[tuple[str, str], str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -39,6 +61,12 @@ class Options:
         scales: quantity -> factor on the raw numbers (-1 turns a sign).
         dimensions: size of the specimen by name (`DIMENSIONS`, `GEOMETRY`), in the unit of its name.
         circuit: that turns raw voltages into resistance, by name (`CIRCUIT`).
+        constants: quantity that did not change during the test -> its value and unit.
+        subtracted: quantity -> what is taken off it, with its unit: a zero, the air's pressure.
+        compression: whether the specimen was pressed; None leaves it to the file.
+        slack: strain (or elongation in mm) up to which a specimen hung slack; `"auto"` finds it, `"keep"`
+            leaves the start as it is and says nothing; None says what is seen.
+        sheet: name or number of the only sheet to read.
         interval_s: seconds between samples, for files without a clock.
         licence, citation, specimen, role: go into the sidecar.
     """
@@ -50,11 +78,47 @@ class Options:
     scales: Mapping[str, float] = field(default_factory=dict)
     dimensions: Mapping[str, float] = field(default_factory=dict)
     circuit: Mapping[str, float] = field(default_factory=dict)
+    constants: Mapping[str, tuple[float, str]] = field(default_factory=dict)
+    subtracted: Mapping[str, tuple[float, str]] = field(default_factory=dict)
+    compression: bool | None = None
+    slack: str | float | None = None
+    sheet: str | None = None
     interval_s: float | None = None
     licence: str | None = None
     citation: str | None = None
     specimen: str | None = None
     role: str = "fit"
+    used: Used = field(default_factory=Used, compare=False)
+
+    def stated(self) -> list[tuple[str, str]]:
+        """Pairs of option and name of everything that must be of use for something in a file."""
+        tables = {
+            "--map": self.columns, "--unit": self.units, "--scale": self.scales,
+            "--dimension": self.dimensions, "--constant": self.constants, "--subtract": self.subtracted,
+            "--circuit": self.circuit,
+        }  # fmt: skip
+        pairs = [(option, name) for option, table in tables.items() for name in table]
+        pairs += (
+            [("--compression" if self.compression else "--tension", "")]
+            if self.compression is not None
+            else []
+        )
+        pairs += [("--slack", "")] if self.slack is not None else []
+        return pairs + ([("--interval", "")] if self.interval_s is not None else [])
+
+    def mends(self) -> bool:
+        """Whether anything is stated that changes the numbers of a recording."""
+        return bool(
+            self.scales
+            or self.constants
+            or self.subtracted
+            or self.compression
+            or self.slack not in (None, "keep")
+        )
+
+    def alone(self) -> "Options":
+        """The same with a record of use of its own."""
+        return replace(self, used=Used())
 
 
 def make_options(
@@ -66,6 +130,11 @@ def make_options(
     scales: Iterable[str] = (),
     dimensions: Iterable[str] = (),
     circuit: Iterable[str] = (),
+    constants: Iterable[str] = (),
+    subtracted: Iterable[str] = (),
+    compression: bool | None = None,
+    slack: str | None = None,
+    sheet: str | None = None,
     interval_s: float | None = None,
     licence: str | None = None,
     citation: str | None = None,
@@ -103,6 +172,11 @@ def make_options(
         scales={name: _number("--scale", name, text) for name, text in _pairs("--scale", scales, QUANTITIES)},
         dimensions=sizes,
         circuit=parts,
+        constants=_amounts("--constant", constants),
+        subtracted=_amounts("--subtract", subtracted),
+        compression=compression,
+        slack=_slack(slack),
+        sheet=sheet,
         interval_s=interval_s,
         licence=licence,
         citation=citation,
@@ -115,6 +189,7 @@ def _pairs(option: str, texts: Iterable[str], names: tuple[str, ...]) -> list[tu
     pairs: dict[str, str] = {}
     for text in texts:
         name, equals, value = (part.strip() for part in text.partition("="))
+        name = SYNONYMS.get(name, name) if names is QUANTITIES else name
         if not equals or not value:
             raise InputError(f"{option} {text}: must be NAME=VALUE, e.g. {option} {names[0]}=...")
         if name not in names:
@@ -123,6 +198,65 @@ def _pairs(option: str, texts: Iterable[str], names: tuple[str, ...]) -> list[tu
             raise InputError(f"{option} {name} is given twice; keep one")
         pairs[name] = value.strip("\"'")
     return list(pairs.items())
+
+
+def _slack(text: str | None) -> str | float | None:
+    if text is None or text in SLACK_WORDS:
+        return text
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value) or value < 0.0:
+        raise InputError(
+            f"--slack {text}: must be auto, keep, or the strain (mm of a spring) at which it grew taut"
+        )
+    return value
+
+
+def _amounts(option: str, texts: Iterable[str]) -> dict[str, tuple[float, str]]:
+    """Value and unit by quantity of texts such as `temperature_degC=22`.
+
+    Raises:
+        InputError: for an unknown quantity, a unit that is absent, unknown or of another dimension, a value
+            that is not a number.
+    """
+    amounts: dict[str, tuple[float, str]] = {}
+    for text in texts:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        word, underscore, unit_text = name.rpartition("_")
+        name = f"{SYNONYMS.get(word, word)}_{unit_text}" if underscore else name
+        if not equals or not value:
+            raise InputError(f"{option} {text}: must be NAME_UNIT=VALUE, e.g. {option} temperature_degC=22")
+        canonical = _canonical_of(name)
+        if canonical is None:
+            names = sorted({column for rules in schema.COLUMNS.values() for column in rules.known})
+            raise InputError(f"{option} {text}: {name!r} is not known here, {nearest(name, names)}")
+        quantity, _ = schema.quantity_and_unit(canonical)
+        try:
+            unit = written_unit(name, canonical)
+        except InputError as error:
+            raise InputError(f"{option} {text}: {error}") from None
+        if quantity in amounts:
+            raise InputError(f"{option} {quantity} is given twice; keep one")
+        try:
+            number = float(value.strip("\"'"))
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            raise InputError(f"{option} {text}: {value!r} must be a number")
+        amounts[quantity] = (number, unit)
+    return amounts
+
+
+def _canonical_of(name: str) -> str | None:
+    """A canonical column that a name speaks of, whatever its unit is."""
+    for rules in schema.COLUMNS.values():
+        for canonical in rules.known:
+            quantity, _ = schema.quantity_and_unit(canonical)
+            if name == quantity or (name.startswith(quantity + "_") and "_" not in name[len(quantity) + 1 :]):
+                return canonical
+    return None
 
 
 def _number(option: str, name: str, text: str) -> float:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..recordings import Recording, schema
+from ..recordings import NOT_STATED, Recording, schema
 
 FIRST_ROWS = 5
 
@@ -17,13 +17,13 @@ def describe(recording: Recording) -> str:
         Several lines: name and kind, a table of columns, the first rows, provenance, notices.
     """
     head = f"{recording.name}: kind {recording.kind}, specimen {recording.specimen}, {len(recording)} rows"
-    source = [f"{key}: {recording.source.get(key, 'not stated')}" for key in ("citation", "licence")]
+    source = [f"{key}: {recording.source.get(key, NOT_STATED)}" for key in ("citation", "licence")]
     parts = [
         head,
         *_columns(recording),
         *_rows(recording),
         *source,
-        *(f"- {text}" for text in recording.notices),
+        *(f"- {text}" for text in sorted(recording.notices, key=lambda text: text.startswith("check: "))),
     ]
     return "\n".join([parts[0], *(f"  {part}" for part in parts[1:])])
 

@@ -5,18 +5,59 @@ import hashlib
 import io
 import warnings
 import zipfile
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from ..recordings.table import refuse
 
-_DELIMITERS = (",", ";", "\t", " ")  # a space stands for any run of white space
+# Time, displacement, force, strain, ...: words that show that a text in no other code is Chinese.
+_CHINESE = ("时间", "位移", "力", "应变", "应力", "温度", "变形")
+
+
+@dataclass(frozen=True)
+class Page:
+    """One sheet of a workbook, or the whole of a text file.
+
+    Attributes:
+        name: of the sheet; nothing for text.
+        lines: of text.
+        rows: of cells as text, with no trailing empty ones; None for text.
+    """
+
+    name: str
+    lines: list[str]
+    rows: list[list[str]] | None = None
+
+    @property
+    def is_sheet(self) -> bool:
+        """Whether it has cells rather than lines."""
+        return self.rows is not None
+
+    @property
+    def count(self) -> int:
+        """Number of its lines."""
+        return len(self.lines) if self.rows is None else len(self.rows)
+
+    def fields(self, delimiter: str, picked: Iterable[int] | None = None) -> list[list[str]]:
+        """Rows split at a delimiter (a space: at white space), all or picked ones; a sheet's rows for any."""
+        if self.rows is not None:
+            return self.rows if picked is None else [self.rows[i] for i in picked]
+        lines = self.lines if picked is None else [self.lines[i] for i in picked]
+        return [split_line(line, delimiter) for line in lines]
+
+    def head(self, count: int = 60) -> str:
+        """First lines (or rows) as one text, to recognise a file by."""
+        if self.rows is not None:
+            return "\n".join("\t".join(row) for row in self.rows[:count])
+        return "\n".join(self.lines[:count])
 
 
 @dataclass(frozen=True)
 class RawFile:
-    """Bytes of a file, and what they say as text or as a sheet of cells.
+    """Bytes of a file, and what they say as text or as sheets of cells.
 
     Attributes:
         path: where it is.
@@ -32,42 +73,26 @@ class RawFile:
         return hashlib.sha256(self.content).hexdigest()
 
     @property
-    def is_sheet(self) -> bool:
+    def is_workbook(self) -> bool:
         """Whether it is an Excel workbook (xlsx)."""
         return self.content[:4] == b"PK\x03\x04"
 
     @cached_property
-    def lines(self) -> list[str]:
-        """Lines of text, without their ends; empty for a workbook.
+    def pages(self) -> list[Page]:
+        """Filled sheets of a workbook in order, or the one page that a text is.
 
         Raises:
-            InputError: if the file is neither text nor a workbook.
+            InputError: if the file is neither text nor a workbook, or a workbook without a filled sheet.
         """
-        if self.is_sheet:
-            return []
+        return _read_sheets(self) if self.is_workbook else [Page("", self._lines())]
+
+    def _lines(self) -> list[str]:
         if self.content[:4] == b"\xd0\xcf\x11\xe0":
             raise refuse(self.path, "this is an old Excel file (.xls); save it as .xlsx or .csv")
         text = _decode(self.content)
         if "\0" in text:
             raise refuse(self.path, "this is neither text nor an Excel workbook; export it as .csv")
         return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-
-    @cached_property
-    def cells(self) -> list[list[str]]:
-        """Rows of the first filled sheet as text, with no trailing empty cells; empty for text files."""
-        return _read_sheet(self) if self.is_sheet else []
-
-    def fields(self, delimiter: str) -> list[list[str]]:
-        """Rows split at a delimiter (a space: at white space); a workbook's rows for any delimiter."""
-        if self.is_sheet:
-            return self.cells
-        return [split_line(line, delimiter) for line in self.lines]
-
-    def head(self, count: int = 60) -> str:
-        """First lines (or rows) as one text, to recognise a file by."""
-        if self.is_sheet:
-            return "\n".join("\t".join(row) for row in self.cells[:count])
-        return "\n".join(self.lines[:count])
 
 
 def open_raw(path: str | Path) -> RawFile:
@@ -89,13 +114,20 @@ def open_raw(path: str | Path) -> RawFile:
 
 
 def _decode(content: bytes) -> str:
-    """Text in UTF-8, UTF-16 with its mark, or else Windows Latin, in which instruments write degree signs."""
+    """Text in UTF-8, UTF-16, a Chinese code whose headings are read, or else Windows Latin (degree signs)."""
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return content.decode("utf-16", errors="replace")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        return content.decode("cp1252", errors="replace")
+        pass
+    try:
+        chinese = content.decode("gb18030")
+    except UnicodeDecodeError:
+        chinese = ""
+    if any(word in chinese for word in _CHINESE):
+        return chinese
+    return content.decode("cp1252", errors="replace")
 
 
 def split_line(line: str, delimiter: str) -> list[str]:
@@ -106,36 +138,46 @@ def split_line(line: str, delimiter: str) -> list[str]:
     """
     if delimiter == " ":
         return line.split()
-    fields = next(csv.reader([line], delimiter=delimiter), [])
+    fields = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])
     if len(fields) == 1 and line.startswith('"') and delimiter in fields[0]:
-        fields = next(csv.reader([fields[0]], delimiter=delimiter), [])
+        fields = next(csv.reader([fields[0]], delimiter=delimiter, skipinitialspace=True), [])
     fields = [field.strip() for field in fields]
     while fields and not fields[-1]:
         fields.pop()
     return fields
 
 
-def _read_sheet(raw: RawFile) -> list[list[str]]:
+def _cell_text(cell: Any) -> str:
+    """Text of a cell as the sheet shows it: a cell in a percent format holds a hundredth of what is shown."""
+    value = cell.value
+    if value is None:
+        return ""
+    if isinstance(value, int | float) and not isinstance(value, bool) and "%" in str(cell.number_format):
+        return f"{100.0 * value:.15g}%"
+    return str(value).strip()
+
+
+def _read_sheets(raw: RawFile) -> list[Page]:
     import openpyxl  # slow to import, and most files are text
 
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about styles and extensions that do not touch the numbers
             book = openpyxl.load_workbook(io.BytesIO(raw.content), read_only=True, data_only=True)
-            sheets = [list(sheet.iter_rows(values_only=True)) for sheet in book.worksheets]
+            sheets = [
+                (sheet.title, [[_cell_text(cell) for cell in row] for row in sheet.iter_rows()])
+                for sheet in book.worksheets
+            ]
             book.close()
     except (zipfile.BadZipFile, KeyError, ValueError, OSError, TypeError) as error:
         raise refuse(raw.path, f"this is not an Excel workbook that can be read ({error})") from None
-    for rows in sheets:
-        texts = [["" if cell is None else str(cell).strip() for cell in row] for row in rows]
+    pages = []
+    for title, texts in sheets:
         for row in texts:
             while row and not row[-1]:
                 row.pop()
         if any(texts):
-            return texts
-    raise refuse(raw.path, "the workbook has no filled sheet")
-
-
-def delimiters(raw: RawFile) -> tuple[str, ...]:
-    """Delimiters to try; a workbook needs none."""
-    return ("",) if raw.is_sheet else _DELIMITERS
+            pages.append(Page(title, [], texts))
+    if not pages:
+        raise refuse(raw.path, "the workbook has no filled sheet")
+    return pages

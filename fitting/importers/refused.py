@@ -7,15 +7,15 @@ import numpy as np
 from ..recordings import Recording, schema
 from ..recordings.table import refuse
 from .format import Format
-from .grid import Sample
 from .options import Options
+from .parts import Sample
 
 
 def _refused(name: str, recognises: Callable[[Sample], bool], sentence: str) -> Format:
     def read(sample: Sample, options: Options) -> Recording:
         raise refuse(sample.raw.path, sentence)
 
-    return Format(name, f"refused: {sentence.partition(';')[0]}", recognises, read)
+    return Format(name, f"refused: {sentence.partition(';')[0]}", recognises, read, refuses=True)
 
 
 def _is_fluke(sample: Sample) -> bool:
@@ -23,7 +23,7 @@ def _is_fluke(sample: Sample) -> bool:
 
 
 def _is_dsc(sample: Sample) -> bool:
-    head = sample.raw.head(80)
+    head = sample.raw.pages[0].head(80)
     return "Sample Weight:" in head and ("Heat Flow" in head or "Pyris" in head or "DSC" in head)
 
 
@@ -51,9 +51,11 @@ def _is_single_column(sample: Sample) -> bool:
 
 def _is_recording(sample: Sample) -> bool:
     """A header of canonical names: every required column of some kind."""
-    if sample.raw.is_sheet or sample.grid is None:
+    if sample.raw.is_workbook or sample.grid is None:
         return False
-    header = {heading.text for heading in sample.grid.headings}
+    lines = (line for page in sample.raw.pages for line in page.lines)
+    first = next((line for line in lines if line.strip() and not line.startswith("#")), "")
+    header = {name.strip() for name in first.split(",")}
     return any(set(rules.required) <= header for rules in schema.COLUMNS.values())
 
 
@@ -90,6 +92,8 @@ SINGLE = _refused(
 RECORDING = _refused(
     "recording",
     _is_recording,
-    "this already is in the recording format; it can be used as it is",
+    "this already is in the recording format; it can be used as it is (options that mend it, such as"
+    " --compression or"
+    " --slack auto, are applied if stated)",
 )
 FORMATS = (FLUKE, DSC, SHEAR, BENDING, SINGLE, RECORDING)

@@ -1,6 +1,7 @@
 """Which formats there are, which one a file is, and the way from files to recordings."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 from pneusma_jax.errors import InputError, nearest
@@ -18,10 +19,14 @@ from . import (
     tensile_database,
 )
 from .assemble import slug
+from .channels import named_channels
 from .format import Format
-from .grid import Sample
 from .options import Options
+from .parts import Sample, samples_of
 from .raw import open_raw
+from .refused import RECORDING as recording_format
+from .tables import words_for_numbers
+from .unmodelled import unmodelled
 
 FORMATS: tuple[Format, ...] = (
     tensile_database.FORMAT,
@@ -33,7 +38,7 @@ FORMATS: tuple[Format, ...] = (
     *refused.FORMATS,
     named_columns.FORMAT,
 )
-RAW_ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".xlsx")
+RAW_ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".prn", ".tra", ".xlsx", ".xlsm")
 
 
 def detect(sample: Sample) -> Format:
@@ -49,9 +54,18 @@ def detect(sample: Sample) -> Format:
     if hits:
         names = " or ".join(hit.name for hit in hits)
         raise refuse(sample.raw.path, f"this could be {names}; pick one with --format")
+    told = unmodelled(sample, named_channels(sample.grid)) if sample.grid is not None else None
+    if told:
+        raise refuse(sample.raw.path, told.sentence)
+    if sample.grid is None:
+        for page in sample.raw.pages:
+            if why := words_for_numbers(page):
+                raise refuse(sample.raw.path, f"{why}; write them as numbers, or leave them empty")
     known = ", ".join(known.name for known in FORMATS)
     headings = [] if sample.grid is None else [heading.text for heading in sample.grid.headings]
     columns = f" ({', '.join(repr(text) for text in headings)})" if headings else ""
+    if sample.grid is not None and not headings:
+        columns = f" (without headings, numbers 1 to {sample.grid.values.shape[1]})"
     raise refuse(
         sample.raw.path,
         f"no known format; name its columns{columns} with --map QUANTITY=COLUMN, or see the known ones: "
@@ -60,27 +74,143 @@ def detect(sample: Sample) -> Format:
 
 
 def import_file(path: str | Path, options: Options | None = None) -> Recording:
-    """Make a recording of one raw laboratory file.
+    """Make a recording of a raw laboratory file that holds one test.
 
     Args:
         path: text or xlsx.
         options: what the person states; none by default.
 
     Returns:
-        A checked recording with `real = true`; its `notices` say what was understood. `source` has no licence
-        where none was stated or found: `write_recording` refuses it then.
+        A checked recording with `real = true`; its `notices` say what was understood.
 
     Raises:
-        InputError: if the file is of no known format, of several, or cannot be a recording; one line, with
-            remedy.
+        InputError: if the file is of no known format, of several, holds several tests, or cannot be a
+            recording; one line, with remedy.
+    """
+    recordings = import_tests(path, options)
+    if len(recordings) > 1:
+        titles = ", ".join(repr(recording.source["raw_part"]) for recording in recordings)
+        raise refuse(
+            path, f"this file holds {len(recordings)} tests ({titles}); choose one with --sheet or --specimen"
+        )
+    return recordings[0]
+
+
+def import_tests(path: str | Path, options: Options | None = None) -> list[Recording]:
+    """Make a recording of each test in a raw file: its sheets, its tables, its groups of columns.
+
+    Args:
+        path: text or xlsx.
+        options: what the person states; `specimen` picks a test where one is called so.
+
+    Raises:
+        InputError: as `import_file`, and if the person states something that no test uses.
     """
     options = options or Options()
-    sample = Sample(open_raw(path))
-    if options.format is not None:
-        return _named_format(options.format, sample).read(sample, options)
-    if options.columns:
-        return named_columns.FORMAT.read(sample, options)
-    return detect(sample).read(sample, options)
+    recordings = _tests_of(path, options)
+    _refuse_unused(recordings, options)
+    return [recording for recording, _ in recordings]
+
+
+def _tests_of(path: str | Path, options: Options) -> list[tuple[Recording, Options]]:
+    """Recordings of a file, each with the options as they were used for it."""
+    samples, options = _picked(samples_of(open_raw(path), options.sheet), options)
+    formats: list[Format | InputError] = [_format_or_error(sample, options) for sample in samples]
+    known = [found for found in formats if isinstance(found, Format) and not found.refuses]
+    if not known:
+        first = formats[0]
+        if isinstance(first, InputError):
+            raise first
+        first.read(samples[0], options.alone())
+    made: list[tuple[Recording, Options]] = []
+    aside = []
+    for sample, found in zip(samples, formats, strict=True):
+        if isinstance(found, InputError) or found.refuses:
+            # Beside tests that are read, a sheet of results or notes is no reason to refuse the file.
+            aside.append(f"{sample.title!r} was left out: {_columns_of(sample)} fit no known format")
+            continue
+        own = options.alone()
+        made.append((found.read(sample, own), own))
+    for recording, _ in made:
+        _add_notices(recording, [*aside, *_others(recording, made)])
+    return made
+
+
+def _picked(samples: list[Sample], options: Options) -> tuple[list[Sample], Options]:
+    """The test that `--specimen` names, where a file holds several and one is called so."""
+    wanted = options.specimen
+    if wanted is None or len(samples) < 2:
+        return samples, options
+    hits = [s for s in samples if wanted.casefold() in (s.title.casefold(), slug(s.title).casefold())]
+    if len(hits) != 1:
+        said = f"check: --specimen {wanted} names none of the tests in this file: all are taken as one"
+        own = any(sample.own_specimen for sample in samples)
+        return [replace(s, notices=(*s.notices, said)) if own else s for s in samples], options
+    titles = ", ".join(repr(sample.title) for sample in samples)
+    only = replace(
+        hits[0], notices=(*hits[0].notices, f"--specimen names one of the tests {titles}: only that was read")
+    )
+    return [only], replace(options, specimen=slug(wanted))
+
+
+def _format_or_error(sample: Sample, options: Options) -> Format | InputError:
+    try:
+        if options.format is not None:
+            return _named_format(options.format, sample)
+        if options.mends() and recording_format.recognises(sample):
+            return named_columns.FORMAT
+        if not options.columns:
+            return detect(sample)
+        # A format that reads headings takes those that are named, too; columns without names are a person's.
+        hits = [
+            known
+            for known in FORMATS
+            if not known.fallback and not known.refuses and known.recognises(sample)
+        ]
+        return hits[0] if len(hits) == 1 and sample.require_grid().headings else named_columns.FORMAT
+    except InputError as error:
+        return error
+
+
+def _others(recording: Recording, made: list[tuple[Recording, Options]]) -> list[str]:
+    """That a file holds several tests, and what they are called."""
+    if len(made) < 2:
+        return []
+    titles = ", ".join(repr(other.source["raw_part"]) for other, _ in made)
+    own = recording.source["raw_part"]
+    return [
+        f"one of {len(made)} tests in this file ({titles}), here {own!r}; --sheet or --specimen picks one"
+    ]
+
+
+def _add_notices(recording: Recording, more: list[str]) -> None:
+    recording.notices += [text for text in more if text not in recording.notices]
+    recording.source["notes"] = list(recording.notices)
+
+
+def _columns_of(sample: Sample) -> str:
+    headings = [heading.text for heading in sample.grid.headings if heading.text] if sample.grid else []
+    return (
+        f"its columns ({', '.join(map(repr, headings[:8]))})" if headings else "its columns without headings"
+    )
+
+
+def _refuse_unused(made: list[tuple[Recording, Options]], options: Options) -> None:
+    """Refuse what the person states and no recording uses; say it where only some do.
+
+    Raises:
+        InputError: with the reason, and the option that is meant.
+    """
+    for pair in options.stated():
+        without = [(recording, own) for recording, own in made if pair not in own.used.names]
+        if len(without) == len(made):
+            recording, own = made[0]
+            raise refuse(
+                recording.path or recording.name,
+                own.used.why.get(pair, f"{' '.join(pair).strip()} is of no use here"),
+            )
+        for recording, own in without:
+            _add_notices(recording, [f"check: not used here: {own.used.why[pair]}"])
 
 
 def _named_format(name: str, sample: Sample) -> Format:
@@ -95,20 +225,24 @@ def _named_format(name: str, sample: Sample) -> Format:
 
 
 def import_files(paths: Iterable[str | Path], options: Options | None = None) -> list[Recording]:
-    """Make a recording of each file; all or none. Names that would clash get their folders in front.
+    """Make the recordings of each file; all or none. Names that would clash get their folders in front.
 
     Raises:
-        InputError: if any cannot be imported: the first one's line, with how many more are wrong.
+        InputError: if any cannot be imported: the first one's line, with how many more are wrong; or if an
+            option is of use for none of them.
     """
-    recordings: list[Recording] = []
+    options = options or Options()
+    made: list[tuple[Recording, Options]] = []
     errors: list[InputError] = []
     for path in paths:
         try:
-            recordings.append(import_file(path, options))
+            made += _tests_of(path, options)
         except InputError as error:
             errors.append(error)
     if errors:
         raise first_of(errors)
+    _refuse_unused(made, options)
+    recordings = [recording for recording, _ in made]
     _separate_names(recordings)
     return recordings
 
@@ -129,8 +263,14 @@ def raw_files(sources: Iterable[str | Path]) -> tuple[list[Path], list[Path]]:
             wanted.append(source)
             continue
         files = sorted(p for p in source.iterdir() if p.suffix.lower() in RAW_ENDINGS and p.is_file())
-        samples = {path: Sample(open_raw(path)) for path in files}
-        held = [p for p, s in samples.items() if s.grid is not None or any(f.recognises(s) for f in FORMATS)]
+        samples = {path: samples_of(open_raw(path)) for path in files}
+        held = [
+            path
+            for path, tests in samples.items()
+            if any(
+                test.grid is not None or any(known.recognises(test) for known in FORMATS) for test in tests
+            )
+        ]
         if not held:
             raise refuse(
                 source, f"there is no raw file ({', '.join(RAW_ENDINGS)}) with numbers in this folder"
@@ -149,7 +289,7 @@ def _separate_names(recordings: list[Recording]) -> None:
             return
         for recording in clashing:
             parts = recording.path.resolve().with_suffix("").parts
-            recording.name = slug("_".join(parts[-1 - depth :]))
+            recording.name = slug("_".join([*parts[-1 - depth :], str(recording.source.get("raw_part", ""))]))
     names = [recording.name for recording in recordings]
     twice = next(recording for recording in recordings if names.count(recording.name) > 1)
     raise refuse(twice.path, "this file is given twice")

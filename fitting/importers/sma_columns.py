@@ -8,8 +8,8 @@ from ..recordings import Recording
 from .assemble import Facts, assemble, slug
 from .channels import numbered
 from .format import Format
-from .grid import Sample
 from .options import Options
+from .parts import Sample
 
 NAME = "sma-columns"
 LOAD_NOISE_MPA = 5.0  # spread of a constant load near zero
@@ -55,9 +55,7 @@ def read(sample: Sample, options: Options) -> Recording:
     folder = slug(sample.raw.path.resolve().parent.name)
     if options.specimen is None:
         notices.append(f"specimen taken from the folder's name, {folder!r} (--specimen to correct)")
-    return assemble(
-        sample.raw, grid, channels, options.kind or "wire", options, Facts(NAME, specimen=folder), notices
-    )
+    return assemble(sample, channels, options.kind or "wire", options, Facts(NAME, specimen=folder), notices)
 
 
 FORMAT = Format(NAME, "no header; temperature, strain, stress in three columns -> wire", recognises, read)

@@ -9,11 +9,13 @@ from ..recordings.table import refuse
 from .assemble import Facts, assemble, slug
 from .channels import numbered
 from .format import Format
-from .grid import Sample
 from .options import Options
+from .parts import Sample
+from .strain_unit import FARTHEST_STRETCH
 
 NAME = "stress-stretch"
 DEFAULT_UNIT = "MPa"
+NEAR_REST = 0.5  # a test that never comes nearer to a stretch of one is none, or is counted otherwise
 # Folders of such collections name the mode of loading, which the numbers do not.
 _OTHER_MODES = {
     "ET": "equibiaxial tension",
@@ -24,7 +26,9 @@ _OTHER_MODES = {
 
 
 def _agree(stretch: np.ndarray, stress: np.ndarray) -> bool:
-    """Stretch is positive, and stress pulls where it is above one and pushes where it is below."""
+    """Stretch is positive, begins near one, and stress pulls where it is above one and pushes where below."""
+    if np.abs(stretch - 1.0).min() > NEAR_REST or stretch.max() > FARTHEST_STRETCH:
+        return False
     slack = 0.02 * np.abs(stress).max()
     pulls = (stretch >= 1.0) & (stress >= -slack)
     pushes = (stretch <= 1.0) & (stress <= slack)
@@ -70,8 +74,7 @@ def read(sample: Sample, options: Options) -> Recording:
         )
     specimen = slug("_".join(path.parts[-3:-1])) if path.parent.name in ("UT", "UC") else slug(path.stem)
     return assemble(
-        sample.raw,
-        grid,
+        sample,
         channels,
         options.kind or "elastomer",
         options,

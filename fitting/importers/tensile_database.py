@@ -1,11 +1,13 @@
 """Pull-to-failure files of a materials database: semicolons, PARAMETER;INFO lines, true and engineering."""
 
+from dataclasses import replace
+
 from ..recordings import Recording
 from .assemble import Facts, assemble, slug
-from .channels import named_channels
+from .channels import channels_of
 from .format import Format
-from .grid import Sample
 from .options import Options
+from .parts import Sample
 from .provenance import Provenance
 
 NAME = "tensile-database"
@@ -40,7 +42,10 @@ def read(sample: Sample, options: Options) -> Recording:
         source={"material": material} if material else {},
     )
     kind = options.kind or "elastomer"
-    return assemble(sample.raw, grid, named_channels(grid), kind, options, facts, notices)
+    channels = channels_of(sample, options, notices)
+    if "strain" in channels and channels["strain"].unit is None:  # the database's own description
+        channels["strain"] = replace(channels["strain"], unit="1")
+    return assemble(sample, channels, kind, options, facts, notices)
 
 
 FORMAT = Format(

@@ -8,10 +8,12 @@ from .campaign import read_campaign
 from .checks import check_recording, resistance_range, wire_length
 from .reading import read_recording
 from .recording import Campaign, Recording
+from .schema import NOT_STATED
 from .shared import recordings_folder
 from .writing import target_path, write_recording
 
 __all__ = [
+    "NOT_STATED",
     "Campaign",
     "Recording",
     "check_recording",

@@ -36,22 +36,12 @@ def check_recording(
     place = recording.path or recording.name
     rows = rows if rows is not None else range(1, len(recording) + 1)
     where = sidecar or place
-    _check_licence(recording, where)
     _check_tube(recording, where)
     _check_table_names(recording, where)
     _check_missing(recording, place, rows)
     _check_time(recording, place, rows)
     _check_ranges(recording, place, rows)
     _check_resistance(recording, place, rows)
-
-
-def _check_licence(recording: Recording, where: Path | str) -> None:
-    licence = recording.source.get("licence", recording.source.get("license", ""))
-    if recording.real and not str(licence).strip():
-        raise refuse(
-            where,
-            'real = true needs a licence: [source] licence = "..." (who may use these numbers, and how)',
-        )
 
 
 def _check_tube(recording: Recording, where: Path | str) -> None:
@@ -133,13 +123,15 @@ _RULES: tuple[_Rule, ...] = (
         "strain",
         ("elastomer",),
         lambda strain: strain <= -1.0,
-        "engineering strain stays above -1; if these are percent, name the column strain_percent",
+        "engineering strain stays above -1; if these are percent, name the column strain_percent (on import:"
+        " --unit strain=percent)",
     ),
     (
         "strain",
         ("wire",),
         lambda strain: np.abs(strain) > WIRE_STRAIN_FRACTION_LIMIT,
-        "no wire strains that far; if these are percent, name the column strain_percent",
+        "no wire strains that far; if these are percent, name the column strain_percent (on import:"
+        " --unit strain=percent)",
     ),
     ("length", None, lambda length: length <= 0.0, "a length must be more than 0"),
     ("resistance", None, lambda ohm: ohm <= 0.0, "a resistance must be more than 0"),

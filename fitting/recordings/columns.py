@@ -1,6 +1,7 @@
 """From the columns of a CSV file to the canonical ones of a kind; the kind itself where nobody stated it."""
 
 import difflib
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -19,11 +20,15 @@ def _quantity_of(name: str) -> str:
     return quantity if underscore and not unit.isdigit() and unit not in schema.PLAIN else name
 
 
-def infer_kind(table: Table) -> tuple[str, str]:
+def infer_kind(table: Table, constant: Iterable[str] = ()) -> tuple[str, str]:
     """Kind of a recording that has no sidecar to state it, from its columns.
 
     Wire and elastomer share strain and stress: temperature or resistance makes it a wire; no clock or a
     `cycle` column an elastomer; then the unit of stress and, for MPa, the size of the strain decide.
+
+    Args:
+        table: the text of the CSV.
+        constant: names of what the sidecar states as constant.
 
     Returns:
         The kind, and the reason in a few words.
@@ -31,7 +36,7 @@ def infer_kind(table: Table) -> tuple[str, str]:
     Raises:
         InputError: if the columns fit no kind; the nearest kind's missing columns are named.
     """
-    held = {_quantity_of(name) for name in table.header}
+    held = {_quantity_of(name) for name in (*table.header, *constant)}
     if {"elongation", "force"} <= held:
         return "spring", "elongation and force"
     if "pressure" in held:
@@ -55,21 +60,27 @@ def _wire_or_elastomer(table: Table, held: set[str]) -> tuple[str, str]:
         return "wire", "strain and stress with temperature or resistance"
     if "time" not in held or "cycle" in held:
         return "elastomer", "strain and stress without a clock, or with a cycle count"
-    unit = next(name for name in table.header if _quantity_of(name) == "stress").rpartition("_")[2]
+    unit = next((name for name in table.header if _quantity_of(name) == "stress"), "stress_MPa").rpartition(
+        "_"
+    )[2]
     if unit not in ("MPa", "GPa", "ksi"):
         return "elastomer", f"stress in {unit}"
-    strain = np.abs(numbers(table, next(name for name in table.header if _quantity_of(name) == "strain")))
+    name = next((name for name in table.header if _quantity_of(name) == "strain"), None)
+    strain = np.zeros(1) if name is None else np.abs(numbers(table, name))
     if np.nanmax(strain, initial=0.0) > WIRE_STRAIN_LIMIT:
         return "elastomer", f"strain beyond {WIRE_STRAIN_LIMIT:g}"
     return "wire", f"stress in {unit} and strain within {WIRE_STRAIN_LIMIT:g}"
 
 
-def canonical_columns(table: Table, kind: str) -> tuple[dict[str, np.ndarray], list[str]]:
+def canonical_columns(
+    table: Table, kind: str, constant: Mapping[str, float] | None = None
+) -> tuple[dict[str, np.ndarray], list[str]]:
     """Columns by canonical name in canonical units, the others after them as they are.
 
     Args:
         table: the text of the CSV.
         kind: which decides what is known.
+        constant: value of columns that did not change and that the table lacks, by canonical name.
 
     Returns:
         The columns, each of shape (rows,), and notices about what was converted or set aside.
@@ -83,7 +94,8 @@ def canonical_columns(table: Table, kind: str) -> tuple[dict[str, np.ndarray], l
         if _canonical_of(name, kind) not in assigned:
             raise problem
         unknown.append(name)
-    _check_present(table, kind, assigned, unknown)
+    constant = constant or {}
+    _check_present(table, kind, {*assigned, *constant}, unknown)
     columns: dict[str, np.ndarray] = {}
     notices: list[str] = []
     for name in table.header:
@@ -94,10 +106,18 @@ def canonical_columns(table: Table, kind: str) -> tuple[dict[str, np.ndarray], l
         columns[canonical] = convert(numbers(table, name), unit, schema.quantity_and_unit(canonical)[1])
         if name != canonical:
             notices.append(f"column {name} converted to {canonical}")
+    for name, value in constant.items():
+        columns[name] = np.full(len(table.rows), value)
+        notices.append(f"{name} is {value:g} in every row, as [constant] states")
     for name in (name for name in table.header if name in unknown):
         columns[name] = _keep(table, name)
         notices.append(f"column {name} is not one that a recording of kind {kind} has: kept and ignored")
     return columns, notices
+
+
+def held_by(table: Table, kind: str, canonical: str) -> bool:
+    """Whether a table has a column of a canonical one's quantity, in any unit."""
+    return any(_canonical_of(name, kind) == canonical for name in table.header)
 
 
 def convert(values: np.ndarray, unit: str, wanted: str, difference: bool = False) -> np.ndarray:
@@ -172,7 +192,7 @@ def written_unit(name: str, canonical: str) -> str:
     return unit
 
 
-def _check_present(table: Table, kind: str, assigned: dict, unknown: list[str]) -> None:
+def _check_present(table: Table, kind: str, assigned: set[str], unknown: list[str]) -> None:
     rules = schema.COLUMNS[kind]
     for canonical in rules.required:
         if canonical not in assigned:
@@ -180,7 +200,9 @@ def _check_present(table: Table, kind: str, assigned: dict, unknown: list[str]) 
             hint = f"; is it the one named {close[0]!r}?" if close else ""
             raise refuse(
                 table.path,
-                f"a recording of kind {kind} needs the column {canonical}{hint}{_other(table, kind)}",
+                f"a recording of kind {kind} needs the column {canonical}{hint}{_other(table, kind)}; what"
+                " did"
+                f" not change may be stated in the sidecar instead: [constant] {canonical} = ...",
             )
     if rules.one_of and not any(canonical in assigned for canonical in rules.one_of):
         raise refuse(

@@ -8,7 +8,7 @@ import numpy as np
 
 from . import schema, sidecar
 from .checks import check_recording
-from .columns import canonical_columns, infer_kind
+from .columns import canonical_columns, held_by, infer_kind
 from .recording import Recording
 from .table import read_table, refuse
 
@@ -60,11 +60,17 @@ def read_merged(
     notices = list(table.notices)
     kind = settings.get("kind")
     if kind is None:
-        kind, reason = infer_kind(table)
+        kind, reason = infer_kind(table, settings.get("constant", {}))
         missing = f"{beside.name} does not state the kind" if beside.exists() else f"no sidecar {beside.name}"
         notices.append(f"{missing}: taken as kind {kind} from its columns ({reason})")
-    columns, more = canonical_columns(table, kind)
     where = beside if beside.exists() else path
+    own = sidecar.constants(settings.get("constant", {}), kind, where, {})
+    shared = sidecar.constants({}, kind, where, campaign.get("constant", {}))
+    constant = {**{name: value for name, value in shared.items() if not held_by(table, kind, name)}, **own}
+    for name in own:
+        if held_by(table, kind, name):
+            raise refuse(where, f"[constant] {name}: {path.name} has a column of it; remove one of them")
+    columns, more = canonical_columns(table, kind, constant)
     if "specimen" not in settings:
         notices.append(f"no specimen stated: recordings that state none are taken as one specimen, {kind!r}")
     extra = [column for column in columns if column not in schema.COLUMNS[kind].known]
@@ -84,6 +90,11 @@ def read_merged(
         comments=table.comments,
     )
     check_recording(recording, table.rows, where)
+    if (
+        recording.real
+        and not str(recording.source.get("licence", recording.source.get("license", ""))).strip()
+    ):
+        recording.notices.append("real = true, and no licence is stated: fine for numbers of your own")
     repeated = int(np.sum(np.diff(columns["time_s"]) == 0.0)) if "time_s" in columns else 0
     if repeated:
         recording.notices.append(f"{repeated} rows have the same time_s as the row before")

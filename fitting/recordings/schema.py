@@ -138,5 +138,6 @@ TOLERANCE_DEFAULTS = {
     "b": 0.02,
 }
 
-SIDECAR_KEYS = ("kind", "role", "specimen", "real", "source", "noise", "geometry", "tolerance")
-CAMPAIGN_KEYS = ("title", "tolerance", "geometry")
+SIDECAR_KEYS = ("kind", "role", "specimen", "real", "source", "noise", "geometry", "tolerance", "constant")
+CAMPAIGN_KEYS = ("title", "tolerance", "geometry", "constant")
+NOT_STATED = "not stated"  # what a sidecar says of a citation or licence that nobody gave

@@ -68,6 +68,7 @@ def check_settings(
         "geometry": _check_geometry,
         "tolerance": _check_tolerance,
         "noise": None,
+        "constant": _check_constant,
     }
     for key, check in tables.items():
         if key in settings:
@@ -168,6 +169,50 @@ def _check_tolerance(table: Mapping[str, Any], where: Path | str) -> dict[str, f
     return checked
 
 
+def _check_constant(table: Mapping[str, Any], where: Path | str) -> dict[str, float]:
+    return {key: _number(value, f"[constant] {key}", where) for key, value in table.items()}
+
+
+def constants(
+    table: Mapping[str, float], kind: str, where: Path | str, shared: Mapping[str, float]
+) -> dict[str, float]:
+    """Values of columns that did not change, by canonical column in its unit.
+
+    Args:
+        table: of the recording's sidecar, value by column in any unit of that column's dimension.
+        kind: which decides what columns there are.
+        where: file that messages name.
+        shared: the campaign's; what a kind has no column for is passed over.
+
+    Raises:
+        InputError: for an unknown column or unit, or a column that is there twice.
+    """
+    found: dict[str, float] = {}
+    for source, strict in ((shared, False), (table, True)):
+        seen = set()
+        for key, value in source.items():
+            known = schema.COLUMNS[kind].known
+            if not strict and not any(key.startswith(schema.quantity_and_unit(name)[0]) for name in known):
+                continue
+            canonical, unit = _constant_column(key, known, where)
+            if canonical in seen:
+                raise refuse(where, f"[constant] {key} is there twice, in two units; keep one")
+            seen.add(canonical)
+            found[canonical] = float(convert(value, unit, schema.quantity_and_unit(canonical)[1]))
+    return found
+
+
+def _constant_column(key: str, known: tuple[str, ...], where: Path | str) -> tuple[str, str]:
+    for canonical in known:
+        quantity, _ = schema.quantity_and_unit(canonical)
+        if key == quantity or (key.startswith(quantity + "_") and "_" not in key[len(quantity) + 1 :]):
+            try:
+                return canonical, written_unit(key, canonical)
+            except InputError as error:
+                raise refuse(where, f"[constant] {key}: {error}") from None
+    raise refuse(where, f"unknown column {key!r} in [constant], {nearest(key, known)}")
+
+
 def check_noise(table: Mapping[str, Any], kind: str, extra: list[str], where: Path | str) -> dict[str, float]:
     """Check the [noise] table of a recording of a known kind.
 
@@ -217,6 +262,7 @@ def _noise_column(key: str, known: tuple[str, ...], where: Path | str) -> tuple[
 def merge(campaign: Mapping, sidecar: Mapping, command_line: Mapping) -> dict[str, Any]:
     """Settings of one recording: campaign, then its sidecar, then the command line, key by key.
 
+    A campaign's [constant] is for the columns that a recording lacks (`constants`), so it is not merged here.
     A [tolerance] table is complete, so a sidecar's replaces the campaign's as a whole; the command line
     changes the keys that it names and leaves the others as they stand (the defaults, where no table was
     given).

@@ -31,14 +31,46 @@ def put(tmp_path):
 
 @pytest.fixture
 def put_sheet(tmp_path):
-    """Writes rows as an Excel workbook."""
+    """Writes rows as an Excel workbook, or a dictionary of them as its sheets."""
     import openpyxl
 
     def write(name, rows):
         book = openpyxl.Workbook()
-        for row in rows:
-            book.active.append(list(row))
+        sheets = rows if isinstance(rows, dict) else {"Sheet": rows}
+        book.remove(book.active)
+        for title, lines in sheets.items():
+            sheet = book.create_sheet(title)
+            for row in lines:
+                sheet.append(list(row))
         book.save(tmp_path / name)
         return tmp_path / name
 
     return write
+
+
+@pytest.fixture
+def follow(tmp_path):
+    """Runs `pneusma import`, and again with what a refusal or a note advises, word for word."""
+    import re
+    import shlex
+
+    from click.testing import CliRunner
+
+    from fitting.cli.import_ import import_command
+    from fitting.recordings import read_campaign
+
+    def options_in(text):
+        """Options that a message names with a value, as a person would copy them."""
+        text = re.sub(r"\.\.\.", "", text)
+        found = re.findall(r"--(?:map|unit|scale|constant|subtract|dimension|slack|kind|sheet|specimen) "
+                           r"(?:[\w]+=)?(?:'[^']*'|\"[^\"]*\"|[\w.%/+-]+)|--compression|--tension", text)  # fmt: skip
+        return [word for option in found for word in shlex.split(option)]
+
+    def run(*args):
+        out = tmp_path / f"out_{len(list(tmp_path.glob('out_*')))}"
+        result = CliRunner().invoke(import_command, [*map(str, args), "--out", str(out)])
+        recordings = read_campaign(out).recordings if result.exit_code == 0 and result.exception is None else []
+        return (str(result.exception) if result.exception else result.output), recordings
+
+    run.options_in = options_in
+    return run

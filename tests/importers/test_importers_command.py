@@ -50,10 +50,11 @@ def test_columns_can_be_named(put, tmp_path):
     assert read_recording(tmp_path / "out" / "a.csv").columns["strain"].tolist() == pytest.approx([0, 0.1, 0.2, 0.3])
 
 
-def test_without_a_licence_nothing_is_written(put, tmp_path):
-    message = refused(put("a.csv", GOOD), "--out", tmp_path / "out")
-    assert "a.csv: no licence was found" in message and "--licence" in message
-    assert not (tmp_path / "out").exists()
+def test_a_file_of_ones_own_needs_no_licence(put, tmp_path):
+    result = run(put("a.csv", GOOD), "--out", tmp_path / "out")
+    assert result.exit_code == 0 and "fine for numbers of your own" in result.output
+    recording = read_recording(tmp_path / "out" / "a.csv")
+    assert recording.real and recording.source["licence"] == recording.source["citation"] == "not stated"
 
 
 def test_one_bad_file_and_nothing_is_written(put, tmp_path):

@@ -116,7 +116,7 @@ def test_a_log_of_many_cycles_needs_the_specimens_sizes(measured):
     time = recording.columns["time_s"]
     assert time[0] == pytest.approx(3.6) and time[-1] == pytest.approx(5.589 * 3600, abs=3.6)
     assert (np.diff(time) > 0).all() and said(recording, "407 rows repeat the time")
-    assert said(recording, "chamber's temperature") and said(recording, "set aside")
+    assert said(recording, "chamber's temperature") and said(recording, "its own would be 0.456 mm2")
 
 
 def test_a_bent_beam_is_no_wire_unless_its_surface_is_asked_for(measured):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fitting.importers import FORMATS, detect, import_file, make_options
-from fitting.importers.grid import Sample
+from fitting.importers.parts import samples_of
 from fitting.importers.raw import open_raw
 from fitting.recordings import read_recording, write_recording
 from pneusma_jax.errors import InputError
@@ -14,7 +14,7 @@ STRESS = 0.085 * (STRETCH - STRETCH**-2)  # MPa, neo-Hookean
 
 
 def format_of(path):
-    return detect(Sample(open_raw(path))).name
+    return detect(samples_of(open_raw(path))[0]).name
 
 
 def refusal(path, options=None):
@@ -72,8 +72,8 @@ def test_compression_test(put):
     recording = import_file(path)
     np.testing.assert_allclose(recording.columns["stress_kPa"], -1.5 * np.arange(20))
     np.testing.assert_allclose(recording.columns["strain"], -np.arange(20) / 30)
-    assert recording.specimen == "EF99_0T_C" and said(recording, "repeat 3") and "licence" not in recording.source
-    assert said(recording, "no licence was found")
+    assert recording.specimen == "EF99_0T_C" and said(recording, "repeat 3") and recording.source["licence"] == "not stated"
+    assert said(recording, "citation and licence not stated")
 
 
 @pytest.mark.parametrize(("factor", "unit"), [(1.0, "a fraction"), (100.0, "percent")])
@@ -221,3 +221,14 @@ def test_unknown_files_list_what_is_known(put):
     assert "old Excel file" in refusal(put("a.xls", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"))
     assert "not an Excel workbook that can be read" in refusal(put("a.xlsx", b"PK\x03\x04 cut short"))
     assert "no such file" in refusal(put("a.csv", "x").with_name("nowhere.csv"))
+
+
+@pytest.mark.parametrize("first", [26.0, 2.0])
+def test_a_clock_and_a_load_are_no_stretch_and_stress(put, first):
+    """Two columns of a load cell's log, whose times would be a stretch of 26 to 344."""
+    rows = [(first + 0.5 * i, 0.01 * i) for i in range(60)]
+    path = put("log.csv", "\n".join(f"{a},{b}" for a, b in rows))
+    message = refusal(path)
+    assert "without headings, numbers 1 to 2" in message
+    named = make_options(columns=["stretch=1", "stress=2"], units=["stress=MPa"], kind="elastomer")
+    assert import_file(path, named).kind == "elastomer"

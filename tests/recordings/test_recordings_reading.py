@@ -222,3 +222,32 @@ def test_reading_needs_no_jax():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_a_real_recording_needs_no_licence_and_that_is_noted(put):
+    recording = read_recording(put("strain,stress_kPa\n0,0\n0.1,5\n", "kind = \"elastomer\"\nreal = true\n"))
+    assert any("no licence is stated" in text for text in recording.notices)
+
+
+def test_what_did_not_change_may_stand_in_the_sidecar(put):
+    """A hung weight and a pull at room temperature, whose stress and temperature are in no column."""
+    hung = "time_s,temperature_degC,strain\n0,30,0.04\n1,90,0.01\n2,30,0.04\n"
+    recording = read_recording(put(hung, 'kind = "wire"\n[constant]\nstress_ksi = 10\n'))
+    np.testing.assert_allclose(recording.columns["stress_MPa"], np.full(3, 68.94757293168361))
+    assert recording.has("stress") and any("stress_MPa is 68.9476 in every row" in text for text in recording.notices)
+    pull = "time_s,strain,stress_MPa\n0,0,0\n1,0.01,100\n2,0.02,200\n"
+    recording = read_recording(put(pull, "[constant]\ntemperature_degF = 71.6\n"))  # and the kind follows
+    assert recording.kind == "wire"
+    np.testing.assert_allclose(recording.columns["temperature_degC"], np.full(3, 22.0))
+
+
+def test_a_campaigns_constant_fills_what_a_recording_lacks(tmp_path):
+    (tmp_path / "campaign.toml").write_text("[constant]\ntemperature_degC = 22\n")
+    (tmp_path / "a.csv").write_text("time_s,strain,stress_MPa\n0,0,0\n1,0.01,100\n")
+    (tmp_path / "b.csv").write_text("time_s,strain,stress_MPa,temperature_degC\n0,0,0,40\n1,0.01,100,41\n")
+    (tmp_path / "c.csv").write_text("strain,stress_kPa\n0,0\n0.1,5\n")
+    for name, kind in (("a", "wire"), ("b", "wire"), ("c", "elastomer")):
+        (tmp_path / f"{name}.toml").write_text(f'kind = "{kind}"\nspecimen = "{kind}"\n')
+    a, b, c = read_campaign(tmp_path).recordings
+    assert a.columns["temperature_degC"].tolist() == [22.0, 22.0] and b.columns["temperature_degC"].tolist() == [40.0, 41.0]
+    assert not c.has("temperature")

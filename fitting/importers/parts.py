@@ -1,0 +1,211 @@
+"""What a raw file holds: one test, or several in sheets, below each other, side by side, or by a column."""
+
+import re
+from dataclasses import dataclass, field, replace
+
+from ..recordings.table import refuse
+from .grid import Grid
+from .raw import Page, RawFile
+from .separators import LEAST_ROWS
+from .sizes import Sizes, may_hold_sizes, sizes_in, sizes_in_a_name, table_of_sizes
+from .spelling import plain
+from .splits import split
+from .tables import find_grids
+from .words import SPECIMEN_WORDS
+
+_LABEL = re.compile(
+    rf"^(?:{'|'.join((*SPECIMEN_WORDS, 'test', 'run', 'versuch'))})\s*(?:label|name|id|i\."
+    rf" ?d\.|designation|no\.?|number|nr\.?|#)?"
+    r"\s*[:=,;#]?\s*(?P<label>\S.{0,60})$",
+    re.IGNORECASE,
+)
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One test of a raw file, which a format is recognised by.
+
+    Attributes:
+        raw: the file.
+        grid: its table of numbers, or None if there is none.
+        head: the first lines of its page as text.
+        title: what tells it from the file's other tests; empty where it is the only one.
+        own_specimen: whether the title names a specimen of its own, rather than a further test of one.
+        sizes: of the specimen, as the file states them.
+        notices: what was understood of the file as a whole.
+        sheet: that it is on.
+    """
+
+    raw: RawFile
+    grid: Grid | None
+    head: str = ""
+    title: str = ""
+    own_specimen: bool = True
+    sizes: Sizes = field(default_factory=dict)
+    notices: tuple[str, ...] = ()
+    sheet: str = ""
+
+    def require_grid(self) -> Grid:
+        """The table of numbers.
+
+        Raises:
+            InputError: if the file holds none.
+        """
+        if self.grid is None:
+            raise refuse(
+                self.raw.path, f"no table of numbers (at least {LEAST_ROWS} rows) was found in this file"
+            )
+        return self.grid
+
+    def headerless(self, columns: int) -> bool:
+        """Whether the file is nothing but this many columns of numbers, without header or preamble."""
+        grid = self.grid
+        return (
+            grid is not None and not grid.headings and not grid.preamble and grid.values.shape[1] == columns
+        )
+
+
+def samples_of(raw: RawFile, sheet: str | None = None) -> list[Sample]:
+    """Every test in a raw file, at least one (without a grid where the file holds no table).
+
+    Args:
+        raw: the file.
+        sheet: name or number (from 1) of the only sheet to read.
+
+    Raises:
+        InputError: if there is no such sheet, or the file cannot be read.
+    """
+    pages = raw.pages if sheet is None else _wanted(raw, sheet)
+    shared: Sizes = {}
+    by_specimen: dict[str, Sizes] = {}
+    notices: list[str] = []
+    found: list[Sample] = []
+    for page in raw.pages:
+        kept = page in pages
+        tests = _tests_on(raw, page) if kept else []
+        if not tests:
+            rows = page.rows if page.rows is not None else []
+            own, table = sizes_in(rows), table_of_sizes(rows)
+            shared = {**shared, **own}
+            by_specimen |= table
+            if page.is_sheet and len(raw.pages) > 1:
+                notices.append(_about(page, own, table, kept))
+        found += tests
+    if not found:
+        return [Sample(raw, None, pages[0].head(), notices=tuple(notices))]
+    several = len({sample.sheet for sample in found}) > 1
+    done = []
+    for number, sample in enumerate(found):
+        title = " ".join(part for part in (sample.sheet if several else "", sample.title) if part)
+        named = {**sizes_in_a_name(raw.path.stem), **sizes_in_a_name(title), **sizes_in_a_name(sample.sheet)}
+        stated = {
+            **named,
+            **shared,
+            **_sizes_of(sample, title, number, len(found), by_specimen),
+            **sample.sizes,
+        }
+        done.append(replace(sample, title=title, sizes=stated, notices=(*notices, *sample.notices)))
+    return _named_apart(done)
+
+
+def _wanted(raw: RawFile, sheet: str) -> list[Page]:
+    if not raw.is_workbook:
+        raise refuse(
+            raw.path, f"--sheet {sheet}: this is a text file, it has no sheets; leave the option out"
+        )
+    names = [page.name for page in raw.pages]
+    for at, name in enumerate(names):
+        if name.casefold() == sheet.casefold():
+            return [raw.pages[at]]
+    if sheet.isdigit() and 1 <= int(sheet) <= len(names):
+        return [raw.pages[int(sheet) - 1]]
+    raise refuse(
+        raw.path, f"--sheet {sheet}: there is no such sheet; there are {', '.join(map(repr, names))}"
+    )
+
+
+def _about(page: Page, sizes: Sizes, table: dict[str, Sizes], kept: bool) -> str:
+    """What a sheet without a test is, in words."""
+    if sizes or table:
+        said = [size.said for size in sizes.values()] + [
+            f"{name}: {', '.join(s.said for s in own.values())}" for name, own in table.items()
+        ]
+        return f"sheet {page.name!r} states sizes: {'; '.join(said)}"
+    return f"sheet {page.name!r} " + (
+        "holds no table of a test and was left out" if kept else "was left out (--sheet)"
+    )
+
+
+def _tests_on(raw: RawFile, page: Page) -> list[Sample]:
+    """Tests on one page: its tables, each cut where it holds several specimens or a test begins anew."""
+    grids = find_grids(page)
+    texts = [[[h.text for h in grid.headings], *grid.cells] for grid in grids]
+    tables = [
+        table_of_sizes(rows) if grid.headings and may_hold_sizes(len(grid.rows)) else {}
+        for rows, grid in zip(texts, grids, strict=True)
+    ]
+    sized = {name: sizes for table in tables for name, sizes in table.items()}
+    data = [grid for grid, table in zip(grids, tables, strict=True) if not table]
+    first: Sizes = {}
+    tests: list[Sample] = []
+    for number, grid in enumerate(data, start=1):
+        own = sizes_in(grid.preamble)
+        first = first or own
+        sized |= table_of_sizes(grid.preamble)
+        label = _label(grid)
+        title, specimen = "", True
+        if len(data) > 1:
+            title, specimen = (label, True) if label else (f"test {number}", False)
+        sample = Sample(raw, grid, page.head(), title, specimen, {**first, **own}, (), page.name)
+        tests += [
+            replace(sample, title=f"{title} {part}".strip(), grid=cut, own_specimen=own if part else specimen)
+            for part, cut, own in split(grid)
+        ]
+    if len(data) > 1 and len({plain(t.title) for t in tests}) < len(tests):
+        tests = [replace(t, title=f"{t.title} {k}", own_specimen=False) for k, t in enumerate(tests, start=1)]
+    return [
+        replace(t, sizes={**t.sizes, **_sizes_of(t, f"{page.name} {t.title}", k, len(tests), sized)})
+        for k, t in enumerate(tests)
+    ]
+
+
+def _label(grid: Grid) -> str:
+    """Name of the specimen that the lines above a table state."""
+    for row in reversed(grid.preamble):
+        cells = [cell.strip().strip('"') for cell in row if cell.strip().strip('"')]
+        found = _LABEL.match(" ".join(cells)) if cells and len(cells) <= 3 else None
+        if found:
+            return found["label"] if len(cells) > 1 else cells[0]
+    return ""
+
+
+def _sizes_of(sample: Sample, title: str, number: int, count: int, table: dict[str, Sizes]) -> Sizes:
+    """Sizes of a sample's specimen in a table of them: by its name, else by its place."""
+    if not table:
+        return {}
+    about = plain(
+        " ".join(
+            [
+                title,
+                _label(sample.grid) if sample.grid else "",
+                *(c for row in (sample.grid.preamble if sample.grid else ()) for c in row[:2]),
+            ]
+        )
+    )
+    for name in sorted(table, key=len, reverse=True):
+        if plain(name) and re.search(rf"(?<!\w){re.escape(plain(name))}(?!\w)", about):
+            return table[name]
+    if len(table) == count:
+        return list(table.values())[number]
+    return {}
+
+
+def _named_apart(samples: list[Sample]) -> list[Sample]:
+    """Titles made different from each other where several tests have one."""
+    titles = [plain(sample.title) for sample in samples]
+    if len(set(titles)) == len(samples):
+        return samples
+    return [
+        replace(sample, title=f"{sample.title} {number}".strip())
+        for number, sample in enumerate(samples, start=1)
+    ]

@@ -1,0 +1,103 @@
+"""How a page is to be read: the delimiter and the decimal mark with which most of its fields are numbers."""
+
+import math
+import re
+from typing import NamedTuple
+
+from .numerals import decimal_evidence, like_a_clock, like_a_number, to_number
+from .raw import Page
+
+LEAST_ROWS = 3  # fewer rows of numbers are not a table
+_SAMPLED = 1000  # lines from which the delimiter and the decimal mark are told
+
+
+class Reading(NamedTuple):
+    """How a page is read.
+
+    Attributes:
+        delimiter: between fields; a space for any white space, nothing for the cells of a sheet.
+        decimal: the decimal mark.
+        doubtful: a field that another decimal mark would make another number, where nothing proves either.
+    """
+
+    delimiter: str
+    decimal: str
+    doubtful: str = ""
+
+
+def best_reading(page: Page) -> Reading | None:
+    """Delimiter and decimal mark with which most fields of a sample of lines are numbers, fewest text."""
+    best: tuple[float, Reading] | None = None
+    pure = False
+    for delimiter in ("",) if page.is_sheet else (",", ";", "\t", " "):
+        fields = _sample(page, delimiter)
+        if delimiter == " " and pure:
+            continue  # a file that another mark divides into columns; spaces may group its thousands
+        scores = {}
+        for decimal in (".", ","):
+            rows = [
+                (row, numeric_row(row, decimal, "point" if delimiter == "," else "any")) for row in fields
+            ]
+            rows = [(row, numbers) for row, numbers in rows if numbers is not None]
+            wide = max((len(row) for row, _ in rows), default=0)
+            if len(rows) < LEAST_ROWS or (wide == 1 and delimiter not in (" ", "")):
+                continue
+            held = sum(x is not None and not math.isnan(x) for _, numbers in rows for x in numbers)
+            texts = sum(
+                x is None and not like_a_clock(text)
+                for row, numbers in rows
+                for x, text in zip(numbers, row, strict=True)
+            )
+            scores[decimal] = (held - texts, rows)
+            pure = pure or (4 * texts <= held and wide > 1)
+        if not scores:
+            continue
+        most = max(score for score, _ in scores.values())
+        tied = [decimal for decimal, (score, _) in scores.items() if score == most]
+        decimal, doubtful = (
+            (tied[0], "") if len(tied) == 1 else _decimal_of([row for row, _ in scores["."][1]])
+        )
+        if best is None or most > best[0]:
+            best = (most, Reading(delimiter, decimal, doubtful))
+    return best[1] if best and best[0] > 0 else None
+
+
+def _sample(page: Page, delimiter: str) -> list[list[str]]:
+    """Fields of the first lines and of lines all over the rest."""
+    count = page.count
+    first = min(count, _SAMPLED // 2)
+    step = max(1, (count - first) // (_SAMPLED // 2))
+    return page.fields(delimiter, [*range(first), *range(first, count, step)])
+
+
+def _decimal_of(rows: list[list[str]]) -> tuple[str, str]:
+    """The decimal mark that more fields prove, and a field that proves neither where none does.
+
+    A column of `950` and `1,045` groups thousands: three decimals would stand in all of its fields.
+    """
+    fields = [text for row in rows for text in row]
+    proofs = [proof for text in fields if (proof := decimal_evidence(text)) is not None]
+    if proofs:
+        return ("," if proofs.count(",") > proofs.count(".") else "."), ""
+    with_comma = [text for text in fields if "," in text]
+    if not with_comma or any("." in text for text in fields):
+        return ".", ""
+    for column in range(max(map(len, rows))):
+        texts = [row[column] for row in rows if column < len(row)]
+        if any("," in text for text in texts) and any(re.fullmatch(r"[+-]?\d{2,3}", text) for text in texts):
+            return ".", ""
+    return ",", with_comma[0]
+
+
+def numeric_row(row: list[str], decimal: str, spaced: str = "any") -> list[float | None] | None:
+    """Numbers of a row (None where a field is text), or None if it is mostly text or blank: no data.
+
+    A field of digits whose marks cannot be read, or of a date, is no text: its row is data.
+    """
+    numbers = [to_number(text, decimal, spaced) for text in row]
+    texts = sum(
+        x is None and not like_a_number(text) and not like_a_clock(text)
+        for x, text in zip(numbers, row, strict=True)
+    )
+    real = sum(x is not None and not math.isnan(x) for x in numbers)
+    return None if real == 0 or 2 * texts >= len(row) or (texts and real < 2) else numbers

@@ -1,0 +1,235 @@
+"""Sizes of a specimen that a file states itself: a preamble, a sheet of parameters, a table of specimens."""
+
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from pneusma_jax.errors import InputError
+from pneusma_jax.units import find_unit
+
+from ..recordings.columns import convert
+from .numerals import to_number
+from .spelling import is_unit, parse_heading, plain, unit_name
+from .words import SPECIMEN_WORDS
+
+# Words for sizes, without their unit; beside them the unit in which the tool keeps them.
+_LENGTH = (
+    "gauge length", "gage length", "gauge length initial", "initial gauge length", "initial gage length",
+    "gauge", "gage",
+    "gage length standard travel", "gauge length standard travel", "gage length fine strain",
+    "grip separation",
+    "grip to grip separation", "grip to grip separation at the start position", "initial grip separation",
+    "grip distance",
+    "clamp distance", "distance between grips", "distance between clamps", "jaw separation", "initial length",
+    "original length",
+    "undeformed length", "length initial", "l0", "lo", "l 0", "l0 course standard", "anfangslänge",
+    "messlänge", "einspannlänge",
+    "longueur initiale", "free length between grips", "active length", "length between grips", "wire length",
+)  # fmt: skip
+# Lengths that may be those of the whole specimen: read where nothing better is stated, and said.
+_DOUBTFUL_LENGTH = (
+    "length", "specimen length", "sample length", "height", "specimen height", "sample height",
+    "initial height", "cylinder height",
+    "h0", "puck height", "thickness along the load",
+)  # fmt: skip
+_WORDS: dict[str, tuple[str, ...]] = {
+    "gauge_length_mm": _LENGTH,
+    "length": _DOUBTFUL_LENGTH,
+    "area_mm2": (
+        "area", "cross section", "cross-section", "cross sectional area", "cross-sectional area",
+        "cross section area",
+        "cross-section area", "initial area", "original area", "specimen area", "sample area",
+        "initial cross-section", "s0", "a0 area",
+        "specimen cross-section", "specimen cross section", "querschnitt", "section", "section initiale",
+        "final area cross section",
+    ),
+    "diameter_mm": (
+        "diameter", "specimen diameter", "sample diameter", "cylinder diameter", "initial diameter",
+        "wire diameter", "d0", "ø",
+        "durchmesser", "diamètre", "puck diameter", "outer diameter of the specimen",
+    ),
+    "width_mm": (
+        "width", "specimen width", "sample width", "initial width", "b0", "w0", "breite", "largeur",
+        "largeur éprouvette",
+        "probenbreite", "gauge width",
+    ),
+    "thickness_mm": (
+        "thickness", "specimen thickness", "sample thickness", "initial thickness", "a0", "t0", "dicke",
+        "épaisseur",
+        "épaisseur éprouvette", "probendicke", "depth",
+    ),
+    "temperature_degC": (
+        "temperature", "test temperature", "temperature of the test", "room temperature",
+        "ambient temperature", "temp",
+        "testing temperature", "prüftemperatur", "chamber temperature",
+    ),
+    "stress_MPa": ("constant stress", "applied stress", "hung stress", "stress applied", "bias stress"),
+}  # fmt: skip
+_KEY = {word: key for key, words in _WORDS.items() for word in words}
+_CONSTANTS = ("temperature_degC", "stress_MPa")
+_NUMBER = r"[+-]?(?:\d[\d.,'’ ]*\d|\d|\.\d+)(?:[eE][+-]?\d+)?"
+_IN_ONE = re.compile(
+    rf"^#?\s*(?P<name>[^\d:=][^:=]*?)\s*[:=]\s*(?P<number>{_NUMBER})\s*(?P<unit>[^\d\s].*)?$"
+)
+_PREFIX = re.compile(
+    r"^#?\s*(?:dimensions?|geometry|specimen parameters?|parameters?)\s*[:\-]\s*", re.IGNORECASE
+)
+_NUMBER_UNIT = re.compile(rf"^(?P<number>{_NUMBER})\s*(?P<unit>[^\d\s].*)?$")
+
+
+_MOST_ROWS = 60  # specimens of a table of sizes, and lines above it
+
+
+@dataclass(frozen=True)
+class Size:
+    """One size that a file states.
+
+    Attributes:
+        value: in the unit of its key.
+        said: as the file has it, for messages.
+        assumed: whether its unit was not stated.
+    """
+
+    value: float
+    said: str
+    assumed: bool = False
+
+
+Sizes = dict[str, Size]
+
+
+def sizes_in(rows: Iterable[Sequence[str]]) -> Sizes:
+    """Sizes among the lines before a table or on a sheet: `Width;6;mm`, `Gauge length (mm)  50`, `d = 2 mm`.
+
+    Returns:
+        By the name of `--dimension` (or of `--constant` for a temperature or a hung stress); a length that
+        may be the whole specimen's is under `length`.
+    """
+    found: Sizes = {}
+    for row in rows:
+        cells = [cell.strip().strip('"') for cell in row if cell.strip().strip('"')]
+        read = _of_cells(cells) or _of_text(cells[0] if len(cells) == 1 else ",".join(cells))
+        if read is not None and read[0] not in found:
+            found[read[0]] = read[1]
+    return found
+
+
+def _of_cells(cells: list[str]) -> tuple[str, Size] | None:
+    """`Width (mm) | 6`, `Width | 6 | mm`, `Width: | 6 mm`."""
+    if len(cells) not in (2, 3):
+        return None
+    heading = parse_heading(_PREFIX.sub("", cells[0].rstrip(":= ")))
+    inside = _NUMBER_UNIT.match(cells[1])
+    if inside is None:
+        return None
+    unit = cells[2].strip("()[] ") if len(cells) == 3 else (inside["unit"] or "").strip("()[] ")
+    return _size(heading.name, inside["number"], unit or heading.unit, " ".join(cells))
+
+
+def _of_text(text: str) -> tuple[str, Size] | None:
+    """`Cylinder Diameter: 50mm` in one cell or line."""
+    found = _IN_ONE.match(_PREFIX.sub("", text.rstrip("; ,")))
+    if found is None:
+        return None
+    heading = parse_heading(_PREFIX.sub("", found["name"]))
+    return _size(
+        heading.name,
+        found["number"],
+        (found["unit"] or "").strip("()[];, ") or heading.unit,
+        text.rstrip("; "),
+    )
+
+
+def _size(name: str, number: str, unit: str | None, said: str) -> tuple[str, Size] | None:
+    key = _KEY.get(name) or _KEY.get(plain(re.sub(r"[,.-]", " ", name)))
+    value = to_number(number.strip(), ".")
+    value = to_number(number.strip(), ",") if value is None else value
+    if key is None or value is None or math.isnan(value):
+        return None
+    wanted = "mm" if key == "length" else key.rpartition("_")[2]
+    if unit is None or not unit:
+        if key in _CONSTANTS:
+            return None  # a bare number beside the word may be a set point, a channel, anything
+        return (key, Size(value, said, assumed=True)) if value > 0.0 else None
+    try:
+        stated = find_unit(unit_name(unit)).dimension
+        if key == "thickness_mm" and stated == "area":  # a0 is a thickness here, an area there
+            key, wanted = "area_mm2", "mm2"
+        if stated != find_unit(wanted).dimension:
+            return None
+    except InputError:
+        return None
+    converted = float(convert(value, unit_name(unit), wanted))
+    return (key, Size(converted, said)) if converted > 0.0 or key in _CONSTANTS else None
+
+
+def sizes_in_a_name(name: str) -> Sizes:
+    """Stress and temperature that the name of a sheet or file states: `200 MPa`, `pull_22C`."""
+    found: Sizes = {}
+    for key, unit in (("stress_MPa", "MPa"), ("temperature_degC", "(?:°|deg)? ?C")):
+        read = re.search(rf"(?<![\w.])(\d+(?:\.\d+)?)[ _]?{unit}(?![\w²])", name.replace("_", " "))
+        if read:
+            found[key] = Size(float(read[1]), name)
+    return found
+
+
+def may_hold_sizes(rows: int) -> bool:
+    """Whether a table is short enough to have one specimen a line."""
+    return rows <= _MOST_ROWS
+
+
+def table_of_sizes(rows: Sequence[Sequence[str]]) -> dict[str, Sizes]:
+    """Sizes by specimen of a table with one specimen a line: headings of sizes, units perhaps, then lines.
+
+    Returns:
+        By the specimen's name (or its number where no column names it); empty if this is no such table.
+    """
+    filled = [[cell.strip().strip('"') for cell in row] for row in rows if any(cell.strip() for cell in row)]
+    for at, header in enumerate(filled[:_MOST_ROWS]):
+        names = [parse_heading(text) for text in header]
+        keys = [
+            _KEY.get(heading.name) or _KEY.get(plain(re.sub(r"[,.-]", " ", heading.name)))
+            for heading in names
+        ]
+        sized = [c for c, key in enumerate(keys) if key is not None and key not in _CONSTANTS]
+        labels = [c for c, h in enumerate(names) if h.name and keys[c] is None and _names_specimens(h.name)]
+        if len(header) < 2 or not sized or (len(sized) < 2 and not labels):
+            continue
+        body, units = filled[at + 1 :], [heading.unit for heading in names]
+        if body and all(not text or is_unit(text.strip("()[]")) for text in body[0]) and any(body[0]):
+            below = [*body[0], *[""] * (len(header) - len(body[0]))]
+            units = [text.strip("()[]") or unit for text, unit in zip(below, units, strict=False)]
+            body = body[1:]
+        return _by_specimen(body, labels, {c: (str(keys[c]), units[c], header[c]) for c in sized})
+    return {}
+
+
+def _by_specimen(
+    body: list[list[str]], labels: list[int], sized: Mapping[int, tuple[str, str | None, str]]
+) -> dict[str, Sizes]:
+    found: dict[str, Sizes] = {}
+    for number, row in enumerate(body, start=1):
+        sizes: Sizes = {}
+        for column, (key, unit, written) in sized.items():
+            text = row[column] if column < len(row) else ""
+            word = next(word for word, known in _KEY.items() if known == key)
+            read = _size(word, text, unit, f"{written} {text}") if text else None
+            if read is not None:
+                sizes[key] = read[1]
+        named = next((row[c] for c in labels if c < len(row) and row[c]), "")
+        if not sizes:
+            break
+        found[named or str(number)] = sizes
+    return found
+
+
+def _names_specimens(name: str) -> bool:
+    return any(word in name for word in SPECIMEN_WORDS) or name in (
+        "id",
+        "name",
+        "no",
+        "nr",
+        "label",
+        "designation",
+    )

@@ -1,0 +1,175 @@
+"""How instruments and people write units and headings: `Load (N)`, `Strain %`, `Druck / bar abs`."""
+
+import re
+import unicodedata
+from dataclasses import dataclass
+
+from pneusma_jax.units import UNITS, find_unit
+
+# How units are written, in lower case, where it differs from the package's names in more than capitals.
+_SPELLINGS = {
+    "": "1", "-": "1", "–": "1", "/": "1", "--": "1", "[-]": "1", "none": "1", "mm/mm": "1", "m/m": "1",
+    "in/in": "1",
+    "in./in.": "1", "ratio": "1", "abs": "1", "pct": "percent", "%": "percent", "percentage": "percent",
+    "prozent": "percent",
+    "‰": "permille", "ue": "microstrain", "uε": "microstrain", "με": "microstrain", "ustrain": "microstrain",
+    "µstrain": "microstrain", "\u00b5ε": "microstrain", "mε": "millistrain",
+    "c": "degC", "°c": "degC", "ºc": "degC", "deg c": "degC", "deg. c": "degC", "degrees c": "degC",
+    "celsius": "degC",
+    "f": "degF", "°f": "degF", "ºf": "degF", "deg f": "degF", "deg. f": "degF", "kelvin": "K",
+    "sec": "s", "sec.": "s", "secs": "s", "second": "s", "seconds": "s", "msec": "ms", "milliseconds": "ms",
+    "µs": "us", "mins": "min", "minutes": "min", "hr": "h", "hrs": "h", "hours": "h", "sek": "s", "std": "h",
+    "inch": "in", "inches": "in", "in.": "in", '"': "in", "feet": "ft", "foot": "ft", "thou": "mil",
+    "mils": "mil",
+    "millimeter": "mm", "millimeters": "mm", "millimetre": "mm", "millimetres": "mm", "µm": "um",
+    "micron": "um",
+    "microns": "um", "micrometer": "um", "meter": "m", "metre": "m",
+    "newton": "N", "newtons": "N", "lb": "lbf", "lbs": "lbf", "lbsf": "lbf", "pounds": "lbf", "oz": "ozf",
+    "ounces": "ozf",
+    "grams": "g", "gram": "g", "gr": "g", "gmf": "gf", "kgs": "kg", "kp": "kgf", "µn": "uN",
+    "pascal": "Pa", "pascals": "Pa", "n/m^2": "N/m2", "n/mm^2": "N/mm2", "kg/cm2": "kgf/cm2",
+    "kg/mm2": "kgf/mm2",
+    "kp/cm2": "kgf/cm2", "at": "kgf/cm2", "g/cm2": "gf/cm2", "g/mm2": "gf/mm2", "lb/in2": "psi",
+    "lbf/in2": "psi",
+    "lbs/in2": "psi", "lbf/sq in": "psi", "lb/sq in": "psi", "pounds per square inch": "psi",
+    "kips/in2": "ksi",
+    "millibar": "mbar", "bars": "bar", "kg/cm^2": "kgf/cm2", "kgf/cm^2": "kgf/cm2", "g/mm^2": "gf/mm2",
+    "g/cm^2": "gf/cm2",
+    "in h2o": "inH2O", "inwc": "inH2O", "in wc": "inH2O", "inches of water": "inH2O", "iwc": "inH2O",
+    "mm h2o": "mmH2O",
+    "mmwc": "mmH2O", "mmws": "mmH2O", "cm h2o": "cmH2O", "cmwc": "cmH2O", "mm hg": "mmHg", "in hg": "inHg",
+    "kilopascal": "kPa",
+    "ω": "ohm", "Ω": "ohm", "ohms": "ohm", "mω": "mohm", "milliohm": "mohm", "kω": "kohm", "°": "deg",
+    "º": "deg",
+    "degrees": "deg", "degree": "deg", "grad": "deg", "radians": "rad", "amps": "A", "amp": "A",
+    "ampere": "A",
+    "volts": "V", "volt": "V", "mm^2": "mm2", "cm^2": "cm2", "m^2": "m2", "in^2": "in2", "sq mm": "mm2",
+    "sq. mm": "mm2",
+    "sq in": "in2", "square mm": "mm2",
+}  # fmt: skip
+_FOLDED: dict[str, set[str]] = {}
+for _known in UNITS:
+    _FOLDED.setdefault(_known.casefold(), set()).add(_known)
+
+_BRACKETS = re.compile(r"[(\[{]([^()\[\]{}]*)[)\]}]")
+# A pressure's zero, written with its unit: `psia`, `bar(g)`, `kPa abs`.
+_REFERENCE = re.compile(
+    r"^(?P<unit>k?pa|mpa|hpa|m?bar|psi|torr|kgf/cm2|atm)\s*[-_."
+    r" ]?\(?(?P<zero>a|abs|abs\.|absolute|g|ga|gauge|gage)\)?$",
+    re.IGNORECASE,
+)
+# Weights that stand for forces, as many load cells show them.
+WEIGHTS = {"g": "gf", "kg": "kgf", "mg": "gf"}
+# Words and letters that end a heading more often as a name than as a unit.
+_LETTERS = frozenset(
+    {"a", "h", "m", "g", "k", "c", "f", "v", "1", "in", "strain", "ratio", "abs", "none", "at"}
+)
+
+
+@dataclass(frozen=True)
+class Heading:
+    """A column's name and unit as its header gives them.
+
+    Attributes:
+        text: as written.
+        name: without its unit, in lower case, brackets and repeated spaces left out.
+        unit: None where the header is silent.
+        zero: of a pressure: `"absolute"`, `"gauge"`, or nothing where the header is silent.
+    """
+
+    text: str
+    name: str
+    unit: str | None
+    zero: str = ""
+
+
+def unit_name(text: str) -> str:
+    """The package's name of a unit as an instrument writes it; unchanged if it has none."""
+    text = text.strip()
+    if text in UNITS and text.casefold() not in _SPELLINGS:
+        return text
+    folded = _folded(text)
+    for written in (text, folded, folded.replace("^", "").replace("**", ""), folded.replace(" ", "")):
+        if written in _SPELLINGS:
+            return _SPELLINGS[written]
+        if written in UNITS:
+            return written
+        known = _FOLDED.get(written.casefold(), set())
+        if len(known) == 1:
+            return next(iter(known))
+    with_zero = _REFERENCE.match(folded)
+    return unit_name(with_zero["unit"]) if with_zero else text
+
+
+def _folded(text: str) -> str:
+    """Lower case, powers and compatibility characters written plainly (`mm²` is `mm2`, `℃` is `°c`)."""
+    plain = unicodedata.normalize("NFKC", text).replace("μ", "µ").replace("⁄", "/").replace("\u2212", "-")
+    return re.sub(r"\s+", " ", plain).strip().lower()
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text names a unit."""
+    return unit_name(text) in UNITS
+
+
+def pressure_zero(text: str) -> str:
+    """What a pressure counts from, as its unit or heading says: `"absolute"`, `"gauge"` or nothing."""
+    found = _REFERENCE.match(_folded(text))
+    if found:
+        return (
+            "absolute" if found["zero"].lower().startswith("abs") or found["zero"].lower() == "a" else "gauge"
+        )
+    words = set(re.findall(r"[a-z]+", text.lower()))
+    if words & {"absolute", "abs"}:
+        return "absolute"
+    return "gauge" if words & {"gauge", "gage", "relative"} else ""
+
+
+def parse_heading(text: str) -> Heading:
+    """Split `Load (N)`, `Strain [-]`, `Force / kN`, `Strain %`, `Load, N`, `force_mN` into name and unit."""
+    brackets = list(_BRACKETS.finditer(text))
+    for found in reversed(brackets):
+        content = found[1].strip()
+        if is_unit(content):
+            rest = text[: found.start()] + " " + text[found.end() :]
+            zero = pressure_zero(content) or pressure_zero(rest)
+            return Heading(text, plain(rest), unit_name(content), zero)
+    for pattern in (r"^(.+?)\s*[,;:]\s*(\S.*)$", r"^(.+?)\s+(?:/|in)\s+(\S.*)$", r"^(.+?)\s*/\s*(\S+)$"):
+        found = re.match(pattern, text)
+        if found and found[2].strip() and is_unit(found[2].strip(" ()[]")):
+            unit = found[2].strip(" ()[]")
+            return Heading(
+                text, plain(found[1]), unit_name(unit), pressure_zero(unit) or pressure_zero(found[1])
+            )
+    stem, underscore, suffix = text.rpartition("_")
+    if underscore and stem and suffix in UNITS and not suffix.isdigit():
+        return Heading(text, plain(stem), suffix, pressure_zero(stem))
+    stem, _, suffix = text.rpartition(" ")
+    if (
+        stem.strip()
+        and is_unit(suffix)
+        and suffix.lower() not in _LETTERS
+        and any(c.isalpha() or c == "%" for c in suffix)
+    ):
+        return Heading(text, plain(stem), unit_name(suffix), pressure_zero(suffix) or pressure_zero(stem))
+    if brackets and brackets[-1].end() == len(text.rstrip()) and _like_a_unit(brackets[-1][1]):
+        # A unit that is not known: the name without it, and the error about it when the column is needed.
+        return Heading(text, plain(text[: brackets[-1].start()]), brackets[-1][1].strip())
+    return Heading(text, plain(text), None, pressure_zero(text))
+
+
+def _like_a_unit(text: str) -> bool:
+    """Whether the content of brackets may be a unit: short, one word, with a letter."""
+    text = text.strip()
+    return 0 < len(text) <= 8 and " " not in text and any(c.isalpha() for c in text)
+
+
+def plain(name: str) -> str:
+    """A name in lower case, its brackets' content kept as words, spaces and underscores single."""
+    return re.sub(r"[\s_()\[\]{}]+", " ", unicodedata.normalize("NFKC", name)).strip(" \"'-:,;/.").lower()
+
+
+def dimension(unit: str | None) -> str | None:
+    """Dimension of a written unit, or None if it is absent or unknown."""
+    name = unit_name(unit) if unit is not None else None
+    return find_unit(name).dimension if name in UNITS else None

@@ -1,0 +1,291 @@
+"""Signs and zeros of a test: compression counted positive, slack, a preload, an absolute pressure."""
+
+import numpy as np
+
+from ..recordings.table import refuse
+from .channels import in_unit
+from .making import Channel, Making
+from .slack import Slack, find_slack, noise_of_steps
+from .words import COMPRESS
+
+ATMOSPHERE_KPA = 101.325
+WEATHER_KPA = (90.0, 108.0)
+"""Air pressures that occur from sea level to 1000 m: a gauge pressure does not begin in between by chance."""
+AT_START = 0.05
+"""Of its range, where a strain may begin that was counted from rest."""
+PRELOAD = 0.01
+"""Of its range, the stress at no strain that is spoken of; load cells are zeroed to better."""
+NOISES = 5.0
+"""Standard deviations of its noise, below which a stress at the start is none."""
+OPPOSED = 0.2
+"""Of its range, how far stress must go against strain for one of them to be counted the other way."""
+FITS_BETTER = 0.5
+"""Ratio of misfits of a pressed neo-Hookean law to a pulled one below which it is asked which it was."""
+STEADY_K = 5.0
+"""Range of temperature up to which a wire is pulled at one temperature."""
+
+# Columns of what drives a test and of what answers, by kind.
+_PAIRS = {
+    "elastomer": ("strain", "stress_kPa"),
+    "wire": ("strain", "stress_MPa"),
+    "spring": ("elongation_mm", "force_N"),
+}
+
+
+def subtract(making: Making) -> None:
+    """Take what the person states off the channels that are there, in its unit."""
+    for quantity, (value, unit) in making.options.subtracted.items():
+        channel = making.channels.get(quantity)
+        if channel is None or ("--subtract", quantity) in making.options.used.names:
+            continue
+        values = in_unit(channel, unit, quantity, making.place) - value
+        made = f"{channel.made or repr(channel.label)} less {value:g} {unit} (--subtract)"
+        making.channels[quantity] = Channel(
+            values, unit, channel.label, "gauge" if quantity == "pressure" else "", made=made
+        )
+        making.use("--subtract", quantity)
+
+
+def gauge_pressure(making: Making) -> None:
+    """Take the air's pressure off one that is absolute by its heading; ask where its numbers look so."""
+    channel = making.channels.get("pressure")
+    if channel is None or channel.zero == "gauge" or channel.unit is None:
+        return
+    kilopascal = in_unit(channel, "kPa", "pressure", making.place)
+    if channel.zero == "absolute":
+        made = f"{channel.label!r} less an atmosphere of {ATMOSPHERE_KPA} kPa, because it is absolute"
+        making.channels["pressure"] = Channel(
+            kilopascal - ATMOSPHERE_KPA, "kPa", channel.label, "gauge", made=made
+        )
+        return
+    first = kilopascal[np.isfinite(kilopascal)][:1]
+    if first.size and WEATHER_KPA[0] < first[0] < WEATHER_KPA[1]:
+        making.warn(
+            f"{channel.label!r} begins at {first[0]:.4g} kPa, as an absolute pressure of the open air does,"
+            " and was taken as"
+            f" gauge; if it is absolute: --subtract pressure_kPa={ATMOSPHERE_KPA}"
+        )
+
+
+def straighten(columns: dict[str, np.ndarray], making: Making, about: str) -> np.ndarray:
+    """Turn what is counted the other way, and start where the specimen grew taut. Changes the columns.
+
+    Args:
+        columns: canonical ones.
+        making: with the options; what was done and what should be looked at is said there.
+        about: words of the file (headings, preamble, sheet) that may say how the specimen was loaded.
+
+    Returns:
+        Which rows to keep.
+
+    Raises:
+        InputError: if stress and strain of a coupon, or of a wire at one temperature, go opposite ways.
+    """
+    rows = len(next(iter(columns.values())))
+    kept = np.ones(rows, bool)
+    pair = _PAIRS.get(making.kind)
+    if pair is None or not set(pair) <= columns.keys():
+        return kept
+    if making.kind == "elastomer":
+        _turn(columns, making, about)
+    if making.options.slack is not None:
+        making.use("--slack")
+    if making.kind == "wire" and not _steady(columns):
+        return kept  # what is flat there is the alloy's own doing
+    if making.kind in ("elastomer", "wire"):
+        _refuse_opposed(columns, pair, making)
+    drive, force = (columns[name] for name in pair)
+    if making.options.slack == "keep":
+        return kept
+    slack = _slack(drive, force, making)
+    if slack is None:
+        _speak_of_start(columns, pair, making)
+    elif making.options.slack is None:
+        _offer(slack, pair, making)
+    else:
+        kept = _start_at(slack, columns, pair, making)
+    if making.kind == "elastomer" and making.options.compression is None and not COMPRESS.search(about):
+        _ask_whether_pressed(columns["strain"][kept], columns["stress_kPa"][kept], slack, making)
+    return kept
+
+
+def _turn(columns: dict[str, np.ndarray], making: Making, about: str) -> None:
+    """Strain and stress of a pressed coupon made negative."""
+    wanted = making.options.compression
+    why = "as stated with --compression"
+    if wanted is None and COMPRESS.search(about):
+        word = COMPRESS.search(about)
+        start = max(0, about.rfind("\n", 0, word.start()) + 1)
+        line = about[start:].partition("\n")[0].strip()[:60]
+        wanted, why = True, f"because the file speaks of compression ({line!r}; --tension if it was pulled)"
+    if making.options.compression is not None:
+        making.use("--compression" if making.options.compression else "--tension")
+    if wanted:
+        turned = [name for name in ("strain", "stress_kPa") if _largest(columns[name]) > 0.0]
+        for name in turned:
+            columns[name] = -columns[name] + 0.0
+        if turned:
+            making.say(f"{' and '.join(turned)} turned negative, {why}")
+        elif making.options.compression:
+            making.say("strain and stress were negative already: nothing to turn for --compression")
+
+
+def _steady(columns: dict[str, np.ndarray]) -> bool:
+    """Whether a wire stayed at one temperature, as far as was recorded."""
+    temperature = columns.get("temperature_degC", np.zeros(1))
+    temperature = temperature[np.isfinite(temperature)]
+    return temperature.size == 0 or float(np.ptp(temperature)) <= STEADY_K
+
+
+def _refuse_opposed(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
+    """Refuse stress and strain that go opposite ways, at the largest of either."""
+    strain, stress = columns["strain"], columns[pair[1]]
+    there = np.flatnonzero(np.isfinite(strain) & np.isfinite(stress))
+    if there.size < 3 or not np.ptp(stress[there]) > 0.0 or strain[there].min() <= -1.0:
+        return  # nothing to compare, or numbers that are refused as they are
+    x, y = strain[there] - strain[there[0]], stress[there] - stress[there[0]]
+    for at in (int(np.argmax(np.abs(x))), int(np.argmax(np.abs(y)))):
+        gone, answered = float(x[at]), float(y[at])
+        if (
+            gone * answered < 0.0
+            and abs(answered) > OPPOSED * float(np.ptp(y))
+            and abs(gone) > OPPOSED * float(np.ptp(x))
+        ):
+            sources = [_source(making, family) for family in ("strain", "stress")]
+            unit = pair[1].rpartition("_")[2]
+            raise refuse(
+                making.place, f"stress goes to {stress[there[at]]:.4g} {unit} while strain goes to"
+                f" {strain[there[at]]:.4g}: one of them is counted the other way; pulled: --scale"
+                f" {sources[1 if answered < 0.0 else 0]}=-1, pressed: --scale"
+                f" {sources[0 if gone > 0.0 else 1]}=-1",
+            )  # fmt: skip
+
+
+def _source(making: Making, quantity: str) -> str:
+    """The quantity to scale for strain or stress to turn: the column that it was made of, if it was made."""
+    if not making.channels[quantity].made:
+        return quantity
+    return next(
+        (
+            name
+            for name in ("elongation", "force")
+            if name in making.sources and (name == "force") == (quantity == "stress")
+        ),
+        quantity,
+    )
+
+
+def _largest(values: np.ndarray) -> float:
+    """The value that is largest without its sign, with it; 0 where there is none."""
+    finite = values[np.isfinite(values)]
+    return float(finite[np.argmax(np.abs(finite))]) if finite.size else 0.0
+
+
+def _slack(drive: np.ndarray, force: np.ndarray, making: Making) -> Slack | None:
+    stated = making.options.slack
+    if not isinstance(stated, float):
+        return find_slack(drive, force)
+    start = stated if _largest(drive) >= 0.0 else -stated
+    there = np.isfinite(drive) & np.isfinite(force)
+    stroke = there & (np.arange(len(drive)) <= int(np.nanargmax(np.abs(drive))))
+    before = stroke & (np.abs(drive) <= abs(start))
+    return Slack(start, float(np.mean(force[before])) if before.any() else 0.0, int(before.sum()))
+
+
+def _words(slack: Slack, pair: tuple[str, str], making: Making) -> str:
+    answer, unit = pair[1].rsplit("_", 1)
+    drive = "strain" if pair[0] == "strain" else "elongation"
+    length = "" if drive == "strain" else " mm"
+    level, start = f"{slack.zero:.4g} {unit}", f"{drive} {slack.start:.4g}{length}"
+    return f"{answer} is flat at {level} up to {start} ({slack.rows} rows)"
+
+
+def _offer(slack: Slack, pair: tuple[str, str], making: Making) -> None:
+    making.warn(
+        f"{_words(slack, pair, making)} and rises from there: slack, and the load cell's zero. --slack auto"
+        " starts there and"
+        " takes the zero off; --slack keep leaves it"
+    )
+
+
+def _start_at(
+    slack: Slack, columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making
+) -> np.ndarray:
+    """Count from where the specimen grew taut; a coupon that hung slack was longer than its grips' gap."""
+    drive, force = pair
+    sign = 1.0 if slack.start >= 0.0 else -1.0
+    raw = columns[drive]
+    kept = ~(sign * raw < sign * slack.start)
+    if drive == "strain":
+        columns[drive] = (raw - slack.start) / (1.0 + slack.start)
+        how = f"strain is counted from there, as (strain - {slack.start:.4g}) / (1 + {slack.start:.4g})"
+    else:
+        columns[drive] = raw - slack.start
+        how = f"elongation is counted from there, {slack.start:.4g} mm less"
+    columns[force] = columns[force] - slack.zero
+    answer, unit = force.rsplit("_", 1)
+    making.say(
+        f"{_words(slack, pair, making)}: {int((~kept).sum())} slack rows left out, {how}; {slack.zero:.4g}"
+        f" {unit} taken off"
+        f" {answer} (--slack)"
+    )
+    return kept
+
+
+def _speak_of_start(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
+    """Say where a test begins that does not begin at nothing."""
+    if making.options.slack == "auto":
+        making.say("no slack was found at the start: nothing was left out for --slack auto")
+    drive, force = (columns[name] for name in pair)
+    there = np.isfinite(drive) & np.isfinite(force)
+    if making.kind not in ("elastomer", "wire") or there.sum() < 8:
+        return
+    answer_name, unit = pair[1].rsplit("_", 1)
+    x, y = drive[there], force[there]
+    reach, answer = float(np.ptp(x)), float(np.ptp(y))
+    if abs(x[0]) > AT_START * reach and abs(x[0]) == float(np.abs(x).min()):
+        making.warn(
+            f"strain begins at {x[0]:.4g}, not at 0: was it counted from another zero? --subtract"
+            f" strain={x[0]:.4g}"
+        )
+        return
+    near = slice(0, max(5, x.size // 20))
+    slope = float(np.polyfit(x[near], y[near], 1)[0]) if np.ptp(x[near]) > 0.0 else 0.0
+    rest = float(y[0] - slope * x[0])
+    if abs(x[0]) <= AT_START * reach and abs(rest) > max(PRELOAD * answer, NOISES * noise_of_steps(y)):
+        making.warn(
+            f"{answer_name} is {rest:.4g} {unit} at strain 0: a preload, or the load cell's zero. If it is"
+            f" the zero: --subtract {pair[1]}={rest:.4g}"
+        )
+
+
+def _ask_whether_pressed(strain: np.ndarray, stress: np.ndarray, slack: Slack | None, making: Making) -> None:
+    """Ask whether a test that only stiffens was a compression: a pulled rubber softens first."""
+    there = np.isfinite(strain) & np.isfinite(stress)
+    x, y = strain[there], stress[there]
+    if (
+        x.size < 8
+        or not x.max() > 0.0
+        or x.min() < -0.02 * x.max()
+        or x.max() >= 0.95
+        or y[int(np.argmax(x))] <= 0.0
+    ):
+        return
+    if slack is not None and making.options.slack is None:
+        x, y = x[x >= slack.start] - slack.start, y[x >= slack.start] - slack.zero
+    rising = slice(0, int(np.argmax(x)) + 1)
+    x, y = x[rising], y[rising]
+    if x.size < 8 or x.max() < 0.05:
+        return
+    misfits = []
+    for stretch in (1.0 + x, 1.0 - x):
+        shape = np.abs(stretch - stretch**-2)
+        columns = np.stack([shape, np.ones_like(shape)], axis=1)
+        rest = y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]
+        misfits.append(float(np.sqrt(np.mean(rest**2))))
+    if misfits[1] < FITS_BETTER * misfits[0]:
+        making.warn(
+            "stress only stiffens over strain, as a pressed rubber does and a pulled one does not at first;"
+            " if the specimen"
+            " was pressed, turn it with --compression (--tension if it was pulled, and this line goes)"
+        )

@@ -1,0 +1,119 @@
+"""Whether a strain whose unit nobody states is a fraction or a percentage: told, or asked for."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..recordings.columns import WIRE_STRAIN_LIMIT, convert
+from ..recordings.table import refuse
+from .making import Channel, Making
+from .spelling import dimension
+
+FARTHEST_STRETCH = 20.0
+"""The softest silicones break near a stretch of 17 (Ecoflex 00-30 in tension)."""
+DECISIVE = 0.25
+"""Ratio of misfits below which one reading of a strain explains another column and the other does not."""
+SHAPED = 2.0
+"""Strain up to which the first, neo-Hookean part of a rubber's curve is looked at."""
+
+
+def settle_strain_unit(making: Making) -> None:
+    """Give a strain without unit the one that it must be in, and say it.
+
+    A true strain or an extension beside it tells; else a fraction is taken, if the numbers can be one.
+
+    Raises:
+        InputError: if the numbers cannot be a fraction, or fit a percentage better.
+    """
+    channel = making.channels.get("strain")
+    if (
+        channel is None
+        or channel.unit is not None
+        or channel.trouble
+        or making.kind not in ("wire", "elastomer")
+    ):
+        return
+    largest = float(np.nanmax(np.abs(channel.values)))
+    told = _told(making, channel)
+    if told is not None:
+        unit, by = told
+        words = "percent" if unit == "percent" else "a fraction"
+        making.say(f"{channel.label!r} has no unit: taken as {words}, as {by} tells")
+        making.channels["strain"] = replace(channel, unit=unit)
+        return
+    reaches = f"{channel.label!r} has no unit and reaches {largest:.4g}"
+    ask = "state it with --unit strain=percent (or --unit strain=1)"
+    if making.kind == "wire" and largest > WIRE_STRAIN_LIMIT:
+        raise refuse(
+            making.place, f"{reaches}; as a fraction no nitinol wire"
+            f" strains beyond {WIRE_STRAIN_LIMIT:g}: {ask}",
+        )  # fmt: skip
+    if largest > FARTHEST_STRETCH - 1.0:
+        raise refuse(
+            making.place, f"{reaches}, which as a fraction would be a"
+            f" stretch of {1.0 + largest:.4g}: {ask}",
+        )  # fmt: skip
+    if _bends_as_percent(making, channel):
+        raise refuse(
+            making.place, f"{reaches}; as a fraction the curve would be far"
+            f" straighter than any rubber's up to a strain of {min(largest, SHAPED):.3g}, as percent it"
+            f" would not: {ask}",
+        )  # fmt: skip
+    making.say(f"{channel.label!r} has no unit: taken as a fraction (--unit strain=percent to correct)")
+    making.channels["strain"] = replace(channel, unit="1")
+
+
+def _told(making: Making, channel: Channel) -> tuple[str, str] | None:
+    """Unit that another column of the file proves, and which one."""
+    strain = channel.values
+    true = making.channels.get("true_strain")
+    if true is not None and not true.trouble and true.unit is None:
+        misfits = {}
+        with np.errstate(invalid="ignore", divide="ignore"):
+            for unit, factor in (("1", 1.0), ("percent", 0.01)):
+                for true_factor in (1.0, 0.01):
+                    misfit = np.log1p(factor * strain) - true_factor * true.values
+                    misfits[unit, true_factor] = float(np.sqrt(np.nanmean(misfit**2)))
+        best, second = sorted(misfits, key=misfits.__getitem__)[:2]
+        if misfits[best] < DECISIVE * misfits[second]:
+            return best[0], repr(true.label)
+    extension = making.channels.get("elongation")
+    gauge = making.options.dimensions.get("gauge_length_mm") or (
+        making.sizes["gauge_length_mm"].value if "gauge_length_mm" in making.sizes else None
+    )
+    if extension is not None and gauge and not extension.trouble and dimension(extension.unit) == "length":
+        made = convert(extension.values, extension.unit, "mm") / gauge
+        reach, own = float(np.nanmax(made) - np.nanmin(made)), float(np.nanmax(strain) - np.nanmin(strain))
+        factor = own / reach if reach > 0.0 else 0.0
+        for unit, wanted in (("1", 1.0), ("percent", 100.0)):
+            if 0.5 < factor / wanted < 2.0:
+                if "gauge_length_mm" in making.options.dimensions:
+                    making.use("--dimension", "gauge_length_mm")
+                return unit, f"{extension.label!r} over the gauge length of {gauge:g} mm"
+    return None
+
+
+def _bends_as_percent(making: Making, channel: Channel) -> bool:
+    """Whether the first part of an elastomer's curve is a neo-Hookean one of percent, and none of fractions.
+
+    Every rubber's tangent falls by half up to a strain of one; up to a percent it does not fall.
+    """
+    stress = making.channels.get("stress") or making.channels.get("force")
+    if making.kind != "elastomer" or stress is None or stress.trouble:
+        return False
+    there = np.isfinite(channel.values) & np.isfinite(stress.values)
+    strain, force = channel.values[there], stress.values[there]
+    rising = slice(0, int(np.argmax(strain)) + 1) if strain.size else slice(0, 0)
+    strain, force = strain[rising], force[rising]
+    first = (strain >= 0.0) & (strain <= SHAPED)
+    if first.sum() < 5 or strain[first].max() < 0.75 * SHAPED:
+        return False
+    misfits = []
+    for factor in (1.0, 0.01):
+        stretch = 1.0 + factor * strain[first]
+        shape = stretch - stretch**-2
+        columns = np.stack([shape, np.ones_like(shape)], axis=1)
+        rest = force[first] - columns @ np.linalg.lstsq(columns, force[first], rcond=None)[0]
+        misfits.append(float(np.sqrt(np.mean(rest**2))))
+    reach = float(np.ptp(force[first]))
+    return misfits[1] < DECISIVE * misfits[0] and misfits[0] > 0.02 * reach

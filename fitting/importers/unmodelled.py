@@ -1,0 +1,83 @@
+"""Tests of things that are not modelled: membranes, pistons, muscles, grippers, other modes of loading."""
+
+import re
+from dataclasses import dataclass
+
+from .making import Channel
+from .parts import Sample
+
+KINDS = (
+    "spring (force, elongation and resistance of a nitinol spring), wire (strain, stress and temperature of"
+    " a straight wire),"
+    " elastomer (strain and stress of a coupon or tube), tube (pressure and length), actuator (pressure"
+    " with curvature, bend"
+    " angle or length)"
+)
+# What a heading, the lines above the table, a sheet or the file's name speak of; whether that is certain.
+_THINGS: tuple[tuple[str, str], ...] = (
+    (
+        r"mckibben|artificial muscle|\bpam\b|contraction|muscle|contracted|braid(ed)? angle",
+        "the contraction of a pneumatic muscle",
+    ),
+    (
+        r"membrane|diaphragm|bulge|dome height|apex|bubble|balloon|center deflection|centre deflection",
+        "an inflated membrane",
+    ),
+    (r"piston|cylinder stroke|rod force|cylinder force|bellows", "a piston or bellows"),
+    (
+        r"grip(per)? force|grasp|blocked force|blocking force|fingertip force|tip force",
+        "a gripper or the blocked force of an actuator",
+    ),
+    (r"torque|torsion|twist", "torsion"),
+    (r"heat flow|\bdsc\b", "a calorimeter scan"),
+    (r"storage modulus|loss modulus|tan delta|tan\(delta\)", "a dynamic mechanical analysis"),
+)
+_MODES: tuple[tuple[str, str], ...] = (
+    (r"equi-?biaxial|biaxial", "biaxial tension"),
+    (r"pure[ _-]?shear|planar[ _-]?(tension|shear)", "pure shear"),
+    (r"simple[ _-]?shear|lap[ _-]?shear|\bshear (strain|stress)", "shear"),
+    (
+        r"\bbending strain|flexur(e|al)|flexion|\bflex\b|biegeversuch|biegeprüfung"
+        r"|three[ _-]?point|3[ _-]?point",
+        "bending",
+    ),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Told:
+    """What a file speaks of, and whether its columns leave no doubt."""
+
+    sentence: str
+    certain: bool
+
+
+def unmodelled(sample: Sample, channels: dict[str, Channel]) -> Told | None:
+    """A sentence about a recording of something that no kind holds, or None where nothing says so."""
+    grid = sample.require_grid()
+    headings = " | ".join(heading.text for heading in grid.headings).lower()
+    above = "\n".join(" ".join(row) for row in grid.preamble).lower()
+    around = f"{above}\n{sample.title}\n{sample.sheet}\n{sample.raw.path.stem.replace('_', ' ')}".lower()
+    for pattern, what in _MODES:
+        if re.search(pattern, headings) or re.search(pattern, around):
+            return Told(
+                f"this speaks of {what}; an elastomer or wire recording is uniaxial. If this one is, state"
+                " --kind elastomer"
+                f" (or wire). The kinds that are modelled: {KINDS}",
+                True,
+            )
+    for pattern, what in _THINGS:
+        if re.search(pattern, headings) or re.search(pattern, around):
+            return Told(_sentence(f"this looks like {what}"), bool(re.search(pattern, headings)))
+    if "pressure" in channels and channels.keys() & {"force", "elongation", "strain"}:
+        other = " and ".join(sorted(channels.keys() & {"force", "elongation", "strain"}))
+        return Told(_sentence(f"pressure with {other} is that of a muscle, piston or membrane"), False)
+    return None
+
+
+def _sentence(what: str) -> str:
+    return (
+        f"{what}, which is not a kind that is modelled; those that are: {KINDS}. If it is one of them after"
+        " all, state --kind and"
+        " name the columns with --map QUANTITY=COLUMN"
+    )

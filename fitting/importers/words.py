@@ -1,0 +1,195 @@
+"""What headings call a quantity: machines' and laboratories' words, and which specimen they speak of."""
+
+import re
+from dataclasses import dataclass
+
+from .spelling import Heading, dimension, is_unit, parse_heading, plain, unit_name
+
+# Headings that name a quantity, in lower case, without their unit. The first of several is taken.
+WORDS: dict[str, tuple[str, ...]] = {
+    "time": (
+        "time", "elapsed time", "test time", "total time", "t", "time elapsed", "running time", "run time",
+        "timestamp",
+        "time stamp", "zeit", "prüfzeit", "temps", "tiempo", "tijd", "时间", "試験時間", "时刻", "date time",
+        "datetime", "clock",
+    ),
+    "strain": (
+        "engineering strain", "eng. strain", "eng strain", "nominal strain", "tensile strain",
+        "compressive strain",
+        "compression strain", "axial strain", "strain", "strain extensometer", "extensometer strain",
+        "strain dic",
+        "tensile strain displacement", "tensile strain extension", "tensile strain strain 1",
+        "compressive strain displacement",
+        "compressive strain extension", "compressive strain strain 1", "technical strain", "dehnung",
+        "nenndehnung",
+        "déformation", "deformation strain", "ε", "eps", "epsilon", "应变", "ひずみ", "stroke strain",
+        "standard strain",
+    ),
+    "stress": (
+        "engineering stress", "eng. stress", "eng stress", "nominal stress", "tensile stress",
+        "compressive stress",
+        "compression stress", "axial stress", "stress", "first piola-kirchhoff stress", "pk1 stress",
+        "spannung",
+        "nennspannung", "contrainte", "σ", "sigma", "应力", "応力", "standard stress",
+    ),
+    "true_strain": ("true strain", "logarithmic strain", "log strain", "hencky strain", "true axial strain"),
+    "true_stress": ("true stress", "cauchy stress", "true axial stress"),
+    "stretch": ("stretch", "stretch ratio", "lambda", "λ", "extension ratio", "elongation ratio"),
+    "elongation": (
+        "extension", "elongation", "displacement", "tensile extension", "tensile displacement",
+        "compressive extension",
+        "compressive displacement", "compression", "compression displacement", "standard travel",
+        "machine extension",
+        "crosshead displacement", "crosshead extension", "crosshead travel", "axial displacement",
+        "actuator displacement",
+        "deflection", "disp", "disp.", "stroke", "travel", "crosshead", "crosshead position", "position",
+        "weg",
+        "standardweg", "traversenweg",
+        "course traverse", "course", "verlängerung", "course standard", "allongement", "déplacement",
+        "deplacement",
+        "verplaatsing", "位移", "变形", "変位", "ストローク", "extensometer", "ext", "dl", "delta l", "δl",
+    ),
+    "force": (
+        "load", "force", "tensile force", "tensile load", "compressive load", "compressive force",
+        "compression force",
+        "compression load", "standard force", "axial force", "axial load", "load cell", "loadcell",
+        "load cell force", "f", "kraft",
+        "standardkraft", "force standard", "charge", "fuerza", "kracht", "力", "荷重",
+        "試験力", "载荷", "负荷",
+        "weight",
+    ),
+    "temperature": (
+        "temperature", "specimen temperature", "sample temperature", "wire temperature", "temp", "temp.",
+        "temperature chamber",
+        "chamber temperature", "oven temperature", "bath temperature", "thermocouple", "temperatur",
+        "probentemperatur",
+        "température", "temperatura", "温度",
+    ),
+    "resistance": ("resistance", "r", "electrical resistance", "widerstand", "résistance", "ohms", "电阻"),
+    "current": ("current", "i", "strom", "courant", "heating current"),
+    "pressure": (
+        "pressure", "gauge pressure", "gage pressure", "absolute pressure", "pressure absolute",
+        "pressure abs", "abs pressure", "pressure gauge", "applied pressure", "internal pressure",
+        "air pressure", "supply pressure", "druck", "überdruck", "pression", "压力", "chamber pressure",
+        "input pressure", "pressure measured", "measured pressure", "p", "p abs", "p gauge", "p rel",
+    ),
+    "length": ("length", "actuator length", "tube length", "länge", "longueur"),
+    "curvature": ("curvature", "kappa", "κ", "krümmung", "courbure"),
+    "bend_angle": (
+        "bend angle", "bending angle", "tip angle", "deflection angle", "biegewinkel", "bend", "angle",
+        "theta", "θ",
+    ),
+    "cycle": (
+        "cycle", "cycle number", "cycle count", "total cycle count", "total cycles", "cycle no", "cycle no.",
+        "cycles", "zyklus",
+    ),
+    "voltage": ("voltage", "output voltage", "v out", "vout"),
+    **{f"voltage_{k}": (f"voltage {k}",) for k in (1, 2, 3)},
+    **{f"resistance_{k}": (f"resistance {k}", f"r{k}") for k in (1, 2, 3)},
+    **{f"current_{k}": (f"current {k}", f"i{k}") for k in (1, 2, 3)},
+}  # fmt: skip
+# Symbols and words that may be anything: recognised with a unit that fits only.
+_NEEDS_UNIT = {
+    "f": "force", "charge": "force", "weight": "force", "t": "time", "clock": "time", "r1": "resistance",
+    "r2": "resistance", "r3": "resistance", "i1": "current", "i2": "current", "i3": "current",
+    "stroke": "length", "travel": "length", "ext": "length", "dl": "length", "delta l": "length",
+    "δl": "length", "bend": "angle", "angle": "angle", "theta": "angle", "θ": "angle",
+    "compression": "length", "p": "pressure", "p abs": "pressure", "p gauge": "pressure",
+    "p rel": "pressure", "r": "resistance", "i": "current",
+}  # fmt: skip
+_QUANTITY = {word: (quantity, rank) for quantity, words in WORDS.items() for rank, word in enumerate(words)}
+# What a unit makes of a heading whose word disagrees: `Elongation (%)` is a strain, `Stress (N)` a force.
+_BY_UNIT = {
+    ("elongation", "number"): "strain", ("strain", "length"): "elongation", ("stress", "force"): "force",
+    ("force", "pressure"): "stress", ("stress", "voltage"): "voltage", ("length", "number"): "stretch",
+    ("stretch", "length"): "length", ("cycle", "time"): "time",
+    ("time", "temperature"): "temperature",
+}  # fmt: skip
+
+COMPRESS = re.compile(r"\bcompress|\bdruckversuch|\bdruckprüf|\bstauch", re.IGNORECASE)
+SPECIMEN_WORDS = ("specimen", "sample", "coupon", "probe", "échantillon", "éprouvette", "dumbbell", "dogbone")
+TEST_WORDS = (
+    "test",
+    "run",
+    "trial",
+    "replicate",
+    "repeat",
+    "rep",
+    "versuch",
+    "essai",
+    "no",
+    "nr",
+    "cycle test",
+)
+_SPECIMEN = "|".join(SPECIMEN_WORDS)
+_TAGGED = "|".join((*SPECIMEN_WORDS, *TEST_WORDS))
+_TAG_PATTERNS = (
+    # `Stress Specimen 2`, `Stress - sample B`, `Stress_test_3`, `Stress #2`
+    re.compile(rf"^(?P<name>.+?)[\s\-:,_]+(?P<tag>(?:{_TAGGED})[\s.#_]*(?:no\.?|nr\.?)?\s*[\w.]{{1,12}})$"),
+    re.compile(rf"^(?P<tag>(?:{_TAGGED})[\s.#_]*(?:no\.?|nr\.?)?\s*[\w.]{{1,12}}?)[\s\-:,_]+(?P<name>.+)$"),
+    re.compile(r"^(?P<tag>[a-z]{1,3} ?\d{1,3})[\s\-:,_]+(?P<name>.+)$"),  # `s1 stress`, `C_1_Force`
+    re.compile(r"^(?P<name>.+?)[\s\-:,_]+(?P<tag>[a-z]{1,3}\d{1,3})$"),  # `stress s1`
+    re.compile(r"^(?P<name>.+?)\s*[#.\s\-_]\s*(?P<tag>\d{1,3})$"),  # `stress 2`, `stress.1`, `stress #2`
+    re.compile(r"^(?P<name>[^\d\s]{3,}?)(?P<tag>\d{1,3})$"),  # `stress2`
+    re.compile(r"^(?P<name>.+?)[\s\-:,_]+(?P<tag>[a-h])$"),  # `stress a`
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What a heading means.
+
+    Attributes:
+        quantity: one of `WORDS`.
+        rank: place of its word among those of the quantity; the lowest wins.
+        tag: what tells it from others of the same word (`"specimen 2"`), or nothing.
+    """
+
+    quantity: str
+    rank: int
+    tag: str = ""
+
+
+def meaning(heading: Heading) -> Meaning | None:
+    """Quantity that a heading names, and which specimen's, or None if it names none."""
+    direct = _lookup(heading.name, heading)
+    if direct is not None:
+        return Meaning(*direct)
+    for pattern in _TAG_PATTERNS:
+        found = pattern.match(heading.name)
+        if found:
+            named = _lookup(found["name"].strip(" -:,_"), heading)
+            if named is not None:
+                return Meaning(*named, tag=" ".join(found["tag"].split()))
+    return None
+
+
+def _lookup(name: str, heading: Heading) -> tuple[str, int] | None:
+    for written in (
+        name,
+        name.replace("-", " "),
+        re.sub(r"\s+(filtered|raw|corrected|measured|absolute|gauge|abs)$", "", name),
+    ):
+        if written in _QUANTITY:
+            quantity, rank = _QUANTITY[written]
+            quantity = _BY_UNIT.get((quantity, dimension(heading.unit)), quantity)
+            if written in _NEEDS_UNIT and dimension(heading.unit) not in _fitting(written, quantity):
+                return None
+            return quantity, rank
+    return None
+
+
+def _fitting(written: str, quantity: str) -> tuple[str, ...]:
+    """Dimensions that a word of many meanings may have."""
+    if quantity == "force":
+        return ("force", "mass")
+    return (_NEEDS_UNIT[written],) if quantity not in ("temperature", "strain") else ("temperature", "number")
+
+
+def heading_of(text: str) -> Heading:
+    """Heading of a text; a letter at its end is a unit where the rest names a quantity (`Temperature C`)."""
+    heading = parse_heading(text)
+    stem, _, suffix = text.rpartition(" ")
+    if heading.unit is None and plain(stem) in _QUANTITY and is_unit(suffix) and not suffix.isdigit():
+        return Heading(text, plain(stem), unit_name(suffix))
+    return heading

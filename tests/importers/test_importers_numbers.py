@@ -1,0 +1,253 @@
+"""Numbers, units and headings as laboratories and machines write them."""
+
+import numpy as np
+import pytest
+
+from fitting.importers import import_file, make_options
+from fitting.importers.numerals import clock_seconds, to_number
+from fitting.importers.spelling import parse_heading, unit_name
+from fitting.importers.words import heading_of, meaning
+from pneusma_jax.errors import InputError
+from pneusma_jax.units import to_si
+
+STRETCH = np.linspace(1.0, 1.6, 25)
+STRESS = 400.0 * (STRETCH - STRETCH**-2)  # kPa
+
+
+def refusal(path, **named):
+    with pytest.raises(InputError) as caught:
+        import_file(path, make_options(**named))
+    assert "\n" not in str(caught.value) and path.name in str(caught.value)
+    return str(caught.value)
+
+
+def said(recording, words):
+    return any(words in text for text in recording.notices)
+
+
+@pytest.mark.parametrize(
+    ("text", "decimal", "value"),
+    [
+        ("1,234.5", ".", 1234.5), ("12,345,678", ".", 12345678.0), ("1.234,5", ",", 1234.5), ("1 234.5", ".", 1234.5),
+        ("1\u00a0234,5", ",", 1234.5), ("1\u202f234", ".", 1234.0), ("1'234.5", ".", 1234.5), ("1’234’567,25", ",", 1234567.25),
+        ("-1,234.5e-3", ".", -1.2345), ("\u22125.5", ".", -5.5), ("1.5D-3", ".", 1.5e-3), (".5", ".", 0.5), ("0,025", ",", 0.025),
+    ],
+)  # fmt: skip
+def test_thousands_are_grouped_in_every_convention(text, decimal, value):
+    assert to_number(text, decimal) == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize(("text", "decimal"), [("0,025", "."), ("1,23", "."), ("1.23", ","), ("12 34", "."), ("1.2.3", "."), ("1,2,3", ","), ("abc", ".")])
+def test_what_is_no_number_is_not_guessed(text, decimal):
+    assert to_number(text, decimal) is None
+
+
+@pytest.mark.parametrize(
+    ("delimiter", "number"),
+    [
+        (";", lambda x: f"{x:,.3f}"),
+        (";", lambda x: f"{x:,.3f}".translate(str.maketrans(",.", ".,"))),
+        ("\t", lambda x: f"{x:,.3f}".replace(",", " ")),
+        (";", lambda x: f"{x:,.3f}".replace(",", "'")),
+        ("\t", lambda x: f"{x:,.2f}".replace(",", "\u202f").replace(".", ",")),
+        (",", lambda x: f'"{x:,.3f}"'),
+        (",", lambda x: f"{x:,.3f}".replace(",", " ")),
+    ],
+)
+def test_a_file_whose_loads_pass_a_thousand(put, delimiter, number):
+    """The same test in seven conventions: loads from -2 to 7000 N."""
+    force = 10.0 * STRESS
+    rows = [delimiter.join([number(1e3 * (s - 1.0)), number(f)]) for s, f in zip(STRETCH, force, strict=True)]
+    path = put("a.csv", "\n".join([delimiter.join(["Extension (mm)", "Load (N)"]), *rows, ""]))
+    recording = import_file(path, make_options(kind="elastomer", dimensions=["gauge_length_mm=1000", "area_mm2=10000"]))
+    np.testing.assert_allclose(recording.columns["strain"], STRETCH - 1.0, atol=1e-5)
+    np.testing.assert_allclose(recording.columns["stress_kPa"], STRESS, atol=2e-3)
+    assert said(recording, "thousands are grouped") and len(recording) == 25
+
+
+def test_three_decimals_after_a_comma_are_no_thousands(put):
+    rows = "".join(f"{s - 1.0:.3f};{p:.3f}\n".replace(".", ",") for s, p in zip(STRETCH, STRESS, strict=True))
+    recording = import_file(put("a.csv", "Strain (-);Stress (kPa)\n" + rows))
+    np.testing.assert_allclose(recording.columns["stress_kPa"], STRESS, atol=1e-3)
+
+
+@pytest.mark.parametrize("field", ["broken", "1.2.3 ", "see note"])
+def test_a_needed_column_of_words_is_refused(put, field):
+    rows = "".join(f"{i},{0.1 * i},{field if i % 4 else i}\n" for i in range(12))
+    message = refusal(put("a.csv", "Time (s),Strain (-),Stress (kPa)\n" + rows))
+    assert "9 of 12 fields of 'Stress (kPa)' are no numbers" in message and field.strip() in message and "row 3" in message
+
+
+def test_a_number_with_doubtful_marks_is_refused_where_it_is_needed(put):
+    rows = "".join(f"{0.1 * i:.2f};{'1.003.000' if i == 7 else f'{i}.25'};{'1.003.000' if i == 7 else i}\n" for i in range(12))
+    path = put("a.csv", "Strain (-);Stress (kPa);Counter\n" + rows)
+    message = refusal(path)
+    assert "'1.003.000' in row 9 of 'Stress (kPa)'" in message and "its marks are not those of the other numbers" in message
+    assert import_file(put("b.csv", path.read_text().replace("1.003.000;", "8.25;"))).kind == "elastomer"
+
+
+@pytest.mark.parametrize("blank", ["N/A", "#N/A", "****", "-", "nan", ""])
+def test_blanks_are_missing_and_an_empty_column_is_passed_over(put, blank):
+    rows = "".join(f"{s - 1.0},{blank},{p}\n" for s, p in zip(STRETCH, STRESS, strict=True))
+    recording = import_file(put("a.csv", "Strain (-),Stress (MPa),Engineering stress (kPa)\n" + rows))
+    np.testing.assert_allclose(recording.columns["stress_kPa"], STRESS)
+
+
+@pytest.mark.parametrize(
+    ("written", "unit", "si"),
+    [
+        ("kgf/cm2", "kgf/cm2", 98066.5), ("kg/cm²", "kgf/cm2", 98066.5), ("ksi", "ksi", 6894757.293168361), ("g/mm2", "gf/mm2", 9806.65),
+        ("mbar", "mbar", 100.0), ("inH2O", "inH2O", 249.08891), ("in H2O", "inH2O", 249.08891), ("PSI", "psi", 6894.757293168361),
+        ("Kpa", "kPa", 1e3), ("MPA", "MPa", 1e6), ("N/mm²", "N/mm2", 1e6), ("N/mm^2", "N/mm2", 1e6), ("Torr", "torr", 133.32236842),
+        ("lbf/in2", "psi", 6894.757293168361), ("kN/m2", "kN/m2", 1e3), ("kp/cm2", "kgf/cm2", 98066.5), ("psia", "psi", 6894.757293168361),
+        ("bar(g)", "bar", 1e5), ("cmH2O", "cmH2O", 98.0665), ("mm Hg", "mmHg", 133.322387415),
+        ("Newtons", "N", 1.0), ("LBF", "lbf", 4.4482216152605), ("gf", "gf", 9.80665e-3), ("ozf", "ozf", 0.27801385), ("oz", "ozf", 0.27801385),
+        ("daN", "daN", 10.0), ("kp", "kgf", 9.80665), ("inches", "in", 0.0254), ("mil", "mil", 2.54e-5), ("µm", "um", 1e-6), ("msec", "ms", 1e-3),
+        ("microstrain", "microstrain", 1e-6), ("µε", "microstrain", 1e-6), ("‰", "permille", 1e-3), ("℃", "degC", 1.0), ("deg. C", "degC", 1.0),
+    ],
+)  # fmt: skip
+def test_units_as_instruments_write_them(written, unit, si):
+    assert unit_name(written) == unit
+    assert to_si(1.0, unit) == pytest.approx(si, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("heading", "quantity", "unit"),
+    [
+        ("Load (lbf)", "force", "lbf"), ("Force / kN", "force", "kN"), ("Load, N", "force", "N"), ("Stress in MPa", "stress", "MPa"),
+        ("Strain %", "strain", "percent"), ("Temperature C", "temperature", "degC"), ("Elongation (%)", "strain", "percent"),
+        ("Stress (N)", "force", "N"), ("Strain (mm)", "elongation", "mm"), ("Tensile strain (Displacement) (%)", "strain", "percent"),
+        ("Compressive stress [MPa]", "stress", "MPa"), ("Standardkraft [N]", "force", "N"), ("Weg / mm", "elongation", "mm"),
+        ("ε [%]", "strain", "percent"), ("σ (MPa)", "stress", "MPa"), ("Engineering Strain", "strain", None), ("force_mN", "force", "mN"),
+        ("Absolute pressure (kPa)", "pressure", "kPa"), ("Time_s", "time", "s"), ("位移 (mm)", "elongation", "mm"),
+    ],
+)  # fmt: skip
+def test_headings_name_quantity_and_unit(heading, quantity, unit):
+    read = heading_of(heading)
+    assert meaning(read).quantity == quantity and read.unit == unit
+
+
+def test_an_unknown_unit_is_said_and_can_be_stated(put):
+    rows = "".join(f"{s - 1.0},{p}\n" for s, p in zip(STRETCH, STRESS, strict=True))
+    path = put("a.csv", "Strain (-),Stress (stone)\n" + rows)
+    assert parse_heading("Stress (stone)").unit == "stone"
+    message = refusal(path)
+    assert "unknown unit 'stone'" in message and "--unit stress=" in message
+    np.testing.assert_allclose(import_file(path, make_options(units=["stress=kPa"])).columns["stress_kPa"], STRESS)
+
+
+def test_grams_on_a_load_cell_are_the_force_of_that_weight(put):
+    rows = "".join(f"{10 * i},{50 * i}\n" for i in range(9))
+    path = put("a.csv", "Extension (mm),Load (g)\n" + rows)
+    recording = import_file(path, make_options(kind="elastomer", dimensions=["gauge_length_mm=100", "area_mm2=10"]))
+    np.testing.assert_allclose(recording.columns["stress_kPa"], 50 * np.arange(9) * 9.80665e-3 / 10 * 1e3)
+
+
+@pytest.mark.parametrize(
+    ("texts", "seconds"),
+    [
+        (["0:00:01.5", "0:00:02.0", "0:01:00"], [1.5, 2.0, 60.0]),
+        (["2023-05-01 12:00:00", "2023-05-01T12:00:02", "2023-05-02 00:00:00"], [0.0, 2.0, 43200.0]),
+        (["01.05.2023 12:00:00.5", "01.05.2023 12:00:01.0", ""], [0.0, 0.5, np.nan]),
+        (["5/1/2023 11:59:59 PM", "5/2/2023 12:00:01 AM"], [0.0, 2.0]),
+    ],
+)
+def test_clocks_are_read(texts, seconds):
+    np.testing.assert_allclose(clock_seconds(texts), seconds)
+    assert clock_seconds([*texts, "loading"]) is None
+
+
+def test_a_clock_of_the_day_is_not_lost_and_passes_midnight(put):
+    times = ["23:59:58", "23:59:59", "00:00:00", "00:00:01"]
+    rows = "".join(f"{t},{20 + 10 * i},{0.01 * i},100\n" for i, t in enumerate(times))
+    recording = import_file(put("a.csv", "Time,Temperature (°C),Strain (-),Stress (MPa)\n" + rows))
+    np.testing.assert_allclose(np.diff(recording.columns["time_s"]), 1.0)
+    assert said(recording, "is a clock")
+
+
+def percent_table(strain, heading, factor):
+    stretch = 1.0 + strain
+    stress = 300.0 * (stretch - stretch**-2)
+    return heading + "".join(f"{factor * e:.5f},{p:.4f}\n" for e, p in zip(strain, stress, strict=True))
+
+
+@pytest.mark.parametrize(("most", "factor"), [(1.0, 100.0), (0.1, 100.0), (4.0, 100.0)])
+def test_percent_without_unit_is_asked_for(put, most, factor):
+    """Up to 100, 10 and 400 percent: the second could be a fraction by its size, but not by its curve."""
+    path = put("a.csv", percent_table(np.linspace(0.0, most, 61), "Strain,Stress (kPa)\n", factor))
+    message = refusal(path)
+    assert "--unit strain=percent" in message and "has no unit" in message
+    recording = import_file(path, make_options(units=["strain=percent"]))
+    assert recording.columns["strain"].max() == pytest.approx(most)
+
+
+@pytest.mark.parametrize("most", [0.5, 3.0, 8.0])
+def test_a_fraction_without_unit_is_taken_and_said(put, most):
+    recording = import_file(put("a.csv", percent_table(np.linspace(0.0, most, 61), "Strain,Stress (kPa)\n", 1.0)))
+    assert recording.columns["strain"].max() == pytest.approx(most) and said(recording, "taken as a fraction")
+
+
+def test_another_column_tells_percent_from_fraction(put):
+    strain = np.linspace(0.0, 0.12, 40)
+    stretch = 1.0 + strain
+    stress = 300.0 * (stretch - stretch**-2)
+    rows = "".join(f"{100 * e:.4f},{np.log1p(e):.6f},{p:.4f}\n" for e, p in zip(strain, stress, strict=True))
+    recording = import_file(put("a.csv", "Strain,True Strain,Stress (kPa)\n" + rows))
+    np.testing.assert_allclose(recording.columns["strain"], strain, atol=1e-6)
+    assert said(recording, "taken as percent, as 'True Strain' tells")
+    rows = "".join(f"{100 * e:.4f},{25 * e:.6f},{p:.4f}\n" for e, p in zip(strain, stress, strict=True))
+    path = put("b.csv", "Gauge length: 25 mm\nStrain,Extension (mm),Stress (kPa)\n" + rows)
+    np.testing.assert_allclose(import_file(path).columns["strain"], strain, atol=1e-6)
+
+
+def test_a_wire_in_percent_without_unit_is_asked_for(put):
+    rows = "".join(f"{0.1 * i},{8.0 * min(i, 50)}\n" for i in range(60))
+    path = put("a.csv", "Strain,Stress (MPa)\n" + rows)
+    message = refusal(path)
+    assert "no nitinol wire" in message and "--unit strain=percent" in message
+    recording = import_file(path, make_options(units=["strain=percent"]))
+    assert recording.kind == "wire" and recording.columns["strain"].max() == pytest.approx(0.059)
+
+
+def test_percent_signs_in_the_fields(put):
+    rows = "".join(f"{100 * (s - 1.0):.3f}%,{p}\n" for s, p in zip(STRETCH, STRESS, strict=True))
+    recording = import_file(put("a.csv", "Strain,Stress (kPa)\n" + rows))
+    np.testing.assert_allclose(recording.columns["strain"], STRETCH - 1.0, atol=1e-5)
+    assert said(recording, "end in a percent sign")
+    message = refusal(put("b.csv", "Strain,Stress (kPa)\n" + rows.replace("%", "", 5)))
+    assert "20 of 25 fields of 'Strain' end in a percent sign and the others do not" in message
+
+
+@pytest.mark.parametrize("heading", ["Strain (%)", "Strain", "Strain (-)"])
+def test_cells_in_a_percent_format_hold_a_hundredth_of_what_they_show(tmp_path, heading):
+    import openpyxl
+
+    book = openpyxl.Workbook()
+    book.active.append([heading, "Stress (kPa)"])
+    for s, p in zip(STRETCH, STRESS, strict=True):
+        book.active.append([s - 1.0, p])
+        book.active.cell(book.active.max_row, 1).number_format = "0.00%"
+    book.save(tmp_path / "a.xlsx")
+    np.testing.assert_allclose(import_file(tmp_path / "a.xlsx").columns["strain"], STRETCH - 1.0, atol=1e-12)
+
+
+def test_a_column_of_words_beside_one_of_numbers_is_named(put):
+    rows = "".join(f"{i},{'overload' if i % 3 else i}\n" for i in range(12))
+    message = refusal(put("a.csv", "Strain (%),Stress (kPa)\n" + rows))
+    assert "8 of 12 fields of 'Stress (kPa)' are no numbers ('overload' in row 3)" in message
+
+
+def test_white_space_and_decimal_commas(put):
+    rows = "".join(f"{100 * (s - 1.0):.3f}   {p:.3f}\n".replace(".", ",") for s, p in zip(STRETCH, STRESS, strict=True))
+    recording = import_file(put("a.txt", "Strain[%]   Stress[kPa]\n" + rows))
+    np.testing.assert_allclose(recording.columns["stress_kPa"], STRESS, atol=1e-3)
+
+
+@pytest.mark.parametrize(("first", "factor", "doubtful"), [(0, 1.0, False), (1000, 1e-3, True)])
+def test_a_comma_before_three_digits(put, first, factor, doubtful):
+    """`950` beside `1,045` groups thousands; where all loads are above a thousand nothing tells, and that is said."""
+    loads = [first + 45 * i for i in range(30)]
+    rows = "".join(f"{i};{load:,d}\n" for i, load in enumerate(loads))
+    recording = import_file(put("a.csv", "Strain (%);Load (N)\n" + rows), make_options(kind="elastomer", dimensions=["area_mm2=1000"]))
+    np.testing.assert_allclose(recording.columns["stress_kPa"], factor * np.array(loads))
+    assert said(recording, "if commas group thousands here") == doubtful
