@@ -7,6 +7,7 @@ much as a few independent ones. Both numbers below are counted before any standa
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.stats import norm
 
 GAUSSIAN_MAD = 0.6744897501960817
 """Median absolute deviation of a Gaussian in standard deviations."""
@@ -14,15 +15,83 @@ CHANCE = 1.15
 """Factor on a variance that white noise may show by chance."""
 WINDOW = 5.0
 """Sokal's window: lags are summed up to this many correlation times."""
+ORDERS = (2, 3, 4, 5)
+"""Of differences that noise is told by: of 21 points of an S-shaped curve the second shows the curve itself."""
+CLEARLY = 0.5
+"""A higher order leaves clearly less from this part, over the root of the number of differences: under white
+noise the ratio of two neighbouring orders spreads by a fifth to a quarter of that."""
+FEWEST_OF_ORDER = 6
+"""Differences of a higher order, and readings, from which they tell anything."""
+HUBER, FAR, ROUNDS = 2.0, 4.0, 50
+"""Standard deviations at which a difference counts no more, and beyond which it is no noise; most rounds."""
+_HUBER_MEAN = float(norm.expect(lambda z: min(abs(z), HUBER) ** 2))
+DRAWS, DRAWN = 32, 10_000
+"""Times that rounding errors are drawn anew, at most, so that the median of 21 rounded points spreads by 2 % with
+the draw; and numbers that are drawn in all, of longer recordings."""
+SAME = 1e-9
+"""Of the largest reading, a difference that is the computer's arithmetic: it has sixteen digits, files up to nine."""
+EVEN, MOST = 0.05, 0.95
+"""Part of a step that differences may miss whole multiples by, as printed digits do; the share that must not."""
+REPEATED = 0.9
+"""Share of different readings, or of readings that moved, below which they repeat."""
+FEWEST_OF_SIZE = 20
+"""Readings of one order of magnitude from which these have a step of their own."""
+
+
+def least_step(values: np.ndarray) -> np.ndarray:
+    """Step in which readings were written, at each of them: of a converter, of printed decimals, of a dead band.
+
+    The step is the smallest difference between distinct values. It counts where values repeat, or where all
+    differences are whole multiples of it: smooth readings differ by anything. Readings that stand still until
+    they move by more than a dead band have the smallest move between rows as their step. Where values are
+    written with a number of significant digits, large ones have larger steps than small ones.
+
+    Args:
+        values: readings in the order of sampling, shape (n,), finite.
+
+    Returns:
+        The step at every reading, shape (n,), in their unit; 0 where readings show none.
+    """
+    found = np.full(len(values), _step(values))
+    digits = np.floor(np.log10(np.where(values == 0.0, np.inf, np.abs(values))) + SAME)
+    for size in np.unique(digits) if found.any() else ():
+        alike = digits == size
+        if alike.sum() >= FEWEST_OF_SIZE:
+            found[alike] = np.maximum(found[alike], _step(values[alike], rows=False))
+    return found
+
+
+def rounding_noise(values: np.ndarray) -> float:
+    """Standard deviation of the rounding of readings, step / sqrt(12) (W. R. Bennett, Bell Syst. Tech. J. 27
+    (1948) 446), root mean square over readings of shape (n,); 0 where they show no step."""
+    return float(np.sqrt(np.mean(least_step(values) ** 2 / 12.0))) if len(values) else 0.0
+
+
+def dithered(values: np.ndarray) -> np.ndarray:
+    """Readings with rounding errors added anew, (`DRAWS`, n), or (1, n) where they show no step.
+
+    Rounded readings differ by nothing or by whole steps, of which no median tells a size. With a further
+    uniform error of one step they are spread as readings of their own noise and two rounding errors.
+
+    Args:
+        values: readings in the order of sampling, shape (n,), finite.
+    """
+    step = least_step(values)
+    if not step.any():
+        return values[None]
+    return values + step * _uniform(_draws(len(values)), len(values))
 
 
 def robust_noise(x: np.ndarray, y: np.ndarray) -> float:
-    """Standard deviation of white noise on a smooth curve, from each sample's distance to its neighbours'
-    chord.
+    """Standard deviation of white noise on a smooth curve, rounding included, by differences of neighbours.
 
-    The pseudo-residual of Gasser, Sroka and Jennen-Steinmetz (Biometrika 73 (1986) 625) with a median
-    absolute deviation in place of the mean square, so that jumps and turning points do not count. Serially
-    correlated noise is smooth too, so for it the result is a lower bound.
+    Each run of three to six samples is compared with the polynomial through its others: differences of second
+    to fifth order, normalised (Gasser, Sroka and Jennen-Steinmetz, Biometrika 73 (1986) 625; Hall, Kay and
+    Titterington, Biometrika 77 (1990) 521). A higher order counts where it leaves clearly less: of few samples
+    the curve itself bends between neighbours. The scale is Huber's (proposal 2), without differences far
+    beyond their median: jumps and turning points do not count. Rounded readings are `dithered` first, and the
+    result is never less than their rounding alone. Serially correlated noise is smooth, too, so for it the
+    result is a lower bound.
 
     Args:
         x: where the curve was sampled, in the order of sampling, shape (n,).
@@ -31,15 +100,80 @@ def robust_noise(x: np.ndarray, y: np.ndarray) -> float:
     Returns:
         The standard deviation in the unit of `y`; 0 with fewer than three usable samples.
     """
-    before, middle, after = x[:-2], x[1:-1], x[2:]
-    span = after - before
-    usable = (np.abs(span) > 0.0) & ((middle - before) * (after - middle) >= 0.0)
-    if not np.any(usable):
+    found, rounding = None, rounding_noise(y)
+    step = least_step(y)
+    for order in ORDERS:
+        weight, difference, step_there = _differences(x, y, step, order)
+        count = len(difference)
+        if found is not None and count < FEWEST_OF_ORDER or count == 0:
+            break
+        if rounding > 0.0:
+            errors = _uniform(order + 1, _draws(count))
+            difference = difference[:, None] + (weight * step_there) @ errors
+        scale = np.sqrt(max(_scale(difference) ** 2 - rounding**2, 0.0))
+        if found is None or scale < found * (1.0 - CLEARLY / np.sqrt(count)):
+            found = scale
+    return float(max(found, rounding)) if found is not None else 0.0
+
+
+def _step(values: np.ndarray, rows: bool = True) -> float:
+    """One step of readings in their order, see `least_step`; `rows`: they follow one another."""
+    if len(values) < FEWEST_OF_ORDER:
         return 0.0
-    weight = (after - middle)[usable] / span[usable]
-    distance = y[1:-1][usable] - weight * y[:-2][usable] - (1.0 - weight) * y[2:][usable]
-    pseudo = distance / np.sqrt(1.0 + weight**2 + (1.0 - weight) ** 2)
-    return float(np.median(np.abs(pseudo)) / GAUSSIAN_MAD)
+    same = SAME * float(np.max(np.abs(values)))
+    levels = np.sort(values)
+    between = np.diff(levels)
+    between = between[between > same]
+    if not len(between):
+        return 0.0
+    least = float(between.min())
+    part = between / least
+    even = bool(np.mean(np.abs(part - np.round(part)) < EVEN) > MOST)
+    moves = np.abs(np.diff(values))
+    still = float(np.mean(moves <= same)) if rows else 0.0
+    if even:
+        repeated = len(between) + 1 <= REPEATED * len(values)
+        return least if repeated or len(np.unique(np.round(moves / least))) > 2 else 0.0
+    return float(moves[moves > same].min()) if still >= 1.0 - REPEATED else 0.0
+
+
+def _draws(count: int) -> int:
+    return int(np.clip(DRAWN // max(count, 1), 2, DRAWS))
+
+
+def _uniform(*shape: int) -> np.ndarray:
+    """The same uniform numbers within half a unit at every call."""
+    return np.random.default_rng(0).uniform(-0.5, 0.5, shape)
+
+
+def _differences(x: np.ndarray, y: np.ndarray, step: np.ndarray, order: int) -> tuple[np.ndarray, ...]:
+    """Differences over neighbours among which x goes one way: weights of unit length, (m, order + 1); the
+    differences, (m,); and the steps of their readings, (m, order + 1)."""
+    if len(x) <= order:
+        return np.zeros((0, order + 1)), np.zeros(0), np.zeros((0, order + 1))
+    at, values, steps = (np.lib.stride_tricks.sliding_window_view(z, order + 1) for z in (x, y, step))
+    forward = np.diff(at, axis=1)
+    usable = np.all(forward > 0.0, axis=1) | np.all(forward < 0.0, axis=1)
+    at, values, steps = at[usable], values[usable], steps[usable]
+    at = (at - at.mean(axis=1, keepdims=True)) / np.ptp(at, axis=1)[:, None]
+    apart = at[:, :, None] - at[:, None, :] + np.eye(order + 1)
+    weight = 1.0 / np.prod(apart, axis=2)
+    weight /= np.linalg.norm(weight, axis=1, keepdims=True)
+    return weight, np.sum(weight * (values - values.mean(axis=1, keepdims=True)), axis=1), steps
+
+
+def _scale(differences: np.ndarray) -> float:
+    """Huber's scale of numbers about zero, without those far beyond their median."""
+    size = np.abs(differences).ravel()
+    first = float(np.median(size)) / GAUSSIAN_MAD
+    if first > 0.0:
+        size = size[size < FAR * first]
+    scale = first or float(np.sqrt(np.mean(size**2)))
+    for _ in range(ROUNDS if scale > 0.0 else 0):
+        before, scale = scale, scale * float(np.sqrt(np.mean(np.minimum(size / scale, HUBER) ** 2) / _HUBER_MEAN))
+        if abs(scale - before) < 1e-4 * before:
+            break
+    return scale
 
 
 def autocorrelation(series: Sequence[np.ndarray]) -> np.ndarray:
