@@ -32,18 +32,20 @@ SAME = 1e-9
 """Of the largest reading, a difference that is the computer's arithmetic: it has sixteen digits, files up to nine."""
 EVEN, MOST = 0.05, 0.95
 """Part of a step that differences may miss whole multiples by, as printed digits do; the share that must not."""
-REPEATED = 0.9
-"""Share of different readings, or of readings that moved, below which they repeat."""
-FEWEST_OF_SIZE = 20
-"""Readings of one order of magnitude from which these have a step of their own."""
+FEW_STEPS = 5
+"""Steps between the nearest two of a few readings, at most."""
+SIZES, STANDS = 3, 4
+"""Different moves, in steps, or stretches of equal readings, that a straight course does not have."""
+FEWEST_OF_SIZE = 10
+"""Different readings of one order of magnitude from which these have a step of their own."""
 
 
 def least_step(values: np.ndarray) -> np.ndarray:
     """Step in which readings were written, at each of them: of a converter, of printed decimals, of a dead band.
 
-    The step is the smallest difference between distinct values. It counts where values repeat, or where all
-    differences are whole multiples of it: smooth readings differ by anything. Readings that stand still until
-    they move by more than a dead band have the smallest move between rows as their step. Where values are
+    The step is the smallest difference between distinct values, where all others are whole multiples of it: smooth
+    readings differ by anything. So do straight courses without noise, which all moves are one step of.
+    Readings that stand still until they move by more than a dead band have the smallest move as their step. Where values are
     written with a number of significant digits, large ones have larger steps than small ones.
 
     Args:
@@ -56,8 +58,8 @@ def least_step(values: np.ndarray) -> np.ndarray:
     digits = np.floor(np.log10(np.where(values == 0.0, np.inf, np.abs(values))) + SAME)
     for size in np.unique(digits) if found.any() else ():
         alike = digits == size
-        if alike.sum() >= FEWEST_OF_SIZE:
-            found[alike] = np.maximum(found[alike], _step(values[alike], rows=False))
+        if len(np.unique(values[alike])) >= FEWEST_OF_SIZE:
+            found[alike] = np.maximum(found[alike], common_step(values[alike]))
     return found
 
 
@@ -116,34 +118,49 @@ def robust_noise(x: np.ndarray, y: np.ndarray) -> float:
     return float(max(found, rounding)) if found is not None else 0.0
 
 
-def _step(values: np.ndarray, rows: bool = True) -> float:
-    """One step of readings in their order, see `least_step`; `rows`: they follow one another."""
+def common_step(values: np.ndarray) -> float:
+    """The largest step of which all differences between readings are whole multiples; 0 where there is none.
+
+    The smallest difference is the step, or a few steps where readings are few.
+
+    Args:
+        values: shape (n,), finite, in any order.
+    """
+    between = np.diff(np.sort(values))
+    between = between[between > SAME * np.max(np.abs(values), initial=0.0)]
+    for parts in range(1, FEW_STEPS + 1) if len(between) else ():
+        part = parts * between / between.min()
+        if np.mean(np.abs(part - np.round(part)) < EVEN) > MOST:
+            return float(between.min()) / parts
+    return 0.0
+
+
+def standing(moves: np.ndarray) -> np.ndarray:
+    """Lengths of the stretches of equal readings, by the moves from each to the next."""
+    return np.diff(np.flatnonzero(np.concatenate([[True], np.abs(moves) > 0.0, [True]])))
+
+
+def _step(values: np.ndarray) -> float:
+    """One step of readings in their order, see `least_step`."""
     if len(values) < FEWEST_OF_ORDER:
         return 0.0
-    same = SAME * float(np.max(np.abs(values)))
-    levels = np.sort(values)
-    between = np.diff(levels)
-    between = between[between > same]
-    if not len(between):
-        return 0.0
-    least = float(between.min())
-    part = between / least
-    even = bool(np.mean(np.abs(part - np.round(part)) < EVEN) > MOST)
-    moves = np.abs(np.diff(values))
-    still = float(np.mean(moves <= same)) if rows else 0.0
-    if even:
-        repeated = len(between) + 1 <= REPEATED * len(values)
-        return least if repeated or len(np.unique(np.round(moves / least))) > 2 else 0.0
-    return float(moves[moves > same].min()) if still >= 1.0 - REPEATED else 0.0
-
-
-def _draws(count: int) -> int:
-    return int(np.clip(DRAWN // max(count, 1), 2, DRAWS))
+    least, moves = common_step(values), np.abs(np.diff(values))
+    moves[moves <= SAME * np.max(np.abs(values))] = 0.0
+    stands = standing(moves)
+    if least > 0.0:
+        sizes = np.unique(np.round(moves[moves > 0.0] / least))
+        return least if len(sizes) >= SIZES or np.sum(stands > 1) >= STANDS else 0.0
+    slow = len(stands) > STANDS and np.median(stands) > 1.0
+    return float(moves[moves > 0.0].min()) if slow else 0.0
 
 
 def _uniform(*shape: int) -> np.ndarray:
     """The same uniform numbers within half a unit at every call."""
     return np.random.default_rng(0).uniform(-0.5, 0.5, shape)
+
+
+def _draws(count: int) -> int:
+    return int(np.clip(DRAWN // max(count, 1), 2, DRAWS))
 
 
 def _differences(x: np.ndarray, y: np.ndarray, step: np.ndarray, order: int) -> tuple[np.ndarray, ...]:

@@ -1,0 +1,282 @@
+"""Which readings of a column are measurements, and how noisy they are.
+
+A logger that is faster than its instrument writes a reading again, or draws a straight line to the next one;
+an instrument at full scale says only that there is more. Such rows have a value but tell nothing by it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.noise import common_step, least_step, robust_noise, rounding_noise, standing
+from fitting.recordings import Recording, schema
+from pneusma_jax.units import from_si
+
+STEPS = 2.5
+"""Median move between readings, in least moves, from which rows that stand still were not read: rounded readings
+of a slow course move by one step, seldom by two."""
+STRAIGHT = 0.05
+"""Share of rows exactly on the line between their neighbours from which rows are interpolated."""
+EXACT = 1e-6
+"""Of the largest reading, a distance from that line that is none: files have seven digits."""
+CROOKED = 100.0
+"""Such distances that a course moves by where being on the line means anything."""
+LONG = 5
+"""Rows at its extreme value from which a channel may have stopped there."""
+AFTER, SMOOTH = 4.0, 3.0
+"""Steps, or standard deviations, that a course would have gone on by; and times as many where readings are so
+coarse that they may stand still at a smooth top: a rounded parabola would go on by 2 to 8 steps."""
+UNLIKELY = 1e-3
+"""Number of such stretches that chance would make, by how often readings stand still, from which they are none."""
+ABRUPT = 1.5
+"""Ratio of the last stretches of equal readings before a stop: those of a course that levels off double."""
+NEAR, AROUND = 3.0, 7
+"""Standard deviations below full scale from which noise is cut off on one side; rows of a running median."""
+FAR_BELOW = 0.5
+"""Part of the error of rounding alone below which a stated noise is said to be too small for the readings."""
+
+
+@dataclass(frozen=True)
+class Readings:
+    """What the rows of a column are.
+
+    Attributes:
+        counted: rows that are measurements, shape (rows,).
+        repeated, interpolated, saturated: how many rows are not, and why.
+        level: value at which the channel stops, SI; NaN where it does not.
+    """
+
+    counted: np.ndarray
+    repeated: int = 0
+    interpolated: int = 0
+    saturated: int = 0
+    level: float = np.nan
+
+
+def readings_of(recording: Recording, quantity: str) -> Readings:
+    """What the rows of one column are.
+
+    Args:
+        recording: as it was read.
+        quantity: of the column.
+    """
+    values = recording.si(quantity)
+    rows = np.flatnonzero(np.isfinite(values))
+    others = [recording.si(name)[rows] for name in _channels(recording) if recording.column(quantity) != name]
+    stopped, level = saturated(values[rows], others)
+    below = rows[~stopped]
+    fresh = below[_fresh(recording, below, values[below])]
+    apart = fresh[_knots(values[fresh])]
+    counted = np.zeros(len(values), bool)
+    counted[apart] = True
+    return Readings(counted, len(below) - len(fresh), len(fresh) - len(apart), int(stopped.sum()), level)
+
+
+def noise_found(recording: Recording, quantity: str) -> float:
+    """1-sigma of one reading as its fast changes show it, SI; without a clock, rows count for time.
+
+    Args:
+        recording: its readings are those before any reduction.
+        quantity: of the column.
+    """
+    whole = recording.whole
+    values = whole.si(quantity)
+    time = whole.si("time") if whole.has("time") else np.arange(float(len(values)))
+    there = readings_of(whole, quantity).counted & np.isfinite(time)
+    return robust_noise(time[there], values[there])
+
+
+def read_values(recording: Recording, quantity: str) -> np.ndarray:
+    """Readings of a column that are measurements, before any reduction, SI, in their order."""
+    whole = recording.whole
+    return whole.si(quantity)[readings_of(whole, quantity).counted]
+
+
+def measurements(recording: Recording, quantity: str) -> np.ndarray:
+    """A column in SI, shape (rows,), NaN where a row is no measurement."""
+    values = recording.si(quantity)
+    if recording.reduction and recording.reduction.rows is None:
+        return values  # means of measurements
+    counted = readings_of(recording.whole, quantity).counted
+    if recording.reduction:
+        counted = counted[recording.reduction.rows]
+    return np.where(counted, values, np.nan)
+
+
+def cautions(recordings: Sequence[Recording]) -> list[str]:
+    """What readings are not, and what noise cannot be, a sentence each."""
+    return [text for recording in recordings for text in _cautions(recording.whole)]
+
+
+def _cautions(recording: Recording) -> list[str]:
+    found, rows = [], len(recording)
+    for column in recording.outputs:
+        quantity, unit = schema.quantity_and_unit(column)
+        told = readings_of(recording, quantity)
+        place = f"{recording.name}: {column}"
+        if told.saturated:
+            level = float(from_si(told.level, unit))
+            found.append(
+                f"{place} stops at {level:.4g}, its extreme value, while other channels go on: {told.saturated} of "
+                f"{rows} rows there, or too near to it, are not compared with the model"
+            )
+        if told.repeated:
+            found.append(
+                f"{place} repeats earlier readings in {told.repeated} of {rows} rows: only new ones are counted"
+            )
+        if told.interpolated:
+            found.append(
+                f"{place} is interpolated between readings: {told.interpolated} of {rows} rows, which add nothing to "
+                "those beside them, are not counted"
+            )
+        stated, rounding = recording.noise_si(quantity), rounding_noise(recording.si(quantity)[told.counted])
+        if stated and stated < FAR_BELOW * rounding:
+            step, least, said = (
+                float(from_si(x, unit, difference=True)) for x in (np.sqrt(12.0) * rounding, rounding, stated)
+            )
+            found.append(
+                f"{place}: the stated noise of {said:.3g} {unit} is far below what rounding in steps of {step:.3g} "
+                f"{unit} leaves, {least:.3g} {unit}; what is more than noise may be rounding"
+            )
+    return found
+
+
+def _channels(recording: Recording) -> list[str]:
+    """Columns of numbers, the clock and counts left out."""
+    known = [name for name in recording.known_columns if name not in ("time_s", "cycle")]
+    return [name for name in known if np.asarray(recording.columns[name]).dtype.kind == "f"]
+
+
+def _fresh(recording: Recording, rows: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Rows that are no copies: of whole rows, or of a slower channel's reading."""
+    fresh = np.ones(len(rows), bool)
+    if len(rows) < LONG:
+        return fresh
+    table = np.stack([recording.columns[name][rows] for name in _channels(recording)])
+    moves = np.abs(np.nan_to_num(np.diff(table, axis=1))).max(axis=0)
+    if _copied(moves):
+        fresh[1:] = moves > 0.0
+    own = values[fresh]
+    moves = np.abs(np.diff(own))
+    moved = moves[moves > 0.0]
+    if _copied(moves) and np.median(moved) > STEPS * max(float(moved.min()), float(least_step(own).max())):
+        fresh[np.flatnonzero(fresh)[1:]] = moves > 0.0
+    return fresh
+
+
+def _copied(moves: np.ndarray) -> bool:
+    """Whether most readings come more than once in a row, by what each moved from the one before."""
+    stands = standing(moves)
+    return len(stands) > LONG and bool(np.median(stands) > 1.0)
+
+
+def _knots(values: np.ndarray) -> np.ndarray:
+    """Of interpolated rows as many as there were readings; all rows where none are interpolated."""
+    kept = np.ones(len(values), bool)
+    if len(values) < 2 * LONG:
+        return kept
+    none = EXACT * float(np.max(np.abs(values)))
+    if common_step(values) > none:
+        return kept  # rounded readings lie on lines, too
+    off = np.abs(values[1:-1] - 0.5 * (values[:-2] + values[2:]))
+    moving = np.abs(values[2:] - values[:-2]) > CROOKED * none
+    straight, crooked = moving & (off <= none), moving & (off > none)
+    if straight.sum() < STRAIGHT * moving.sum() or not off.max() > CROOKED * none:
+        return kept
+    readings = sum((b - a + 1) // 2 for a, b in _runs(crooked))  # a row on either side of each, or one on it
+    return np.arange(len(values)) % int(np.ceil(moving.sum() / max(readings, 1))) == 0
+
+
+def saturated(values: np.ndarray, others: Sequence[np.ndarray]) -> tuple[np.ndarray, float]:
+    """Rows in which a channel has stopped at its largest or smallest value, while others go on.
+
+    Rows close to such a stop are taken with it: noise that would pass full scale is cut off there, and what is
+    left of it is not even. A channel may also stop at a value nearer to zero, but not at the ends of a test,
+    where nothing was pulled yet.
+
+    Args:
+        values: of the channel in its order, shape (n,), finite.
+        others: further channels, shape (n,) each; those with missing rows say nothing.
+
+    Returns:
+        Mask of the rows, and the value at which it stops; NaN where it does not.
+    """
+    found, level = np.zeros(len(values), bool), np.nan
+    if len(values) < 4 * LONG or not np.ptp(values) > 0.0:
+        return found, level
+    rows = np.arange(float(len(values)))
+    spread = robust_noise(rows, values)
+    step = max(float(least_step(values).max()), spread)
+    still = float(np.mean(np.diff(values) == 0.0))
+    moving = [(x, AFTER * robust_noise(rows, x)) for x in others if np.isfinite(x).all() and np.ptp(x) > 0.0]
+    for sign in (1.0, -1.0):
+        top = float(np.max(sign * values))
+        full = top == float(np.max(np.abs(values)))
+        runs = [(a, b) for a, b in _runs(sign * values == top) if b - a > 1]
+        runs = [(a, b) for a, b in runs if full or (a > 0 and b < len(values))]
+        count = sum(b - a for a, b in runs)
+        chance = len(values) * still ** (count - len(runs))
+        clear = step * (AFTER if chance < UNLIKELY else SMOOTH * AFTER)
+        if count >= LONG and any(_stopped(sign * values, moving, run, clear) for run in runs):
+            level = sign * top
+            found |= _beside(sign * values, top, top - NEAR * step)
+    return found, level
+
+
+def _runs(mask: np.ndarray) -> list[tuple[int, int]]:
+    """First row, and row after the last, of every stretch of a mask."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+
+
+def _stopped(
+    values: np.ndarray, moving: Sequence[tuple[np.ndarray, float]], run: tuple[int, int], clear: float
+) -> bool:
+    """Whether a course that rose to its extreme would have gone on by more than `clear`, as others did.
+
+    Args:
+        values: of the channel, (n,).
+        moving: other channels, (n,), and what each moves by that is no noise.
+        run: first row at the extreme, and the one after the last.
+        clear: in the unit of `values`.
+    """
+    for flip in (1, -1):  # as it came, and backwards as it left
+        y = values[::flip]
+        a, b = run if flip == 1 else (len(values) - run[1], len(values) - run[0])
+        first = max(a - max(LONG, b - a), 0)
+        if a - first < LONG // 2:
+            continue
+        slope = (y[a] - y[first]) / (a - first)
+        further = max((_went_on(x[::flip], noise, first, a, b) for x, noise in moving), default=0.0)
+        if slope * further > clear and _abrupt(y, first, a, b):
+            return True
+    return False
+
+
+def _went_on(x: np.ndarray, noise: float, first: int, a: int, b: int) -> float:
+    """Rows that another channel went on for after a stop, at the pace that it had before."""
+    before, after = x[a] - x[first], x[a : b + 1] - x[a]
+    if abs(before) <= noise:
+        return 0.0
+    return float(np.max(after * np.sign(before), initial=0.0) / abs(before) * (a - first))
+
+
+def _abrupt(y: np.ndarray, first: int, a: int, b: int) -> bool:
+    """Whether readings before a stop moved as usual until it: steps of a course that levels off grow longer."""
+    changes = np.flatnonzero(np.diff(y[first : a + 1]))
+    if len(changes) < 3:
+        return len(changes) > 0 and (a - first) / len(changes) < (b - a) / LONG
+    stands = np.diff(changes)
+    usual = float(np.median(stands))
+    return bool(stands[-1] <= ABRUPT * usual + 1.0 and b - a >= LONG * max(usual, 1.0))
+
+
+def _beside(values: np.ndarray, top: float, low: float) -> np.ndarray:
+    """Rows at full scale, and those around them in which the course stays above `low`."""
+    padded = np.pad(values, AROUND // 2, mode="edge")
+    course = np.median(np.lib.stride_tricks.sliding_window_view(padded, AROUND), axis=1)
+    found = values == top
+    for start, end in _runs((course >= low) | found):
+        found[start:end] |= found[start:end].any()
+    return found
