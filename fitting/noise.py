@@ -16,7 +16,8 @@ CHANCE = 1.15
 WINDOW = 5.0
 """Sokal's window: lags are summed up to this many correlation times."""
 ORDERS = (2, 3, 4, 5)
-"""Of differences that noise is told by: of 21 points of an S-shaped curve the second shows the curve itself."""
+"""Of differences that noise is told by: of 21 points of an S-shaped curve the second shows the curve
+itself."""
 CLEARLY = 0.5
 """A higher order leaves clearly less from this part, over the root of the number of differences: under white
 noise the ratio of two neighbouring orders spreads by a fifth to a quarter of that."""
@@ -26,27 +27,32 @@ HUBER, FAR, ROUNDS = 2.0, 4.0, 50
 """Standard deviations at which a difference counts no more, and beyond which it is no noise; most rounds."""
 _HUBER_MEAN = float(norm.expect(lambda z: min(abs(z), HUBER) ** 2))
 DRAWS, DRAWN = 32, 10_000
-"""Times that rounding errors are drawn anew, at most, so that the median of 21 rounded points spreads by 2 % with
-the draw; and numbers that are drawn in all, of longer recordings."""
+"""Times that rounding errors are drawn anew, at most, so that the median of 21 rounded points spreads by 2 %
+with the draw; and numbers that are drawn in all, of longer recordings."""
 SAME = 1e-9
-"""Of the largest reading, a difference that is the computer's arithmetic: it has sixteen digits, files up to nine."""
-EVEN, MOST = 0.05, 0.95
-"""Part of a step that differences may miss whole multiples by, as printed digits do; the share that must not."""
+"""Of the largest reading, a difference that is the computer's arithmetic: it has sixteen digits, files up to
+nine."""
+EVEN, MOST = 0.02, 0.95
+"""Part of a step that differences may miss whole multiples by, as printed digits do; the share that must
+not."""
 FEW_STEPS = 5
 """Steps between the nearest two of a few readings, at most."""
-SIZES, STANDS = 3, 4
-"""Different moves, in steps, or stretches of equal readings, that a straight course does not have."""
+SIZES, STANDS, STOOD = 3, 4, 0.1
+"""Different moves, in steps, that straight courses at two rates do not have; or stretches of equal readings,
+and their share, that turns of a course do not make."""
 FEWEST_OF_SIZE = 10
 """Different readings of one order of magnitude from which these have a step of their own."""
 
 
 def least_step(values: np.ndarray) -> np.ndarray:
-    """Step in which readings were written, at each of them: of a converter, of printed decimals, of a dead band.
+    """Step in which readings were written, at each of them: of a converter, of printed decimals, of a dead
+    band.
 
-    The step is the smallest difference between distinct values, where all others are whole multiples of it: smooth
-    readings differ by anything. So do straight courses without noise, which all moves are one step of.
-    Readings that stand still until they move by more than a dead band have the smallest move as their step. Where values are
-    written with a number of significant digits, large ones have larger steps than small ones.
+    The step is the smallest difference between distinct values, where all others are whole multiples of it:
+    smooth readings differ by anything. So do straight courses without noise, which all moves are one step of.
+    Readings that stand still until they move by more than a dead band have the smallest move as their step.
+    Where values are written with a number of significant digits, large ones have larger steps than small
+    ones.
 
     Args:
         values: readings in the order of sampling, shape (n,), finite.
@@ -89,11 +95,11 @@ def robust_noise(x: np.ndarray, y: np.ndarray) -> float:
 
     Each run of three to six samples is compared with the polynomial through its others: differences of second
     to fifth order, normalised (Gasser, Sroka and Jennen-Steinmetz, Biometrika 73 (1986) 625; Hall, Kay and
-    Titterington, Biometrika 77 (1990) 521). A higher order counts where it leaves clearly less: of few samples
-    the curve itself bends between neighbours. The scale is Huber's (proposal 2), without differences far
-    beyond their median: jumps and turning points do not count. Rounded readings are `dithered` first, and the
-    result is never less than their rounding alone. Serially correlated noise is smooth, too, so for it the
-    result is a lower bound.
+    Titterington, Biometrika 77 (1990) 521). A higher order counts where it leaves clearly less: of few
+    samples the curve itself bends between neighbours. The scale is Huber's (proposal 2), without differences
+    far beyond their median: jumps and turning points do not count. Rounded readings are `dithered` first, and
+    the result is never less than their rounding alone. Serially correlated noise is smooth, too, so for it
+    the result is a lower bound.
 
     Args:
         x: where the curve was sampled, in the order of sampling, shape (n,).
@@ -140,6 +146,11 @@ def standing(moves: np.ndarray) -> np.ndarray:
     return np.diff(np.flatnonzero(np.concatenate([[True], np.abs(moves) > 0.0, [True]])))
 
 
+def _often(stands: np.ndarray) -> bool:
+    """Whether readings stand still again and again, by the lengths of all stretches: not at turns only."""
+    return bool(np.sum(stands > 1) >= STANDS and np.mean(stands > 1) > STOOD)
+
+
 def _step(values: np.ndarray) -> float:
     """One step of readings in their order, see `least_step`."""
     if len(values) < FEWEST_OF_ORDER:
@@ -149,8 +160,8 @@ def _step(values: np.ndarray) -> float:
     stands = standing(moves)
     if least > 0.0:
         sizes = np.unique(np.round(moves[moves > 0.0] / least))
-        return least if len(sizes) >= SIZES or np.sum(stands > 1) >= STANDS else 0.0
-    slow = len(stands) > STANDS and np.median(stands) > 1.0
+        return least if len(sizes) >= SIZES or _often(stands) else 0.0
+    slow = _often(stands) and np.median(stands) > 1.0
     return float(moves[moves > 0.0].min()) if slow else 0.0
 
 
@@ -187,7 +198,8 @@ def _scale(differences: np.ndarray) -> float:
         size = size[size < FAR * first]
     scale = first or float(np.sqrt(np.mean(size**2)))
     for _ in range(ROUNDS if scale > 0.0 else 0):
-        before, scale = scale, scale * float(np.sqrt(np.mean(np.minimum(size / scale, HUBER) ** 2) / _HUBER_MEAN))
+        before, counted = scale, np.minimum(size / scale, HUBER) ** 2
+        scale *= float(np.sqrt(np.mean(counted) / _HUBER_MEAN))
         if abs(scale - before) < 1e-4 * before:
             break
     return scale

@@ -4,8 +4,9 @@ A logger that is faster than its instrument writes a reading again, or draws a s
 an instrument at full scale says only that there is more. Such rows have a value but tell nothing by it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -14,8 +15,8 @@ from fitting.recordings import Recording, schema
 from pneusma_jax.units import from_si
 
 STEPS = 2.5
-"""Median move between readings, in least moves, from which rows that stand still were not read: rounded readings
-of a slow course move by one step, seldom by two."""
+"""Median move between readings, in least moves, from which rows that stand still were not read: rounded
+readings of a slow course move by one step, seldom by two."""
 STRAIGHT = 0.05
 """Share of rows exactly on the line between their neighbours from which rows are interpolated."""
 EXACT = 1e-6
@@ -28,7 +29,8 @@ AFTER, SMOOTH = 4.0, 3.0
 """Steps, or standard deviations, that a course would have gone on by; and times as many where readings are so
 coarse that they may stand still at a smooth top: a rounded parabola would go on by 2 to 8 steps."""
 UNLIKELY = 1e-3
-"""Number of such stretches that chance would make, by how often readings stand still, from which they are none."""
+"""Number of such stretches that chance would make, by how often readings stand still, from which they are
+none."""
 ABRUPT = 1.5
 """Ratio of the last stretches of equal readings before a stop: those of a course that levels off double."""
 NEAR, AROUND = 3.0, 7
@@ -61,6 +63,18 @@ def readings_of(recording: Recording, quantity: str) -> Readings:
         recording: as it was read.
         quantity: of the column.
     """
+    return _remembered(recording, quantity, _readings_of)
+
+
+def _remembered(recording: Recording, quantity: str, told: Callable[[Recording, str], Any]) -> Any:
+    """What `told` says about a column, once for each."""
+    key = told.__name__, quantity, id(recording.columns[recording.column(quantity)])
+    if key not in recording.memo:
+        recording.memo[key] = told(recording, quantity)
+    return recording.memo[key]
+
+
+def _readings_of(recording: Recording, quantity: str) -> Readings:
     values = recording.si(quantity)
     rows = np.flatnonzero(np.isfinite(values))
     others = [recording.si(name)[rows] for name in _channels(recording) if recording.column(quantity) != name]
@@ -80,7 +94,10 @@ def noise_found(recording: Recording, quantity: str) -> float:
         recording: its readings are those before any reduction.
         quantity: of the column.
     """
-    whole = recording.whole
+    return _remembered(recording.whole, quantity, _noise_found)
+
+
+def _noise_found(whole: Recording, quantity: str) -> float:
     values = whole.si(quantity)
     time = whole.si("time") if whole.has("time") else np.arange(float(len(values)))
     there = readings_of(whole, quantity).counted & np.isfinite(time)
@@ -118,17 +135,17 @@ def _cautions(recording: Recording) -> list[str]:
         if told.saturated:
             level = float(from_si(told.level, unit))
             found.append(
-                f"{place} stops at {level:.4g}, its extreme value, while other channels go on: {told.saturated} of "
-                f"{rows} rows there, or too near to it, are not compared with the model"
+                f"{place} stops at {level:.4g}, its extreme value, while other channels go on: "
+                f"{told.saturated} of {rows} rows there, or too near to it, are not compared with the model"
             )
         if told.repeated:
             found.append(
-                f"{place} repeats earlier readings in {told.repeated} of {rows} rows: only new ones are counted"
+                f"{place} repeats earlier readings in {told.repeated} of {rows} rows; only new ones count"
             )
         if told.interpolated:
             found.append(
-                f"{place} is interpolated between readings: {told.interpolated} of {rows} rows, which add nothing to "
-                "those beside them, are not counted"
+                f"{place} is interpolated between readings: {told.interpolated} of {rows} rows add nothing "
+                "to those beside them and do not count"
             )
         stated, rounding = recording.noise_si(quantity), rounding_noise(recording.si(quantity)[told.counted])
         if stated and stated < FAR_BELOW * rounding:
@@ -136,8 +153,9 @@ def _cautions(recording: Recording) -> list[str]:
                 float(from_si(x, unit, difference=True)) for x in (np.sqrt(12.0) * rounding, rounding, stated)
             )
             found.append(
-                f"{place}: the stated noise of {said:.3g} {unit} is far below what rounding in steps of {step:.3g} "
-                f"{unit} leaves, {least:.3g} {unit}; what is more than noise may be rounding"
+                f"{place}: the stated noise of {said:.3g} {unit} is far below the {least:.3g} {unit} that "
+                f"rounding in steps of {step:.3g} {unit} leaves; it stays as stated, so rounding may look like "
+                "misfit"
             )
     return found
 
@@ -191,9 +209,9 @@ def _knots(values: np.ndarray) -> np.ndarray:
 def saturated(values: np.ndarray, others: Sequence[np.ndarray]) -> tuple[np.ndarray, float]:
     """Rows in which a channel has stopped at its largest or smallest value, while others go on.
 
-    Rows close to such a stop are taken with it: noise that would pass full scale is cut off there, and what is
-    left of it is not even. A channel may also stop at a value nearer to zero, but not at the ends of a test,
-    where nothing was pulled yet.
+    Rows close to such a stop are taken with it: noise that would pass full scale is cut off there, and what
+    is left of it is not even. A channel may also stop at a value nearer to zero, but not at the ends of a
+    test, where nothing was pulled yet.
 
     Args:
         values: of the channel in its order, shape (n,), finite.
@@ -263,7 +281,8 @@ def _went_on(x: np.ndarray, noise: float, first: int, a: int, b: int) -> float:
 
 
 def _abrupt(y: np.ndarray, first: int, a: int, b: int) -> bool:
-    """Whether readings before a stop moved as usual until it: steps of a course that levels off grow longer."""
+    """Whether readings before a stop moved as usual until it: steps of a course that levels off grow
+    longer."""
     changes = np.flatnonzero(np.diff(y[first : a + 1]))
     if len(changes) < 3:
         return len(changes) > 0 and (a - first) / len(changes) < (b - a) / LONG

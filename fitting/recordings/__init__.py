@@ -7,13 +7,14 @@
 from .campaign import read_campaign
 from .checks import check_recording, resistance_range, wire_length
 from .reading import read_recording
-from .recording import Campaign, Recording
+from .recording import Campaign, Recording, Reduction
 from .shared import recordings_folder
 from .writing import target_path, write_recording
 
 __all__ = [
     "Campaign",
     "Recording",
+    "Reduction",
     "check_recording",
     "read_campaign",
     "read_recording",

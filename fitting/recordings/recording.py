@@ -51,6 +51,7 @@ class Recording:
         notices: what a reader had to assume or left aside, one sentence each.
         comments: the lines before the header, without `#`.
         reduction: where these rows came from, if they were made from more of them.
+        memo: what was worked out about columns before, by whoever did; a changed recording has none.
     """
 
     name: str
@@ -67,6 +68,7 @@ class Recording:
     notices: list[str] = field(default_factory=list)
     comments: list[str] = field(default_factory=list)
     reduction: Reduction | None = None
+    memo: dict[Any, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def __len__(self) -> int:
         """Number of rows."""
