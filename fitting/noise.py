@@ -37,9 +37,9 @@ EVEN, MOST = 0.02, 0.95
 not."""
 FEW_STEPS = 5
 """Steps between the nearest two of a few readings, at most."""
-SIZES, STANDS, STOOD = 3, 4, 0.1
-"""Different moves, in steps, that straight courses at two rates do not have; or stretches of equal readings,
-and their share, that turns of a course do not make."""
+UNEVEN, STANDS, STOOD = 0.05, 4, 0.1
+"""Share of moves that are not as many steps as the one before; or stretches of equal readings and their share:
+more than turns and changes of rate make of straight courses without noise."""
 FEWEST_OF_SIZE = 10
 """Different readings of one order of magnitude from which these have a step of their own."""
 
@@ -159,8 +159,8 @@ def _step(values: np.ndarray) -> float:
     moves[moves <= SAME * np.max(np.abs(values))] = 0.0
     stands = standing(moves)
     if least > 0.0:
-        sizes = np.unique(np.round(moves[moves > 0.0] / least))
-        return least if len(sizes) >= SIZES or _often(stands) else 0.0
+        uneven = np.diff(np.round(moves / least)) != 0.0
+        return least if np.mean(uneven) > UNEVEN or _often(stands) else 0.0
     slow = _often(stands) and np.median(stands) > 1.0
     return float(moves[moves > 0.0].min()) if slow else 0.0
 

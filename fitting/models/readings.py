@@ -154,8 +154,8 @@ def _cautions(recording: Recording) -> list[str]:
             )
             found.append(
                 f"{place}: the stated noise of {said:.3g} {unit} is far below the {least:.3g} {unit} that "
-                f"rounding in steps of {step:.3g} {unit} leaves; it stays as stated, so rounding may look like "
-                "misfit"
+                f"rounding in steps of {step:.3g} {unit} leaves; it stays as stated, so rounding may "
+                "look like misfit"
             )
     return found
 

@@ -27,8 +27,8 @@ EACH_WAY = 8
 """Rows from one turning point to the next that show a transformation; with fewer, whole cycles are left
 out."""
 FINE = 4
-"""Rows over which courses are smoothed to find their turning points, at most: noise of a fifth of `TURNS` of the
-range then turns nothing."""
+"""Rows over which courses are smoothed to find their turning points, at most: noise of a fifth of `TURNS` of
+the range then turns nothing."""
 EVEN_SHARE = 0.5
 """Share of rows that are spread evenly; the others go where readings change."""
 

@@ -35,6 +35,9 @@ TAKEN = 0.2
 """Share of a value that hidden courses take up, from which what they leave of its error is too smooth."""
 FINEST = 4096
 """Samples of a recording of which second differences are taken; more are averaged."""
+HALF = 0.5
+"""Of a step, how wide rounding errors are drawn anew: enough to fill it by second differences, and little
+that has to be taken off again."""
 FEWEST = 60
 """Second differences below which nothing is told."""
 
@@ -85,7 +88,8 @@ class Series:
         inputs: variance that the noise of inputs brings, SI, (rows,).
         stated: 1-sigma of a sample, or None.
         block: samples in a row.
-        rounding: 1-sigma of the rounding of a row, SI; errors and `inputs` hold it once more, see `dithered`.
+        rounding: 1-sigma of the rounding of a row, SI; `errors` and `inputs` hold half as much again, see
+            `dithered`.
     """
 
     errors: np.ndarray
@@ -96,15 +100,18 @@ class Series:
     rounding: float = 0.0
 
     def dithered(self, rounding: float) -> "Series":
-        """With rounding errors drawn anew: second differences of rounded rows are mostly none at all.
+        """With rounding errors of half the size drawn anew: second differences of rounded rows are mostly
+        none.
 
         Args:
             rounding: 1-sigma, SI.
         """
         if not rounding > 0.0:
             return self
-        anew = np.random.default_rng(0).uniform(-0.5, 0.5, self.errors.shape) * np.sqrt(12.0) * rounding
-        return replace(self, errors=self.errors + anew, inputs=self.inputs + rounding**2, rounding=rounding)
+        step = HALF * np.sqrt(12.0) * rounding
+        anew = np.random.default_rng(0).uniform(-0.5 * step, 0.5 * step, self.errors.shape)
+        inputs = self.inputs + (HALF * rounding) ** 2
+        return replace(self, errors=self.errors + anew, inputs=inputs, rounding=rounding)
 
     def less(self, taken: np.ndarray) -> "Series":
         """Without the rows of which hidden courses take up much, by the share of every row, (rows,)."""
