@@ -17,6 +17,8 @@ from pneusma_jax.units import from_si
 STEPS = 2.5
 """Median move between readings, in least moves, from which rows that stand still were not read: rounded
 readings of a slow course move by one step, seldom by two."""
+AS_OFTEN = 0.7
+"""Share of stretches of one length from which a logger made them."""
 STRAIGHT = 0.05
 """Share of rows exactly on the line between their neighbours from which rows are interpolated."""
 EXACT = 1e-6
@@ -173,14 +175,28 @@ def _fresh(recording: Recording, rows: np.ndarray, values: np.ndarray) -> np.nda
         return fresh
     table = np.stack([recording.columns[name][rows] for name in _channels(recording)])
     moves = np.abs(np.nan_to_num(np.diff(table, axis=1))).max(axis=0)
-    if _copied(moves):
+    if _copied(moves) and len(table) > 1 and _regular(moves):
         fresh[1:] = moves > 0.0
     own = values[fresh]
     moves = np.abs(np.diff(own))
-    moved = moves[moves > 0.0]
-    if _copied(moves) and np.median(moved) > STEPS * max(float(moved.min()), float(least_step(own).max())):
+    if _copied(moves) and not _in_steps(own, moves):
         fresh[np.flatnonzero(fresh)[1:]] = moves > 0.0
     return fresh
+
+
+def _in_steps(values: np.ndarray, moves: np.ndarray) -> bool:
+    """Whether readings stand still because they move by whole steps, or not within a dead band: as long as
+    their course takes for that, while a logger writes each as often as the last."""
+    step, usual = common_step(values), float(np.median(moves[moves > 0.0]))
+    if step > 0.0:
+        return usual <= STEPS * step
+    return bool(usual <= STEPS * moves[moves > 0.0].min()) and not _regular(moves)
+
+
+def _regular(moves: np.ndarray) -> bool:
+    """Whether most stretches of equal readings are equally long."""
+    stands = standing(moves)
+    return bool(np.mean(stands == np.median(stands)) >= AS_OFTEN)
 
 
 def _copied(moves: np.ndarray) -> bool:

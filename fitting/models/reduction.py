@@ -26,9 +26,11 @@ TURNS = 0.1
 EACH_WAY = 8
 """Rows from one turning point to the next that show a transformation; with fewer, whole cycles are left
 out."""
-FINE = 4
-"""Rows over which courses are smoothed to find their turning points, at most: noise of a fifth of `TURNS` of
-the range then turns nothing."""
+FINE = 2
+"""Rows over which courses are smoothed to find their turning points: noise of a thirtieth of the range then
+turns nothing, and a transformation of three rows is not smeared."""
+ENOUGH = 0.25
+"""Share of rows that hold measurements of every output from which only those are kept."""
 EVEN_SHARE = 0.5
 """Share of rows that are spread evenly; the others go where readings change."""
 
@@ -177,10 +179,13 @@ def _kept(
 
 
 def _telling(recording: Recording) -> np.ndarray:
-    """Rows in which some output is a measurement, and no column that is needed is missing."""
-    found = np.zeros(len(recording), bool)
-    for name in recording.outputs:
-        found |= readings_of(recording, schema.quantity_and_unit(name)[0]).counted
+    """Rows in which outputs are measurements, all where that leaves enough, and no column that is needed is
+    missing."""
+    outputs = [schema.quantity_and_unit(name)[0] for name in recording.outputs]
+    counted = [readings_of(recording, quantity).counted for quantity in outputs]
+    found = np.all(counted, axis=0)
+    if found.mean() < ENOUGH:
+        found = np.any(counted, axis=0)
     for name in schema.COLUMNS[recording.kind].required:
         if name in recording.columns and name not in recording.outputs:
             found &= np.isfinite(recording.columns[name])
