@@ -42,7 +42,9 @@ EVEN, MOST = 0.02, 0.95
 not."""
 FEW_STEPS = 5
 """Steps between the nearest two of a few readings, at most."""
-UNEVEN, STANDS, STOOD = 0.05, 4, 0.1
+ONE_WAY = 0.3
+"""Share of moves within ramps from which these tell whether a course is rounded."""
+UNEVEN, STANDS, STOOD = 0.1, 4, 0.1
 """Share of moves that are not as many steps as the one before; or stretches of equal readings, and their
 share: more than turns and changes of rate make of straight courses without noise."""
 FEWEST_OF_SIZE = 10
@@ -151,6 +153,16 @@ def standing(moves: np.ndarray) -> np.ndarray:
     return np.diff(np.flatnonzero(np.concatenate([[True], np.abs(moves) > 0.0, [True]])))
 
 
+def _uneven(steps: np.ndarray) -> bool:
+    """Whether moves, in steps, change in size from one to the next: on the way, as turns change them anyhow,
+    or everywhere where hardly any four go one way."""
+    windows = np.lib.stride_tricks.sliding_window_view(steps, 4)
+    changes = windows[:, 1] != windows[:, 2]
+    one_way = np.all(windows >= 0.0, axis=1) | np.all(windows <= 0.0, axis=1)
+    there = changes[one_way] if one_way.mean() > ONE_WAY else changes
+    return bool(there.mean() > UNEVEN)
+
+
 def _often(stands: np.ndarray) -> bool:
     """Whether readings stand still again and again, by the lengths of all stretches: not at turns only."""
     return bool(np.sum(stands > 1) >= STANDS and np.mean(stands > 1) > STOOD)
@@ -164,8 +176,7 @@ def _step(values: np.ndarray) -> float:
     moves[moves <= SAME * np.max(np.abs(values))] = 0.0
     stands = standing(moves)
     if least > 0.0:
-        uneven = np.diff(np.round(moves / least)) != 0.0
-        return least if np.mean(uneven) > UNEVEN or _often(stands) else 0.0
+        return least if _uneven(np.round(np.diff(values) / least)) or _often(stands) else 0.0
     slow = _often(stands) and np.median(stands) > 1.0
     return float(moves[moves > 0.0].min()) if slow else 0.0
 

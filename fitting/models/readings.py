@@ -14,6 +14,8 @@ from fitting.noise import common_step, least_step, robust_noise, rounding_noise,
 from fitting.recordings import Recording, schema
 from pneusma_jax.units import from_si
 
+from .driven import measured, predicted
+
 STEPS = 2.5
 """Median move between readings, in least moves, from which rows that stand still were not read: rounded
 readings of a slow course move by one step, seldom by two."""
@@ -35,6 +37,8 @@ UNLIKELY = 1e-3
 none."""
 ABRUPT = 1.5
 """Ratio of the last stretches of equal readings before a stop: those of a course that levels off double."""
+FULL_SCALE = "full scale"
+"""What a recording's memo holds of other recordings' channels."""
 NEAR, AROUND = 3.0, 7
 """Standard deviations below full scale from which noise is cut off on one side; rows of a running median."""
 FAR_BELOW = 0.5
@@ -63,7 +67,7 @@ def readings_of(recording: Recording, quantity: str) -> Readings:
 
     Args:
         recording: as it was read.
-        quantity: of the column.
+        quantity: of the column; all readings of one that is set count.
     """
     return _remembered(recording, quantity, _readings_of)
 
@@ -78,15 +82,36 @@ def _remembered(recording: Recording, quantity: str, told: Callable[[Recording, 
 
 def _readings_of(recording: Recording, quantity: str) -> Readings:
     values = recording.si(quantity)
+    if recording.column(quantity) not in measured(recording):
+        return Readings(np.isfinite(values))
     rows = np.flatnonzero(np.isfinite(values))
     others = [recording.si(name)[rows] for name in _channels(recording) if recording.column(quantity) != name]
-    stopped, level = saturated(values[rows], others)
+    stopped, level = saturated(values[rows], others, recording.memo.get((FULL_SCALE, quantity)))
     below = rows[~stopped]
     fresh = below[_fresh(recording, below, values[below])]
     apart = fresh[_knots(values[fresh])]
     counted = np.zeros(len(values), bool)
     counted[apart] = True
     return Readings(counted, len(below) - len(fresh), len(fresh) - len(apart), int(stopped.sum()), level)
+
+
+def share_full_scale(recordings: Sequence[Recording]) -> None:
+    """Let every recording know the values at which its channels stop in others: while a test is held there,
+    its drivers do not go on.
+
+    Args:
+        recordings: of one campaign, as they were read.
+    """
+    names = dict.fromkeys(name for recording in recordings for name in recording.outputs)
+    for quantity in (schema.quantity_and_unit(name)[0] for name in names):
+        held = [r for r in recordings if r.has(quantity)]
+        levels = {readings_of(r, quantity).level for r in held}
+        levels = {level for level in levels if np.isfinite(level)}
+        for recording in held if len(levels) == 1 else ():
+            if not np.isfinite(readings_of(recording, quantity).level):
+                for key in [key for key in recording.memo if key[1] == quantity]:
+                    del recording.memo[key]
+                recording.memo[FULL_SCALE, quantity] = next(iter(levels))
 
 
 def noise_found(recording: Recording, quantity: str) -> float:
@@ -130,7 +155,7 @@ def cautions(recordings: Sequence[Recording]) -> list[str]:
 
 def _cautions(recording: Recording) -> list[str]:
     found, rows = [], len(recording)
-    for column in recording.outputs:
+    for column in predicted(recording):
         quantity, unit = schema.quantity_and_unit(column)
         told = readings_of(recording, quantity)
         place = f"{recording.name}: {column}"
@@ -222,7 +247,9 @@ def _knots(values: np.ndarray) -> np.ndarray:
     return np.arange(len(values)) % int(np.ceil(moving.sum() / max(readings, 1))) == 0
 
 
-def saturated(values: np.ndarray, others: Sequence[np.ndarray]) -> tuple[np.ndarray, float]:
+def saturated(
+    values: np.ndarray, others: Sequence[np.ndarray], known: float | None = None
+) -> tuple[np.ndarray, float]:
     """Rows in which a channel has stopped at its largest or smallest value, while others go on.
 
     Rows close to such a stop are taken with it: noise that would pass full scale is cut off there, and what
@@ -232,6 +259,7 @@ def saturated(values: np.ndarray, others: Sequence[np.ndarray]) -> tuple[np.ndar
     Args:
         values: of the channel in its order, shape (n,), finite.
         others: further channels, shape (n,) each; those with missing rows say nothing.
+        known: value at which the channel stopped in another test.
 
     Returns:
         Mask of the rows, and the value at which it stops; NaN where it does not.
@@ -252,7 +280,8 @@ def saturated(values: np.ndarray, others: Sequence[np.ndarray]) -> tuple[np.ndar
         count = sum(b - a for a, b in runs)
         chance = len(values) * still ** (count - len(runs))
         clear = step * (AFTER if chance < UNLIKELY else SMOOTH * AFTER)
-        if count >= LONG and any(_stopped(sign * values, moving, run, clear) for run in runs):
+        told = known is not None and sign * top == known and count > 0
+        if told or count >= LONG and any(_stopped(sign * values, moving, run, clear) for run in runs):
             level = sign * top
             found |= _beside(sign * values, top, top - NEAR * step)
     return found, level

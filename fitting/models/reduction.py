@@ -13,7 +13,8 @@ import numpy as np
 
 from fitting.recordings import Campaign, Recording, Reduction, schema
 
-from .readings import noise_found, readings_of
+from .driven import predicted
+from .readings import noise_found, readings_of, share_full_scale
 from .rows import MOST_ROWS
 
 PART, MOSTLY = 0.05, 0.95
@@ -36,7 +37,9 @@ EVEN_SHARE = 0.5
 
 
 def thinned(campaign: Campaign, most: int) -> Campaign:
-    """A campaign whose recordings have at most `most` rows, see `reduced`."""
+    """A campaign whose recordings have at most `most` rows, see `reduced`; they know each other's full
+    scale."""
+    share_full_scale(campaign.recordings)
     return dataclasses.replace(campaign, recordings=[reduced(r, most) for r in campaign.recordings])
 
 
@@ -135,7 +138,7 @@ def _straight(recording: Recording, means: Mapping[str, np.ndarray], block: int)
             return False
         if np.mean(np.abs(np.diff(values)) > PART * np.ptp(values)) > 1.0 - MOSTLY:
             return False
-        if name in recording.outputs:
+        if name in predicted(recording):
             off = np.quantile(np.abs(np.diff(values, 2)), MOSTLY) / 24.0  # f'' h^2 / 24 over a width h
             sigma = recording.noise.get(name) or _in_file(recording, name)
             if off > BENT * sigma / np.sqrt(block):
@@ -181,13 +184,13 @@ def _kept(
 def _telling(recording: Recording) -> np.ndarray:
     """Rows in which outputs are measurements, all where that leaves enough, and no column that is needed is
     missing."""
-    outputs = [schema.quantity_and_unit(name)[0] for name in recording.outputs]
+    outputs = [schema.quantity_and_unit(name)[0] for name in predicted(recording)]
     counted = [readings_of(recording, quantity).counted for quantity in outputs]
     found = np.all(counted, axis=0)
     if found.mean() < ENOUGH:
         found = np.any(counted, axis=0)
     for name in schema.COLUMNS[recording.kind].required:
-        if name in recording.columns and name not in recording.outputs:
+        if name in recording.columns and name not in predicted(recording):
             found &= np.isfinite(recording.columns[name])
     return found if found.any() else ~found
 
@@ -196,7 +199,7 @@ def _turns(
     recording: Recording, table: Mapping[str, np.ndarray], means: Mapping[str, np.ndarray], block: int
 ) -> np.ndarray:
     """Rows at which a driver turns back, ascending."""
-    drivers = [name for name in _channels(table) if name not in recording.outputs] or _channels(table)
+    drivers = [name for name in _channels(table) if name not in predicted(recording)]
     found: list[int] = []
     for name in drivers:
         known = np.isfinite(means[name])
