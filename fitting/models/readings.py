@@ -67,7 +67,7 @@ def readings_of(recording: Recording, quantity: str) -> Readings:
 
     Args:
         recording: as it was read.
-        quantity: of the column; all readings of one that is set count.
+        quantity: of the column; of one that is set, all that are no copies count.
     """
     return _remembered(recording, quantity, _readings_of)
 
@@ -82,9 +82,10 @@ def _remembered(recording: Recording, quantity: str, told: Callable[[Recording, 
 
 def _readings_of(recording: Recording, quantity: str) -> Readings:
     values = recording.si(quantity)
-    if recording.column(quantity) not in measured(recording):
-        return Readings(np.isfinite(values))
     rows = np.flatnonzero(np.isfinite(values))
+    if recording.column(quantity) not in measured(recording):
+        once = rows[_not_copied(recording, rows)]
+        return Readings(np.isin(np.arange(len(values)), once), repeated=len(rows) - len(once))
     others = [recording.si(name)[rows] for name in _channels(recording) if recording.column(quantity) != name]
     stopped, level = saturated(values[rows], others, recording.memo.get((FULL_SCALE, quantity)))
     below = rows[~stopped]
@@ -195,6 +196,16 @@ def _channels(recording: Recording) -> list[str]:
 
 def _fresh(recording: Recording, rows: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Rows that are no copies: of whole rows, or of a slower channel's reading."""
+    fresh = _not_copied(recording, rows)
+    own = values[fresh]
+    moves = np.abs(np.diff(own))
+    if _copied(moves) and not _in_steps(own, moves):
+        fresh[np.flatnonzero(fresh)[1:]] = moves > 0.0
+    return fresh
+
+
+def _not_copied(recording: Recording, rows: np.ndarray) -> np.ndarray:
+    """Rows in which any channel moved, where a logger writes each as often as the last."""
     fresh = np.ones(len(rows), bool)
     if len(rows) < LONG:
         return fresh
@@ -202,10 +213,6 @@ def _fresh(recording: Recording, rows: np.ndarray, values: np.ndarray) -> np.nda
     moves = np.abs(np.nan_to_num(np.diff(table, axis=1))).max(axis=0)
     if _copied(moves) and len(table) > 1 and _regular(moves):
         fresh[1:] = moves > 0.0
-    own = values[fresh]
-    moves = np.abs(np.diff(own))
-    if _copied(moves) and not _in_steps(own, moves):
-        fresh[np.flatnonzero(fresh)[1:]] = moves > 0.0
     return fresh
 
 
