@@ -113,7 +113,8 @@ def robust_noise(x: np.ndarray, y: np.ndarray) -> float:
         y: what was measured there, shape (n,).
 
     Returns:
-        The standard deviation in the unit of `y`; 0 with fewer than three usable samples.
+        The standard deviation in the unit of `y`; that of rounding, or 0, with fewer than three usable
+        samples.
     """
     found, rounding = None, rounding_noise(y)
     step = least_step(y)
@@ -128,7 +129,7 @@ def robust_noise(x: np.ndarray, y: np.ndarray) -> float:
         scale = np.sqrt(max(_scale(difference) ** 2 - (HALF * rounding) ** 2, 0.0))
         if found is None or scale < found * (1.0 - max(CLEARLY / np.sqrt(count), LASTING)):
             found = scale
-    return float(max(found, rounding)) if found is not None else 0.0
+    return max(float(found or 0.0), rounding)
 
 
 def common_step(values: np.ndarray) -> float:

@@ -129,7 +129,10 @@ def _noise_found(whole: Recording, quantity: str) -> float:
     values = whole.si(quantity)
     time = whole.si("time") if whole.has("time") else np.arange(float(len(values)))
     there = readings_of(whole, quantity).counted & np.isfinite(time)
-    return robust_noise(time[there], values[there])
+    time = time[there]
+    if not np.all(np.diff(time) > 0.0):  # a clock that stands still between some rows
+        time = np.arange(float(len(time)))
+    return robust_noise(time, values[there])
 
 
 def read_values(recording: Recording, quantity: str) -> np.ndarray:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from fitting.characterise.assumed import notices_of
 from fitting.models.channels import channel_weight
 from fitting.models.reduction import reduced, said
 from fitting.models.wire import rows_for
@@ -87,6 +88,16 @@ def test_rows_with_missing_drivers_or_copies_are_not_kept():
     columns["strain"] = np.where(gone, np.nan, columns["strain"])
     short = reduced(Recording("gaps", None, "wire", columns=columns), 1024)
     assert np.isfinite(short.columns["strain"]).mean() > 0.97
+
+
+def test_the_report_says_what_was_done_to_which_recording():
+    long, short = wire(60, 160), wire(2, 160)
+    short.name = "short"
+    short.columns["strain"] = np.repeat(short.columns["strain"][::4], 4)
+    told = " ".join(notices_of([long, short]))
+    assert "cycles: reduced from 9600 rows" in told and "short: strain repeats earlier readings in 240 of 320" in told
+    assert "short: reduced" not in told
+    assert "reduced from 320 rows" in " ".join(notices_of([short], most=128))
 
 
 def test_a_fit_gets_rows_with_their_own_noise():
