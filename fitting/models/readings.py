@@ -42,6 +42,7 @@ class Readings:
         counted: rows that are measurements, shape (rows,).
         repeated, interpolated, saturated: how many rows are not, and why.
         level: value at which the channel stops, SI; NaN where it does not.
+        every: rows from one reading to the next where it is interpolated; 1 elsewhere.
     """
 
     counted: np.ndarray
@@ -49,6 +50,7 @@ class Readings:
     interpolated: int = 0
     saturated: int = 0
     level: float = np.nan
+    every: int = 1
 
 
 def readings_of(recording: Recording, quantity: str) -> Readings:
@@ -74,15 +76,21 @@ def _readings_of(recording: Recording, quantity: str) -> Readings:
     rows = np.flatnonzero(np.isfinite(values))
     if recording.column(quantity) not in measured(recording):
         once = rows[_not_copied(recording, rows)]
-        return Readings(np.isin(np.arange(len(values)), once), repeated=len(rows) - len(once))
-    others = [recording.si(name)[rows] for name in _channels(recording) if recording.column(quantity) != name]
+        others = [schema.quantity_and_unit(name)[0] for name in predicted(recording)]
+        every = max((readings_of(recording, name).every for name in others), default=1)
+        kept = once[::every]  # a file that is interpolated is so in every column
+        told = np.isin(np.arange(len(values)), kept)
+        return Readings(told, len(rows) - len(once), len(once) - len(kept), every=every)
+    names = [name for name in _channels(recording) if recording.column(quantity) != name]
+    others = [recording.si(name)[rows] for name in names]
     stopped, level = saturated(values[rows], others, recording.memo.get((FULL_SCALE, quantity)))
     below = rows[~stopped]
     fresh = below[_fresh(recording, below, values[below])]
-    apart = fresh[_knots(values[fresh])]
+    every = _spacing(values[fresh])
+    apart = fresh[::every]
     counted = np.zeros(len(values), bool)
     counted[apart] = True
-    return Readings(counted, len(below) - len(fresh), len(fresh) - len(apart), int(stopped.sum()), level)
+    return Readings(counted, len(below) - len(fresh), len(fresh) - len(apart), int(stopped.sum()), level, every)
 
 
 def share_full_scale(recordings: Sequence[Recording]) -> None:
@@ -229,18 +237,17 @@ def _copied(moves: np.ndarray) -> bool:
     return len(stands) > LONG and bool(np.median(stands) > 1.0)
 
 
-def _knots(values: np.ndarray) -> np.ndarray:
-    """Of interpolated rows as many as there were readings; all rows where none are interpolated."""
-    kept = np.ones(len(values), bool)
+def _spacing(values: np.ndarray) -> int:
+    """Rows from one reading to the next, rounded up, where rows are interpolated; 1 where none are."""
     if len(values) < 2 * LONG:
-        return kept
+        return 1
     none = EXACT * float(np.max(np.abs(values)))
     if common_step(values) > none:
-        return kept  # rounded readings lie on lines, too
+        return 1  # rounded readings lie on lines, too
     off = np.abs(values[1:-1] - 0.5 * (values[:-2] + values[2:]))
     moving = np.abs(values[2:] - values[:-2]) > CROOKED * none
     straight, crooked = moving & (off <= none), moving & (off > none)
     if straight.sum() < STRAIGHT * moving.sum() or not off.max() > CROOKED * none:
-        return kept
+        return 1
     readings = sum((b - a + 1) // 2 for a, b in runs(crooked))  # a row on either side of each, or one on it
-    return np.arange(len(values)) % int(np.ceil(moving.sum() / max(readings, 1))) == 0
+    return int(np.ceil(moving.sum() / max(readings, 1)))
