@@ -6,6 +6,7 @@ import numpy as np
 
 from fitting.augmented import AugmentedModel
 from fitting.models.readings import cautions
+from fitting.models.reduction import said
 from fitting.models.registry import kind_of
 from fitting.recordings import Campaign
 from pneusma_jax.errors import InputError
@@ -58,7 +59,7 @@ def diagnose(
     progress("scoring recordings that were not fitted")
     conclusion = conclude(explanation)
     apart = [one.text for one in explanation.program.apart]
-    readings = [*cautions(program.recordings), *(r.reduction.text for r in program.recordings if r.reduction)]
+    readings = [*cautions(program.recordings), *said(program.recordings)]
     conclusion.notes = [
         *_bodies(conclusion),
         *notes,

@@ -26,6 +26,9 @@ STRAIGHT = 0.05
 """Share of rows exactly on the line between their neighbours from which rows are interpolated."""
 EXACT = 1e-6
 """Of the largest reading, a distance from that line that is none: files have seven digits."""
+COUNTED = 0.1
+"""Rows from one reading to the next that are miscounted, as a few readings lie on the line of their
+neighbours."""
 CROOKED = 100.0
 """Such distances that a course moves by where being on the line means anything."""
 FULL_SCALE = "full scale"
@@ -90,7 +93,20 @@ def _readings_of(recording: Recording, quantity: str) -> Readings:
     apart = fresh[::every]
     counted = np.zeros(len(values), bool)
     counted[apart] = True
-    return Readings(counted, len(below) - len(fresh), len(fresh) - len(apart), int(stopped.sum()), level, every)
+    repeated, between = len(below) - len(fresh), len(fresh) - len(apart)
+    return Readings(counted, repeated, between, int(stopped.sum()), level, every)
+
+
+def read_rows(recording: Recording) -> np.ndarray:
+    """Rows of a recording that were read, where a logger wrote whole rows again or interpolated the file.
+
+    Args:
+        recording: as it was read.
+    """
+    rows = np.arange(len(recording))
+    once = rows[_not_copied(recording, rows)]
+    names = [schema.quantity_and_unit(name)[0] for name in predicted(recording)]
+    return once[:: min((readings_of(recording, name).every for name in names), default=1)]
 
 
 def share_full_scale(recordings: Sequence[Recording]) -> None:
@@ -250,4 +266,4 @@ def _spacing(values: np.ndarray) -> int:
     if straight.sum() < STRAIGHT * moving.sum() or not off.max() > CROOKED * none:
         return 1
     readings = sum((b - a + 1) // 2 for a, b in runs(crooked))  # a row on either side of each, or one on it
-    return int(np.ceil(moving.sum() / max(readings, 1)))
+    return max(int(np.ceil(moving.sum() / max(readings, 1) - COUNTED)), 1)

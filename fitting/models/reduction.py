@@ -14,7 +14,7 @@ import numpy as np
 from fitting.recordings import Campaign, Recording, Reduction, schema
 
 from .driven import predicted
-from .readings import noise_found, readings_of, share_full_scale
+from .readings import noise_found, read_rows, readings_of, share_full_scale
 from .rows import MOST_ROWS
 
 PART, MOSTLY = 0.05, 0.95
@@ -51,10 +51,11 @@ def reduced(recording: Recording, most: int) -> Recording:
         recording: as it was read, or reduced before.
         most: rows that are left at most.
     """
-    if len(recording) <= most:
-        return recording
     if recording.reduction:
-        return reduced(recording.whole, most)
+        return recording if len(recording) <= most else reduced(recording.whole, most)
+    read = read_rows(recording)
+    if len(read) <= most:
+        return recording if len(read) == len(recording) else _only(recording, read)
     table = _table(recording)
     block = -(-len(recording) // most)
     means = averaged(_measured(recording, table), block)
@@ -76,6 +77,12 @@ def reduced(recording: Recording, most: int) -> Recording:
     return dataclasses.replace(recording, columns=columns, reduction=Reduction(recording, rows, 1, text))
 
 
+def _only(recording: Recording, rows: np.ndarray) -> Recording:
+    """A recording without rows that were not read; `readings.cautions` says so."""
+    columns = {name: column[rows] for name, column in _table(recording).items()}
+    return dataclasses.replace(recording, columns=columns, reduction=Reduction(recording, rows, 1, ""))
+
+
 def said(recordings: Sequence[Recording], most: int = MOST_ROWS) -> list[str]:
     """What was done to which recording, a sentence each.
 
@@ -84,7 +91,7 @@ def said(recordings: Sequence[Recording], most: int = MOST_ROWS) -> list[str]:
         most: rows that are taken.
     """
     found = [reduced(recording, most).reduction for recording in recordings]
-    return [how.text for how in found if how]
+    return [how.text for how in found if how and how.text]
 
 
 def averaged(columns: Mapping[str, np.ndarray], block: int) -> dict[str, np.ndarray]:

@@ -105,3 +105,17 @@ def test_a_fit_gets_rows_with_their_own_noise():
     assert len(rows.mask) <= 1024
     weight = np.asarray(rows.extra["clean"]["strain"])
     assert 1.0 / weight[0] == pytest.approx(NOISE, rel=0.15)
+
+
+@pytest.mark.parametrize("way", ["held", "interpolated"])
+def test_rows_between_readings_are_left_out_whole_so_that_errors_of_neighbours_stay_neighbours(way):
+    read = wire(2, 160)
+    fine = np.linspace(0.0, 319.0, 1 + 319 * 3)
+    columns = {}
+    for name, values in read.columns.items():
+        at = np.floor(fine + 1e-9).astype(int) if way == "held" and name != "time_s" else None
+        new = values[at] if at is not None else np.interp(fine, np.arange(320.0), values)
+        columns[name] = np.array([float(f"{v:.7g}") for v in new])
+    short = reduced(Recording("fine", None, "wire", columns=columns), 1024)
+    assert short.block == 1 and len(short) == pytest.approx(320, abs=2) and said([short]) == []
+    assert np.median(np.diff(short.reduction.rows)) == 3
