@@ -135,7 +135,7 @@ def test_straight_lines_between_readings_add_none(finer):
     recording = coupon(*columns, time=fine)
     told = readings_of(recording, "stress")
     assert 75 <= told.counted.sum() <= 170 and told.interpolated > 100
-    assert 150.0 < noise_found(recording, "stress") < 360.0
+    assert 120.0 < noise_found(recording, "stress") < 360.0  # between two readings noise is 0.7 of theirs
 
 
 @pytest.mark.parametrize("recording", [coupon(*pulls()[::2]), coupon(pulls()[0], np.round(pulls()[2]))], ids=["exact", "round"])
