@@ -2,6 +2,9 @@
 
 from collections.abc import Sequence
 
+from fitting.models.readings import cautions
+from fitting.models.reduction import said
+from fitting.models.rows import MOST_ROWS
 from fitting.recordings import Recording
 
 SILENT = ("prestrain", "cycles_before", "attached_length_mm", "free_length_mm", "orientation")
@@ -12,9 +15,16 @@ NEW = {
 }
 
 
-def notices_of(recordings: Sequence[Recording]) -> list[str]:
-    """What to read with care: what is assumed, and what reading each recording had to say."""
-    return [*assumed(recordings), *(f"{r.name}: {notice}" for r in recordings for notice in r.notices)]
+def notices_of(recordings: Sequence[Recording], most: int = MOST_ROWS) -> list[str]:
+    """What to read with care: what is assumed, which rows are no measurements, which recordings were reduced,
+    and what reading each had to say.
+
+    Args:
+        recordings: as they were read.
+        most: rows that were taken of each.
+    """
+    own = [f"{r.name}: {notice}" for r in recordings for notice in r.notices]
+    return [*assumed(recordings), *cautions(recordings), *said(recordings, most), *own]
 
 
 def assumed(recordings: Sequence[Recording]) -> list[str]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from fitting.augmented import AugmentedModel, load_model
+from fitting.models.readings import share_full_scale
 from fitting.recordings import Campaign, read_campaign
 from pneusma_jax.errors import InputError
 
@@ -63,6 +64,7 @@ def characterise(
     """
     if not isinstance(campaign, Campaign):
         campaign = read_campaign(campaign)
+    share_full_scale(campaign.recordings)
     pipeline = pipeline_of(campaign) if model is None else _pipeline_with(campaign, model)
     given = {name: value for name, value in options.items() if value is not None}
     known = inspect.signature(pipeline).parameters

@@ -5,6 +5,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from fitting.augmented import AugmentedModel
+from fitting.models.readings import cautions
+from fitting.models.reduction import said
 from fitting.models.registry import kind_of
 from fitting.recordings import Campaign
 from pneusma_jax.errors import InputError
@@ -57,7 +59,15 @@ def diagnose(
     progress("scoring recordings that were not fitted")
     conclusion = conclude(explanation)
     apart = [one.text for one in explanation.program.apart]
-    conclusion.notes = [*_bodies(conclusion), *notes, *apart, *_beyond(conclusion, model), *conclusion.notes]
+    readings = [*cautions(program.recordings), *said(program.recordings)]
+    conclusion.notes = [
+        *_bodies(conclusion),
+        *notes,
+        *readings,
+        *apart,
+        *_beyond(conclusion, model),
+        *conclusion.notes,
+    ]
     if explanation.together:
         conclusion.notes.append(
             "Recordings for validation were fitted, too: only they contradict the base model, or they "

@@ -8,7 +8,6 @@ import numpy as np
 from jaxtyping import Array, Float
 
 import pneusma_jax as pj
-from fitting.noise import robust_noise
 from fitting.parameters import Parameters
 from fitting.recordings import Campaign, Recording
 from fitting.simulation.specimen import geometry_of
@@ -18,6 +17,7 @@ from pneusma_jax.errors import InputError
 from . import actuator_phase, priors, silicones
 from .actuator_rows import ALLOY, trajectory
 from .building import columns_of, measured_and_weight, smooth
+from .readings import noise_found
 from .rows import Rows
 
 OUTPUTS = ("curvature", "bend_angle", "length", "bend_direction")
@@ -97,7 +97,7 @@ def _rows_of(
         inputs[name] = columns.get(name, np.ones(len(columns["time"])))
         noise[f"noise_{name}"] = np.asarray(0.0)  # not measured: taken as cold
         if name in there:
-            sigma = recording.noise_si(name) or robust_noise(columns["time"], columns[name])
+            sigma = recording.noise_si(name) or noise_found(recording, name)
             noise[f"noise_{name}"] = np.asarray(max(sigma, 1e-12) / np.sqrt(block))
     base = dimensions(recording) | dict(common)
     rows = Rows(

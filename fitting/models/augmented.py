@@ -29,10 +29,10 @@ from pneusma_jax.errors import InputError
 
 from .driver_noise import carried_over, noisy
 from .priors import CUT, FIT
+from .reduction import thinned
 from .registry import model_of
 from .registry import observations as all_observations
-from .rows import MARK, Rows, numbers, stack, with_numbers
-from .thin import thinned
+from .rows import MARK, MOST_ROWS, Rows, numbers, stack, with_numbers
 from .with_effects import LETTERS, kind_module
 
 TABLES = {
@@ -102,6 +102,11 @@ class Augmented:
         return kind_module(self.kind) if self.acting else model_of(self.kind)
 
     @property
+    def most_rows(self) -> int:
+        """Rows of a recording that are taken."""
+        return getattr(self._module, "MOST_ROWS", MOST_ROWS) if self.acting else MOST_ROWS
+
+    @property
     def OUTPUTS(self) -> tuple[str, ...]:  # noqa: N802  the name in the protocol
         """Predicted quantities."""
         return self._module.OUTPUTS
@@ -115,11 +120,7 @@ class Augmented:
 
     def rows_for(self, campaign: Campaign, **options: Any) -> list[Rows]:
         """Every recording as arrays, with the model's numbers in it."""
-        module = self._module
-        most = getattr(module, "MOST_ROWS", None)
-        campaign = self.described(campaign)
-        if self.acting and most is not None:
-            campaign = thinned(campaign, most)
+        module, campaign = self._module, thinned(self.described(campaign), self.most_rows)
         rows = [self._predicted(r) for r in module.rows_for(campaign, **self.options(campaign, options))]
         pairs = zip(rows, campaign.recordings, strict=True)
         return [with_numbers(r, self._known(recording.specimen)) for r, recording in pairs]

@@ -1,4 +1,4 @@
-"""What the row builders of several kinds share: complete rows, averaged blocks, weights."""
+"""What the row builders of several kinds share: complete rows of measurements, weights."""
 
 from collections.abc import Iterable, Sequence
 
@@ -9,7 +9,9 @@ from fitting.simulation.denoise import denoised
 from pneusma_jax.errors import InputError
 
 from .channels import channel_weight
-from .rows import averaged
+from .readings import measurements
+from .reduction import reduced
+from .rows import MOST_ROWS
 
 FEWEST = 4
 """Complete rows that a recording needs."""
@@ -18,7 +20,8 @@ FEWEST = 4
 def columns_of(
     recording: Recording, drivers: Sequence[str], outputs: Iterable[str]
 ) -> tuple[dict[str, np.ndarray], int]:
-    """Time, drivers and outputs of the rows that have all drivers, averaged over equal blocks.
+    """Time, drivers and outputs of the rows that have all drivers, of a recording that is reduced if it is
+    long.
 
     Args:
         recording: checked.
@@ -26,14 +29,18 @@ def columns_of(
         outputs: quantities that may be missing, in single rows or altogether.
 
     Returns:
-        Columns in SI by quantity, shape (rows,), NaN where missing; and the samples in a block.
+        Columns in SI by quantity, shape (rows,), NaN where missing or, of outputs, no measurement
+        (`readings`); and the readings that a row is the mean of.
 
     Raises:
         InputError: if fewer than `FEWEST` rows have all drivers.
     """
+    recording = reduced(recording, MOST_ROWS)
     count = len(recording)
     columns = {"time": recording.si("time") if recording.has("time") else np.arange(count) * 1.0}
-    for name in (*drivers, *outputs):
+    for name in outputs:
+        columns[name] = measurements(recording, name) if recording.has(name) else np.full(count, np.nan)
+    for name in drivers:
         columns[name] = recording.si(name) if recording.has(name) else np.full(count, np.nan)
     complete = np.all([np.isfinite(columns[name]) for name in ("time", *drivers)], axis=0)
     if complete.sum() < FEWEST:
@@ -41,7 +48,7 @@ def columns_of(
             f"{recording.path or recording.name}: {int(complete.sum())} rows have all of "
             f"{', '.join(dict.fromkeys(('time', *drivers)))}, but a fit needs {FEWEST} or more"
         )
-    return averaged({name: values[complete] for name, values in columns.items()})
+    return {name: values[complete] for name, values in columns.items()}, recording.block
 
 
 def measured_and_weight(

@@ -5,8 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.noise import GAUSSIAN_MAD, robust_noise
+from fitting.noise import GAUSSIAN_MAD, dithered
 from fitting.recordings import Recording
+
+from .readings import noise_found, read_values
 
 CORRELATED = 0.25
 """Serial correlation below which a column's noise is taken as independent: what short recordings tell
@@ -74,21 +76,22 @@ def channel_weight(
     Args:
         recording: states the noise, if anyone does.
         quantity: column, by quantity.
-        columns: `time` and the quantity, in SI, NaN where missing, averaged over blocks.
-        block: samples in a block.
+        columns: `time` and the quantity, in SI, NaN where missing.
+        block: readings that a row is the mean of.
     """
     values = columns[quantity]
     held = np.isfinite(values)
     if not held.any():
         return np.zeros(len(values))
     stated = recording.noise_si(quantity)
-    raw = recording.si(quantity)
-    raw = raw[np.isfinite(raw)]
+    raw = read_values(recording, quantity)
     if stated is not None and stated > 0.0:
         correlation = min(serial_correlation(raw, stated), correlation_by_lags(raw))
         sigma = stated * np.sqrt((1.0 + correlation) / (1.0 - correlation) / block)
     else:
-        sigma = robust_noise(columns["time"][held], values[held])
+        sigma = noise_found(recording, quantity)
+        if block > 1:
+            sigma = block_noise(*unstated_noise(raw, sigma), block)[0]
         sigma = max(sigma, LEAST_NOISE * float(np.ptp(values[held])), 1e-12)
     return np.where(held, 1.0 / sigma, 0.0)
 
@@ -107,8 +110,10 @@ def correlation_by_lags(values: np.ndarray) -> float:
     """
     if len(values) < FEW:
         return 0.0
+    values = dithered(values)
     spread = [
-        float(np.median(np.abs(values[2 * k :] - 2.0 * values[k:-k] + values[: -2 * k]))) for k in (1, 2)
+        float(np.median(np.abs(values[:, 2 * k :] - 2.0 * values[:, k:-k] + values[:, : -2 * k])))
+        for k in (1, 2)
     ]
     if not spread[0] > 0.0:
         return 0.0
@@ -133,7 +138,29 @@ def serial_correlation(values: np.ndarray, sigma: float) -> float:
     """
     if len(values) < 12:
         return 0.0
-    bend = np.diff(values, 2)
+    bend = np.diff(dithered(values), 2)
     share = (np.median(np.abs(bend)) / (GAUSSIAN_MAD * sigma)) ** 2
     correlation = 2.0 - np.sqrt(max(1.0 + 0.5 * share, 0.0))
     return float(np.clip(correlation, 0.0, MOST_CORRELATED)) if correlation > CORRELATED else 0.0
+
+
+def unstated_noise(values: np.ndarray, white: float) -> tuple[float, float]:
+    """Standard deviation and correlation of neighbouring errors of a channel that states neither.
+
+    Args:
+        values: samples in their order, shape (n,).
+        white: standard deviation that white noise would have.
+
+    Returns:
+        Both, see `correlation_by_lags`.
+    """
+    correlation = correlation_by_lags(values)
+    return white * float(np.sqrt(6.0 / (6.0 - 8.0 * correlation + 2.0 * correlation**2))), correlation
+
+
+def block_noise(sigma: float, correlation: float, block: int) -> tuple[float, float]:
+    """Standard deviation of the means of blocks of samples with first-order noise, and their correlation."""
+    lags = np.arange(1, block)
+    variance = (block + 2.0 * np.sum((block - lags) * correlation**lags)) / block**2
+    ladder = np.sum(correlation ** np.arange(block))
+    return sigma * float(np.sqrt(variance)), float(correlation * ladder**2 / block**2 / variance)

@@ -13,9 +13,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.noise import robust_noise
 from fitting.recordings import Recording
 
+from .readings import noise_found
 from .registry import Model, predictor_of
 from .rows import Rows, stack
 
@@ -32,10 +32,9 @@ def with_drivers(rows: Rows, recording: Recording, drivers: Sequence[str], block
         drivers: inputs of the model that drive it in this recording; the others count as exact.
         block: samples that a row is the mean of.
     """
-    time = recording.si("time") if recording.has("time") else np.arange(len(recording)) * 1.0
     sigma = {name: np.zeros(()) for name in rows.inputs}
     for name in drivers:
-        noise = recording.noise_si(name) or robust_noise(time, recording.si(name))
+        noise = recording.noise_si(name) or noise_found(recording, name)
         sigma[name] = np.asarray(noise / np.sqrt(block))
     return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, CLEAN: dict(rows.weight), SIGMA: sigma})
 

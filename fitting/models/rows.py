@@ -12,7 +12,7 @@ from pneusma_jax.calibration_model import Quantity
 from pneusma_jax.errors import InputError, nearest
 
 MOST_ROWS = 1024
-"""Longer recordings are averaged over equal blocks: what a law follows is slow against a thousand samples."""
+"""Longer recordings are reduced, see `reduction`: what a law follows is slow against a thousand samples."""
 STEP = 1.2
 """Ratio of neighbouring row counts that programs are compiled for; a fifth of the rows at most is padding."""
 COUNTS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)
@@ -95,30 +95,6 @@ def bucket(count: int) -> int:
     while 32 * round(size / 32.0) < count:
         size *= STEP
     return 32 * round(size / 32.0)
-
-
-def averaged(columns: Mapping[str, np.ndarray], most: int = MOST_ROWS) -> tuple[dict[str, np.ndarray], int]:
-    """Means over equal blocks, so that at most `most` rows are left; a block's missing samples are left out.
-
-    Args:
-        columns: each of shape (n,), NaN where missing.
-        most: rows allowed.
-
-    Returns:
-        The columns, and the samples in a block, 1 if nothing was averaged.
-    """
-    count = len(next(iter(columns.values())))
-    block = -(-count // most)
-    if block == 1:
-        return dict(columns), 1
-    edges = np.arange(0, count, block)
-    result = {}
-    for name, values in columns.items():
-        there = np.isfinite(values)
-        total = np.add.reduceat(np.where(there, values, 0.0), edges)
-        held = np.add.reduceat(there.astype(float), edges)
-        result[name] = np.where(held > 0, total / np.maximum(held, 1.0), np.nan)
-    return result, block
 
 
 def padded(values: np.ndarray, size: int, fill: float | None = None) -> np.ndarray:

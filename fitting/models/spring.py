@@ -25,7 +25,9 @@ from pneusma_jax.nitinol import Alloy, Spring, SpringGeometry
 
 from . import latent, priors
 from .channels import channel_weight
-from .rows import Rows, averaged, numbers
+from .readings import measurements
+from .reduction import reduced
+from .rows import MOST_ROWS, Rows, numbers
 from .spring_law import Decisions, Law, Trajectory
 
 OUTPUTS = ("force", "resistance")
@@ -62,15 +64,17 @@ def rows_of(
     Raises:
         InputError: if fewer than four rows have both time and elongation.
     """
-    columns = {name: recording.si(name) for name in ("time", "elongation", *OUTPUTS)}
+    recording = reduced(recording, MOST_ROWS)
+    columns = {name: recording.si(name) for name in ("time", "elongation")}
+    columns |= {name: measurements(recording, name) for name in OUTPUTS}
     driven = np.isfinite(columns["time"]) & np.isfinite(columns["elongation"])
     if driven.sum() < 4:
         raise InputError(
             f"{recording.path or recording.name}: {int(driven.sum())} rows have both time and elongation, "
             "but a test needs four or more"
         )
-    kept, block = averaged({name: values[driven] for name, values in columns.items()})
-    weight = {name: channel_weight(recording, name, kept, block) for name in OUTPUTS}
+    kept = {name: values[driven] for name, values in columns.items()}
+    weight = {name: channel_weight(recording, name, kept, recording.block) for name in OUTPUTS}
     smooth = denoised(kept["time"], kept["resistance"])
     known = np.isfinite(smooth)
     size = len(kept["time"])

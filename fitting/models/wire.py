@@ -21,6 +21,7 @@ from pneusma_jax.nitinol import SpringState, WireAlloy, simulate_wire
 
 from . import priors
 from .building import columns_of, measured_and_weight, smooth
+from .driven import by_stress
 from .driver_noise import carried_over, noisy, with_drivers
 from .rows import Rows, numbers
 
@@ -28,8 +29,6 @@ OUTPUTS = ("strain", "stress")
 ALLOY = tuple(field.name for field in dataclasses.fields(WireAlloy) if field.name != "name")
 NEW_WIRE = "niti_wire"
 """Table that an alloy starts from that is to be identified."""
-STEADIER = 0.5
-"""Ratio of relative ranges of stress and strain below which stress is taken as prescribed."""
 ASTRAY = 1e3
 """Standard deviations that a row counts for in which no strain carries the stress."""
 
@@ -49,18 +48,6 @@ def wire_quantities(campaign: Campaign, base: str | Path | None = None) -> tuple
     assumed = "Eqs. 3.1 and 3.2 in tension; the table has none"
     found = {name: Quantity(name, float(getattr(wire, name)), "1", "assumed", assumed) for name in ALLOY}
     return found | {name: q for name, q in table.quantities.items() if name in found}, identify
-
-
-def by_stress(recording: Recording) -> bool:
-    """Whether stress drives the wire and strain is predicted."""
-    sizes = []
-    for name in ("stress", "strain"):
-        values = recording.si(name)
-        values = values[np.isfinite(values)]
-        most = float(np.max(np.abs(values))) if values.size else 0.0
-        low, high = np.percentile(values, [2.0, 98.0]) if values.size else (0.0, 0.0)
-        sizes.append((high - low) / most if most > 0.0 else 0.0)
-    return sizes[0] < STEADIER * sizes[1]
 
 
 def rows_for(campaign: Campaign, base: str | Path | None = None) -> list[Rows]:

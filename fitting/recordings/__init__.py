@@ -7,7 +7,7 @@
 from .campaign import read_campaign
 from .checks import check_recording, resistance_range, wire_length
 from .reading import read_recording
-from .recording import Campaign, Recording
+from .recording import Campaign, Recording, Reduction
 from .schema import NOT_STATED
 from .shared import recordings_folder
 from .writing import target_path, write_recording
@@ -16,6 +16,7 @@ __all__ = [
     "NOT_STATED",
     "Campaign",
     "Recording",
+    "Reduction",
     "check_recording",
     "read_campaign",
     "read_recording",

@@ -13,6 +13,23 @@ from . import schema
 from .nominal import nominal_geometry
 
 
+@dataclass(frozen=True)
+class Reduction:
+    """How a recording with fewer rows came from a longer one.
+
+    Attributes:
+        source: the recording as it was read.
+        rows: those that were kept as they are, ascending; None where rows are means.
+        block: readings that a row is the mean of; 1 where rows were kept.
+        text: what was done, one sentence.
+    """
+
+    source: "Recording"
+    rows: np.ndarray | None
+    block: int
+    text: str
+
+
 @dataclass
 class Recording:
     """One test of one specimen.
@@ -33,6 +50,8 @@ class Recording:
             numbers).
         notices: what a reader had to assume or left aside, one sentence each.
         comments: the lines before the header, without `#`.
+        reduction: where these rows came from, if they were made from more of them.
+        memo: what was worked out about columns before, by whoever did; a changed recording has none.
     """
 
     name: str
@@ -48,6 +67,8 @@ class Recording:
     columns: dict[str, np.ndarray] = field(default_factory=dict)
     notices: list[str] = field(default_factory=list)
     comments: list[str] = field(default_factory=list)
+    reduction: Reduction | None = None
+    memo: dict[Any, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def __len__(self) -> int:
         """Number of rows."""
@@ -93,6 +114,16 @@ class Recording:
     def missing(self, quantity: str) -> np.ndarray:
         """Mask of the samples of a quantity that are missing; shape (rows,)."""
         return np.isnan(self.columns[self.column(quantity)])
+
+    @property
+    def whole(self) -> "Recording":
+        """The recording as it was read: its noise is told there, before any reduction."""
+        return self.reduction.source if self.reduction else self
+
+    @property
+    def block(self) -> int:
+        """Readings that a row is the mean of."""
+        return self.reduction.block if self.reduction else 1
 
     @property
     def known_columns(self) -> list[str]:

@@ -10,6 +10,7 @@ from fitting.characterise.general.tables import geometry_toml
 from fitting.characterise.general.told import advice
 from fitting.characterise.spring.alloy_table import KELVIN
 from fitting.characterise.spring.information import relative_to_prior
+from fitting.models.rows import MOST_ROWS
 from pneusma_jax.units import from_si
 
 from . import general_figures, profiles
@@ -50,7 +51,7 @@ def sheet(result: GeneralCharacterisation) -> Sheet:
             Section("Which test next", (advice(result.repeats),)),
             Section("What the model leaves", figures=("residuals",)),
             Section("How it was fitted", tuple(words.how_it_was_fitted(result))),
-            Section("Notices", tuple(notices_of(result.fit.recordings))),
+            Section("Notices", tuple(notices_of(result.fit.recordings, _most_rows(result)))),
         ],
         tables=result.tables(),
         more=_more(result),
@@ -60,14 +61,16 @@ def sheet(result: GeneralCharacterisation) -> Sheet:
     )
 
 
+def _most_rows(result: GeneralCharacterisation) -> int:
+    return MOST_ROWS if result.model is None else result.model.most_rows
+
+
 HELD_NOTE = "Numbers that were held."
 NOTHING = "Nothing: everything that was free is known better than before."
 
 
 def _parameters(result: GeneralCharacterisation) -> TextTable:
-    start = {
-        n: float(from_si(result.start[n], e.unit, e.unit == KELVIN)) for n, e in result.fitted.items()
-    }
+    start = {n: float(from_si(result.start[n], e.unit, e.unit == KELVIN)) for n, e in result.fitted.items()}
     share = {name: relative_to_prior(entry) for name, entry in result.fitted.items()}
     return parameter_rows(result.parameters, start, share)
 
@@ -147,6 +150,7 @@ def _more(result: GeneralCharacterisation) -> dict[str, Any]:
         "metrics_held_out": _by_column(overall(result.scores, "validation")),
         "metrics_by_recording": per,
         **_model_json(result),
+        "notices": notices_of(result.fit.recordings, _most_rows(result)),
         "identifiability": result.identifiability,
         "profiles": profiles.document(result),
         "next_test": {

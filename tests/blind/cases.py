@@ -7,6 +7,7 @@ import numpy as np
 
 from .generator import registry
 from .generator.building import build
+from .generator.readout import READOUTS
 from .generator.writing import write
 
 KINDS = ("actuator", "spring", "wire", "elastomer", "tube")
@@ -17,7 +18,10 @@ STRONG = (30.0, 3000.0)
 
 @dataclass(frozen=True)
 class Case:
-    """One campaign to come. `strength` is a target of the post-refit log Bayes factor of the true form, or None."""
+    """One campaign to come. `strength` is a target of the post-refit log Bayes factor of the true form, or None.
+
+    Of a null whose channels are digitised (group "readout") `slugs` says how; its truth holds no effect.
+    """
 
     name: str
     kind: str
@@ -59,14 +63,21 @@ SIZES = {"development": (10, 24, 8, 5, 5, 6), "fixed": (8, 8, 2, 2, 2, 2), "full
 """Nulls, strong singles, weaker singles, pairs, masked, outside."""
 
 
+READOUT_NULLS = 100
+"""Cases of plan "readout": nulls whose channels are rounded, clipped or re-sampled."""
+
+
 def case_list(plan, seed):
-    """The cases of a plan ("development", "fixed" or "full") in an order whose every prefix is a fair sample.
+    """The cases of a plan ("development", "fixed", "full" or "readout") in an order whose every prefix is a fair sample.
 
     The same plan and seed give the same list. Names say nothing of the truth. Raises ValueError for another plan.
     """
-    if plan not in SIZES:
-        raise ValueError(f"plan must be one of {', '.join(SIZES)}, but is {plan!r}")
+    if plan != "readout" and plan not in SIZES:
+        raise ValueError(f"plan must be one of {', '.join([*SIZES, 'readout'])}, but is {plan!r}")
     rng = np.random.default_rng([seed, 7])
+    if plan == "readout":
+        ways = [(kind, way) for kind in KINDS for way in READOUTS]
+        return _numbered([(kind, "readout", (way,), None) for kind, way in _cycle(rng, ways, READOUT_NULLS)], seed, rng)
     nulls, strong, weaker, pairs, masked, outside = SIZES[plan]
     named, beyond = sorted(registry.NAMED), sorted(registry.OUTSIDE)
     hidden = sorted(key for key, cls in registry.NAMED.items() if key[0] in cls.maskable)
@@ -78,6 +89,11 @@ def case_list(plan, seed):
     rows += [(kind, "pair", two, _strong(rng)) for kind, two in _pairs(rng, pairs)]
     rows += [(kind, "masked", (slug,), None) for kind, slug in _cycle(rng, hidden, masked)] if hidden else []
     rows += [(kind, "outside", (name,), _strong(rng)) for kind, name in _cycle(rng, beyond, outside)] if beyond else []
+    return _numbered(rows, seed, rng)
+
+
+def _numbered(rows, seed, rng):
+    """Cases of rows (kind, group, slugs, strength), each with a seed of its own, in shuffled order."""
     seeds = np.random.SeedSequence([seed, 11]).generate_state(len(rows))
     order = rng.permutation(len(rows))
     return [Case(f"c{n:04d}", *rows[k], int(seeds[k])) for n, k in enumerate(order)]

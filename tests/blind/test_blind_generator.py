@@ -16,6 +16,7 @@ from tests.blind.generator.bench import Bench, Take
 from tests.blind.generator.building import Specimen, build
 from tests.blind.generator.hidden import HiddenJudge
 from tests.blind.generator.plans import PLANS, plan, true_numbers
+from tests.blind.generator.readout import READOUTS, read_out
 from tests.blind.seal import open_seals, seal
 
 HERE = Path(__file__).parent
@@ -196,6 +197,50 @@ def test_lists_are_repeatable_and_every_group_is_in_a_prefix():
     assert len({c.seed for c in full}) == len(full) and len({c.name for c in full}) == len(full)
     with pytest.raises(ValueError, match="plan must be one of"):
         case_list("all", 5)
+
+
+def test_the_plan_of_digitised_nulls_has_every_way_of_every_kind():
+    cases = case_list("readout", 5)
+    assert len(cases) == 100 and cases == case_list("readout", 5) and cases != case_list("readout", 6)
+    assert {(c.kind, c.slugs) for c in cases} == {(kind, (way,)) for kind in blind_cases.KINDS for way in READOUTS}
+    assert {c.group for c in cases} == {"readout"} and len({c.seed for c in cases}) == 100
+
+
+def _simple(rows=150):
+    """A bench of one coupon, and its columns: a ramp and back with noise of 0.3."""
+    strain = np.concatenate([np.linspace(0.0, 0.9, rows // 2), np.linspace(0.9, 0.0, rows - rows // 2)])
+    stress = 100.0 * strain + 0.3 * np.random.default_rng(2).standard_normal(rows)
+    take = Take("pull_1", "fit", np.arange(float(rows)), {"strain": strain}, rows)
+    bench = Bench("elastomer", [take], {}, {}, {"stress_kPa": 0.3}, "white", inputs=("strain",), outputs=("stress_kPa",))
+    return bench, {"strain": strain[None], "stress_kPa": stress[None]}
+
+
+@pytest.mark.parametrize("way", READOUTS)
+def test_digitised_columns_stay_on_the_curve_that_was_measured(way):
+    bench, columns = _simple()
+    read, found = read_out(bench, columns, way, np.random.default_rng(3))
+    (take,), strain, stress = read.recordings, found["strain"][0], found["stress_kPa"][0]
+    assert len(strain) == len(stress) == len(take.time) == take.rows and np.all(np.diff(take.time) > 0.0)
+    off = np.abs(stress - 100.0 * strain)
+    allowed = {"rounded": 3.0, "clipped": 90.0, "slow_output": 6.0}
+    assert np.max(off) < allowed.get(way, 1.2)
+    moves = np.diff(np.unique(stress))
+    if way == "rounded":
+        step = np.min(moves[moves > 1e-9])
+        assert np.allclose(stress / step, np.round(stress / step), atol=1e-6)
+        assert read.noise["stress_kPa"] == pytest.approx(np.hypot(0.3, step / np.sqrt(12.0)))
+    if way == "clipped":
+        assert 0.02 < np.mean(stress == stress.max()) < 0.16
+    if way in ("held", "slow_output"):
+        assert np.mean(np.diff(stress) == 0.0) > 0.4
+    assert (len(stress) > 220) == (way in ("held", "interpolated")) and (len(stress) < 60) == (way == "sparse")
+
+
+@pytest.mark.parametrize("way", ["rounded", "interpolated"])
+def test_a_digitised_null_conceals_nothing(tmp_path, way):
+    truth = write_case(Case("c0001", "elastomer", "readout", (way,), None, 8), tmp_path / "x")
+    assert truth["slugs"] == [] and truth["readout"] == way and truth["log_bayes_post_refit"] is None
+    assert sorted(p.suffix for p in (tmp_path / "x").iterdir())[0] == ".csv"
 
 
 def test_seals_open_only_once_every_report_exists(tmp_path):

@@ -162,6 +162,14 @@ def test_the_ledger_only_grows_and_its_table_quotes_the_counts(tmp_path, capsys)
     assert command.main(["table", "--ledger", str(path), "--plan", "full"]) == 2
 
 
+def test_digitised_nulls_have_a_rate_of_their_own():
+    truths = {f"c{n}": _truth(f"c{n}", "readout", (), log_bayes=None) | {"readout": "rounded"} for n in range(3)}
+    reports = {"c0": _report(), "c1": _report(_effect("gravity")), "c2": _report()}
+    found = score.scored(truths, reports, {}, {})["rates"]
+    assert (found["readout_false_alarms"]["k"], found["readout_false_alarms"]["n"]) == (1, 3)
+    assert found["false_alarms"]["n"] == found["named_first"]["n"] == 0
+
+
 def test_figures_are_drawn_of_few_cases_as_of_many(tmp_path):
     truths, reports = _many()
     paths = draw(score.scored(truths, reports, {}, _others(reports, 2.0)), tmp_path)

@@ -1,20 +1,11 @@
 """A recording that is nothing but one column."""
 
+from fitting.recordings import Recording
 
-class Column:
-    """A recording of one quantity, with its stated noise, or None."""
+NAMES = {"strain": "strain", "temperature": "temperature_degC"}
 
-    def __init__(self, name, values, noise):
-        self.name, self.values, self.noise = name, values, noise
 
-    def __len__(self):
-        return len(self.values)
-
-    def has(self, name):
-        return name == self.name
-
-    def si(self, name):
-        return self.values
-
-    def noise_si(self, name):
-        return self.noise
+def Column(name, values, noise):  # noqa: N802
+    """A recording of one quantity of a wire, with its stated noise, or None."""
+    column = NAMES[name]
+    return Recording(name, None, "wire", columns={column: values}, noise={} if noise is None else {column: noise})

@@ -1,13 +1,15 @@
 """Readings that stand apart from their neighbours are no physics; what steps, bends or lags is not set aside."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from diagnosis_coupons import NOISE, curve, write
 
 from fitting.diagnosis import diagnose
-from fitting.diagnosis.fit.apart import Apart, standing_apart
+from fitting.diagnosis.fit.apart import Apart, among_readings, standing_apart
 from fitting.models.channels import Channel
-from fitting.recordings import read_campaign
+from fitting.recordings import Recording, Reduction, read_campaign
 
 ROWS, SIGMA = 400, 0.1
 TIME = np.arange(float(ROWS))
@@ -57,6 +59,20 @@ def test_what_goes_with_a_load_does_not_where_it_turns():
 
 def test_noise_that_is_larger_than_stated_does_not():
     assert apart(4.0 * noise(), 0.0 * TIME)[0] == []
+
+
+def test_kept_rows_of_a_long_recording_stand_apart_only_among_its_readings():
+    """A fast cycle: rows that were kept differ by all of it, readings beside them hardly."""
+    time = np.arange(4000.0)
+    force = 3.0 * np.sin(time / 12.0) + SIGMA * np.random.default_rng(2).standard_normal(4000)
+    force[1510] += 4.0
+    read = Recording("r", None, "spring", columns={"time_s": time, "elongation_mm": time, "force_N": force})
+    kept = np.arange(0, 4000, 10)
+    columns = {name: column[kept] for name, column in read.columns.items()}
+    short = dataclasses.replace(read, columns=columns, reduction=Reduction(read, kept, 1, ""))
+    channel = Channel("force", force[kept], np.full(ROWS, SIGMA), 0.0)
+    assert among_readings(short, channel, np.array([7, 151, 300])).tolist() == [151]
+    assert among_readings(read, channel, np.array([7, 151])).tolist() == [7, 151]
 
 
 def test_missing_rows_are_nobodys_neighbours():

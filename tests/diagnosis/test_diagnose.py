@@ -9,10 +9,9 @@ from click.testing import CliRunner
 
 from fitting.augmented import load_model
 from fitting.cli import main
-from fitting.diagnosis.evaluate.noise import block_noise
 from fitting.diagnosis.judge import words
 from fitting.diagnosis.report.document import model_of, report_of
-from fitting.models.channels import Channel
+from fitting.models.channels import Channel, block_noise
 from pneusma_jax.effects import CATALOGUE
 
 

@@ -1,11 +1,13 @@
 """The noise of a resistance that nobody states, told by itself: beside ramps, ripple and switches, as rows see it."""
 
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from fitting.diagnosis.evaluate.quiet import quiet_noise, quiet_readings
+from fitting.recordings import Recording, Reduction
 
 NAME = "resistance_2"
 
@@ -21,7 +23,11 @@ def recordings(pieces, block=1, stated=None):
     for values in pieces:
         held = values[: len(values) // block * block].reshape(-1, block)
         mean = held.mean(axis=1)
-        found.append(SimpleNamespace(has=lambda q: True, noise_si=lambda q: stated, si=lambda q, v=values: v))
+        noise = {} if stated is None else {f"{NAME}_ohm": stated}
+        time = np.arange(float(len(values)))
+        read = Recording("run", None, "actuator", columns={"time_s": time, f"{NAME}_ohm": values}, noise=noise)
+        short = dataclasses.replace(read, reduction=Reduction(read, None, block, ""))
+        found.append(read if block == 1 else short)
         rows.append(SimpleNamespace(measured={NAME: mean}, weight={NAME: 1.0 * np.isfinite(mean)}))
     return found, rows
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fitting.models.readings import cautions, readings_of
 from fitting.noise import robust_noise
 from fitting.recordings import Recording
 from pneusma_jax.errors import InputError
@@ -120,7 +121,7 @@ def stack(
         notices += [f"{recording.name}: {notice}" for notice in recording.notices]
         if step > 1:
             notices.append(f"{recording.name}: one in {step} of its {len(strain)} samples was used")
-        lost = len(recording) - len(strain)
+        lost = int(np.sum(~(np.isfinite(recording.si("strain")) & np.isfinite(recording.si("stress")))))
         if lost and max_strain is None:
             notices.append(
                 f"{recording.name}: {lost} row{'s' * (lost > 1)} without strain or stress left out"
@@ -132,6 +133,7 @@ def stack(
         parts.append((strain, stress, spread, np.full(len(strain), len(curves))))
         curves.append(curve)
     strain, stress, spread, owner = (np.concatenate(column) for column in zip(*parts, strict=True))
+    notices += cautions(recordings)
     batch = max(recording.full_tolerance().get("silicone_stiffness", 0.0) for recording in recordings)
     stated = [recording.real for recording in recordings]
     real = False if False in stated else None if None in stated else True
@@ -140,7 +142,7 @@ def stack(
 
 def _usable(recording: Recording, max_strain: float | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     strain, stress = recording.si("strain"), recording.si("stress")
-    kept = np.isfinite(strain) & np.isfinite(stress)
+    kept = np.isfinite(strain) & readings_of(recording, "stress").counted
     if max_strain is not None:
         kept &= strain <= max_strain
     place = recording.path or recording.name

@@ -122,7 +122,7 @@ class Raw:
         return courses.told_paces(found)
 
     def averaging(
-        self, k: int, channels: Sequence[Channel], pace: np.ndarray, samples: int
+        self, k: int, channels: Sequence[Channel], pace: np.ndarray, block: int
     ) -> list[np.ndarray]:
         """By channel of recording k: what averaging over fast changes of a phase leaves uncertain, (rows,).
 
@@ -130,13 +130,13 @@ class Raw:
             k: number of the recording.
             channels: that count.
             pace: as in `hidden`.
-            samples: of the recording, before they were averaged.
+            block: readings that a row is the mean of.
         """
         hidden, count = self.hidden(k, channels, pace), int(np.asarray(self.stacked.mask)[k].sum())
         found = [np.zeros(self.stacked.mask.shape[1]) for _ in channels]
         for course in hidden.courses if hidden else ():
             slopes = course.own + course.remembered
-            parts = courses.averaging(slopes[:, :count], course.fraction[:count], -(-samples // count))
+            parts = courses.averaging(slopes[:, :count], course.fraction[:count], block)
             for total, part in zip(found, parts, strict=True):
                 total[:count] += np.abs(part)
         return found

@@ -14,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.models.channels import Channel, serial_correlation
+from fitting.models.readings import read_values
 from fitting.models.rows import Rows
 from fitting.noise import robust_noise
 from fitting.recordings import Recording
@@ -27,15 +28,14 @@ def input_noise(recordings: list[Recording], stacked: Rows) -> dict[str, np.ndar
     An input that is an output of the model, too, has its noise there.
 
     Args:
-        recordings: as they were read.
-        stacked: the same as arrays, perhaps averaged over blocks and padded with further recordings.
+        recordings: as they were read, or reduced.
+        stacked: the same as arrays, padded with further recordings.
     """
-    rows = np.asarray(stacked.mask).sum(axis=1)
     found = {}
     for name in sorted(stacked.inputs.keys() - stacked.measured.keys()):
-        sigma = np.zeros(len(rows))
+        sigma = np.zeros(len(np.asarray(stacked.mask)))
         for k, recording in enumerate(recordings):
-            sigma[k] = _noise(recording, name) / np.sqrt(max(len(recording) / max(rows[k], 1), 1.0))
+            sigma[k] = _noise(recording, name) / np.sqrt(recording.block)
         if np.any(sigma > 0.0):
             found[name] = sigma
     return found
@@ -48,8 +48,7 @@ def _noise(recording: Recording, name: str) -> float:
     sigma, stated = noise_of(recording, name), recording.noise_si(name)
     if not stated:
         return sigma
-    values = recording.si(name)
-    correlation = serial_correlation(values[np.isfinite(values)], stated)
+    correlation = serial_correlation(read_values(recording, name), stated)
     return sigma * float(np.sqrt((1.0 + correlation) / (1.0 - correlation)))
 
 

@@ -15,10 +15,8 @@ import numpy as np
 from scipy.optimize import brentq, minimize
 from scipy.stats import norm
 
-from fitting.models.channels import Channel
-from fitting.models.rows import averaged
-
-from .noise import block_noise
+from fitting.models.channels import Channel, block_noise
+from fitting.models.reduction import averaged
 
 LAGS = (1, 2, 3)
 """Distances of second differences, in rows."""
@@ -37,6 +35,9 @@ TAKEN = 0.2
 """Share of a value that hidden courses take up, from which what they leave of its error is too smooth."""
 FINEST = 4096
 """Samples of a recording of which second differences are taken; more are averaged."""
+HALF = 0.5
+"""Of a step, how wide rounding errors are drawn anew: enough to fill it by second differences, and little
+that has to be taken off again."""
 FEWEST = 60
 """Second differences below which nothing is told."""
 
@@ -69,8 +70,10 @@ class Instrument:
         return self.scale * (stated or 1.0) * each * _shape(signal, self.level, self.growth), correlation
 
     def told(self, channel: Channel, one: "Series") -> Channel:
-        """A channel with this noise, where it counts."""
+        """A channel with this noise, where it counts: never less than its rounding, but as it is stated."""
         sigma, correlation = self.sigma(one.stated, one.signal, one.block)
+        if one.stated is None:
+            sigma = np.maximum(sigma, one.rounding)
         there = np.isfinite(channel.sigma)
         return replace(channel, sigma=np.where(there, sigma, np.inf), correlation=float(correlation))
 
@@ -85,6 +88,8 @@ class Series:
         inputs: variance that the noise of inputs brings, SI, (rows,).
         stated: 1-sigma of a sample, or None.
         block: samples in a row.
+        rounding: 1-sigma of the rounding of a row, SI; `errors` and `inputs` hold half as much again, see
+            `dithered`.
     """
 
     errors: np.ndarray
@@ -92,6 +97,21 @@ class Series:
     inputs: np.ndarray
     stated: float | None
     block: int
+    rounding: float = 0.0
+
+    def dithered(self, rounding: float) -> "Series":
+        """With rounding errors of half the size drawn anew: second differences of rounded rows are mostly
+        none.
+
+        Args:
+            rounding: 1-sigma, SI.
+        """
+        if not rounding > 0.0:
+            return self
+        step = HALF * np.sqrt(12.0) * rounding
+        anew = np.random.default_rng(0).uniform(-0.5 * step, 0.5 * step, self.errors.shape)
+        inputs = self.inputs + (HALF * rounding) ** 2
+        return replace(self, errors=self.errors + anew, inputs=inputs, rounding=rounding)
 
     def less(self, taken: np.ndarray) -> "Series":
         """Without the rows of which hidden courses take up much, by the share of every row, (rows,)."""
@@ -104,7 +124,8 @@ class Series:
             samples: all of the recording, SI, NaN where missing, (samples,).
             rows: of the recording.
         """
-        values, each = averaged({"": samples}, FINEST)
+        each = -(-len(samples) // FINEST)
+        values = averaged({"": samples}, each)
         block = -(-len(samples) // rows)
         middle = np.minimum(np.arange(rows) * block + 0.5 * (block - 1.0), len(samples) - 1.0)
         at = each * np.arange(len(values[""])) + 0.5 * (each - 1.0)
@@ -166,9 +187,7 @@ def instrument_of(series: Sequence[Series]) -> Instrument | None:
             for lag, (bend, rows) in zip(LAGS, parts, strict=True):
                 own = 6.0 - 8.0 * r**lag + 2.0 * r ** (2 * lag)
                 spread = _core(TAILS) * np.sqrt(own * sigma[rows] ** 2 + 6.0 * one.inputs[rows])
-                total += np.sum(
-                    np.log(spread) + 0.5 * (TAILS + 1.0) * np.log1p((bend / spread) ** 2 / TAILS)
-                )
+                total += np.sum(np.log(spread) + 0.5 * (TAILS + 1.0) * np.log1p((bend / spread) ** 2 / TAILS))
         return float(total / DEPENDENT)
 
     # a stated size is believed: fast physics would pass for noise

@@ -10,8 +10,8 @@ import numpy as np
 
 from fitting.augmented import AugmentedModel
 from fitting.models.channels import Channel
-from fitting.models.rows import Rows, stack, with_numbers
-from fitting.models.thin import thinned
+from fitting.models.reduction import thinned
+from fitting.models.rows import MOST_ROWS, Rows, stack, with_numbers
 from fitting.models.with_effects import LETTERS, candidates, kind_module
 from fitting.recordings import Campaign, Recording
 from pneusma_jax.errors import InputError
@@ -26,8 +26,6 @@ from .quiet import quiet_readings
 from .side_by_side import RUNS, Tally
 from .unknowns import Unknowns
 
-MOST_ROWS = 1024
-"""Rows of a recording; longer ones are averaged over blocks."""
 FAILED = 30.0
 """Standard deviations that a row counts for at least in which the model has no answer."""
 TOO_FAR = 0.02
@@ -44,7 +42,7 @@ class Program:
 
     Attributes:
         kind: of the recordings.
-        recordings: those of the campaign, in its order.
+        recordings: those of the campaign, in its order, reduced where they are long.
         stacked: the same as arrays.
         channels: measured outputs by recording.
         unknowns: numbers that may be free.
@@ -94,7 +92,8 @@ class Program:
         """
         module = kind_module(kind)
         rows_for = getattr(module, "hidden_rows_for", module.rows_for)
-        rows = rows_for(thinned(campaign, getattr(module, "MOST_ROWS", MOST_ROWS)))
+        campaign = thinned(campaign, getattr(module, "MOST_ROWS", MOST_ROWS))
+        rows = rows_for(campaign)
         model = model or AugmentedModel()
         there = tuple(added.slug for added in model.added)
         tried = [slug for slug in (candidates(kind) if slugs is None else slugs) if slug not in there]
@@ -222,7 +221,7 @@ class Program:
         if self.pace.shape[1]:
             here = self._run(u, nothing, self.stacked)
             pairs = zip(self._hiding(), self.recordings, strict=True)
-            changes["averaging"] = [[here.averaging(k, *parts, len(r)) for (k, parts), r in pairs]]
+            changes["averaging"] = [[here.averaging(k, *parts, r.block) for (k, parts), r in pairs]]
         self.channels = with_input_noise(self.bare, changes)
 
     def _hiding(self) -> list[tuple[int, tuple[list[Channel], np.ndarray]]]:

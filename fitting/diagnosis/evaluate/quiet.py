@@ -12,12 +12,11 @@ from functools import cache
 
 import numpy as np
 
-from fitting.models.channels import LEAST_NOISE
+from fitting.models.channels import LEAST_NOISE, block_noise
+from fitting.models.readings import read_values
 from fitting.models.rows import Rows
-from fitting.noise import robust_noise
+from fitting.noise import robust_noise, rounding_noise
 from fitting.recordings import Recording
-
-from .noise import block_noise
 
 ORDER, STRETCH, QUIETER = 4, 16, 0.3
 """Of the differences; how many of them make a stretch; the quantile of stretches that tells the noise."""
@@ -25,8 +24,6 @@ SIMULATED, LONGEST = 50, 2000
 """Draws that say what a quantile is worth, and samples of a recording beyond which it is worth the same."""
 LASTING = 2.0
 """Times the noise of a mean of independent errors from which what the means show is noise, too."""
-REPEATED = 0.9
-"""Share of different values below which the least step between them is that in which they were rounded."""
 
 
 def quiet_readings(recordings: Sequence[Recording], rows: Sequence[Rows]) -> list[dict[str, float]]:
@@ -36,7 +33,7 @@ def quiet_readings(recordings: Sequence[Recording], rows: Sequence[Rows]) -> lis
     last over a block do not average out. A little more is course, which bends faster from row to row.
 
     Args:
-        recordings: as they were read.
+        recordings: as they were read, or reduced.
         rows: the same as arrays.
     """
     found: list[dict[str, float]] = [{} for _ in recordings]
@@ -44,10 +41,10 @@ def quiet_readings(recordings: Sequence[Recording], rows: Sequence[Rows]) -> lis
         pieces = {}
         for k, (recording, row) in enumerate(zip(recordings, rows, strict=True)):
             if recording.has(quantity) and quantity in row.measured and not recording.noise_si(quantity):
-                raw = recording.si(quantity)
+                raw = read_values(recording, quantity)
                 mean = np.asarray(row.measured[quantity])[np.asarray(row.weight[quantity]) > 0.0]
-                pieces[k] = raw[np.isfinite(raw)], mean
-        blocks = {k: max(1, round(len(raw) / max(len(mean), 1))) for k, (raw, mean) in pieces.items()}
+                pieces[k] = raw, mean
+        blocks = {k: recordings[k].block for k in pieces}
         own = quiet_noise([raw for raw, _ in pieces.values()])
         if own is None:
             own = max((robust_noise(np.arange(len(raw)), raw) for raw, _ in pieces.values()), default=0.0)
@@ -55,7 +52,7 @@ def quiet_readings(recordings: Sequence[Recording], rows: Sequence[Rows]) -> lis
         for k, (raw, _) in pieces.items():
             sigma = block_noise(own, 0.0, blocks[k])[0]
             span = float(np.ptp(raw)) if len(raw) else 0.0
-            floor = max(LEAST_NOISE * span, _rounding(raw), 1e-12)
+            floor = max(LEAST_NOISE * span, rounding_noise(raw), 1e-12)
             if blocks[k] > 1 and means > LASTING * sigma:
                 sigma = means
             found[k][quantity] = max(sigma, floor)
@@ -92,11 +89,3 @@ def _unit(counts: tuple[int, ...]) -> float:
     rng = np.random.default_rng(0)
     squares = [_stretches(rng.standard_normal((SIMULATED, count))) for count in counts]
     return float(np.mean(np.sqrt(np.quantile(np.concatenate(squares, axis=-1), QUIETER, axis=-1))))
-
-
-def _rounding(values: np.ndarray) -> float:
-    """Standard deviation of the error of rounding; 0 where values do not repeat."""
-    different = np.unique(values)
-    if len(different) < 2 or len(different) > REPEATED * len(values):
-        return 0.0
-    return float(np.diff(different).min() / np.sqrt(12.0))

@@ -11,6 +11,7 @@ import numpy as np
 
 from fitting.models.channels import Channel
 from fitting.noise import GAUSSIAN_MAD
+from fitting.recordings import Recording
 
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
@@ -73,6 +74,8 @@ def without_apart(program: Program, here: Evaluation) -> Program:
             if program.follows(channel.quantity):
                 continue
             rows, far = standing_apart(channel, here.predicted[k][j])
+            if len(recording) == np.asarray(program.stacked.mask)[k].sum():
+                rows = among_readings(recording, channel, rows)
             if not rows.size:
                 continue
             times = np.asarray(program.stacked.time)[k][rows]
@@ -83,6 +86,25 @@ def without_apart(program: Program, here: Evaluation) -> Program:
                 kept[k][j] = replace(kept[k][j], sigma=sigma)
     apart = *program.apart, *found
     return replace(program, bare=bare, channels=channels, apart=apart) if found else program
+
+
+def among_readings(recording: Recording, channel: Channel, rows: np.ndarray) -> np.ndarray:
+    """Of rows that stand apart those that do so among the readings of a recording of which rows were kept:
+    rows that lie further apart than readings differ by more.
+
+    Args:
+        recording: the one that was fitted.
+        channel: of it.
+        rows: that stand apart.
+    """
+    if not recording.reduction or recording.reduction.rows is None:
+        return rows
+    values = recording.whole.si(channel.quantity)
+    there = np.flatnonzero(np.isfinite(values))
+    far, apart = (np.zeros(len(values)) for _ in range(2))
+    far[there], apart[there] = _beside(values[there])
+    kept = recording.reduction.rows[rows]
+    return rows[(far[kept] > FAR * channel.sigma[rows]) & (apart[kept] < far[kept] / AGREE)]
 
 
 def standing_apart(channel: Channel, predicted: np.ndarray) -> tuple[np.ndarray, float]:

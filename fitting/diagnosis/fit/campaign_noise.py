@@ -4,6 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from fitting.models.readings import read_values
+from fitting.noise import rounding_noise
+
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.instruments import Series, instrument_of, series_of
 from ..evaluate.program import Program
@@ -27,8 +30,9 @@ def with_noise_of(program: Program, here: Evaluation) -> Program:
             stated = recording.noise_si(channel.quantity) or None
             if program.follows(channel.quantity):
                 continue
-            block = max(1, round(len(recording) / max(channel.count, 1)))
-            one = series_of(channel, bare[k][j], here.predicted[k][j], stated, block)
+            one = series_of(channel, bare[k][j], here.predicted[k][j], stated, recording.block)
+            rounding = rounding_noise(read_values(recording, channel.quantity)) / np.sqrt(recording.block)
+            one = one.dithered(rounding)
             key = channel.quantity, stated is None
             groups.setdefault(key, []).append((k, j, one.less(taken[j])))
     for members in groups.values():
@@ -46,5 +50,5 @@ def _samples(program: Program, members: list[tuple[int, int, Series]]) -> list[S
     for k, j, one in members:
         if one.stated and one.block > 1:
             quantity, rows = program.bare[k][j].quantity, int(np.asarray(program.stacked.mask)[k].sum())
-            found.append(one.finer(program.recordings[k].si(quantity), rows))
+            found.append(one.finer(program.recordings[k].whole.si(quantity), rows))
     return found

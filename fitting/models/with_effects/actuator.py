@@ -15,6 +15,7 @@ from fitting.models import actuator
 from fitting.models.actuator_followed import FollowedPhase, settled
 from fitting.models.actuator_phase import BEGIN
 from fitting.models.actuator_rows import body_of
+from fitting.models.readings import measurements
 from fitting.models.rows import Rows, numbers
 from fitting.recordings import Campaign, Recording
 from pneusma_jax.chain import Effect
@@ -79,22 +80,30 @@ def _recorded(recording: Recording, rows: Rows, names: list[str]) -> dict[str, n
 
 def hidden_rows_for(campaign: Campaign) -> list[Rows]:
     """Recordings whose fractions are hidden courses, and resistances outputs."""
-    rows = actuator.undecided_rows_for(campaign)
-    return [_hidden(one) for one in _with_records(campaign, rows)]
+    rows = _with_records(campaign, actuator.undecided_rows_for(campaign))
+    return [_hidden(*pair) for pair in zip(rows, campaign.recordings, strict=True)]
 
 
-def _hidden(rows: Rows) -> Rows:
+def _hidden(rows: Rows, recording: Recording) -> Rows:
     extra = {name: x for name, x in rows.extra.items() if name not in FOLLOWING}
     numbers_ = extra["layout"].spring_numbers
     begin = {n: BEGIN if float(rows.extra.get(f"noise_resistance_{n}", 0.0)) > 0.0 else 1.0 for n in numbers_}
     extra["xi0"] = tuple(np.full(len(rows.mask), begin[n]) for n in numbers_)
+    still = np.zeros(len(rows.mask))
     read = {name: np.asarray(x) for name, x in rows.inputs.items() if name in READINGS}
     noise = {name: float(rows.extra[f"noise_{name}"]) for name in read}
-    weight = {name: np.full(len(rows.mask), 1.0 / sd if sd > 0.0 else 0.0) for name, sd in noise.items()}
+    weight = {name: _counted(rows, recording, name) / sd if sd > 0.0 else still for name, sd in noise.items()}
     own = extra.pop("clean", rows.weight)  # without what an uncertain phase adds
     return eqx.tree_at(
         lambda r: (r.extra, r.measured, r.weight), rows, (extra, rows.measured | read, dict(own) | weight)
     )
+
+
+def _counted(rows: Rows, recording: Recording, name: str) -> np.ndarray:
+    """One in rows whose resistance is a measurement, else zero."""
+    there = np.isfinite(recording.si("time"))
+    measured = np.isfinite(measurements(recording, name))
+    return np.isin(np.asarray(rows.time), recording.si("time")[there & measured]).astype(float)
 
 
 def predict(

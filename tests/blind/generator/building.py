@@ -6,6 +6,7 @@ from . import stand
 from .detectability import felt_inputs, linear_gains, occam, rest_of, verdict, whiteners
 from .noise import Instruments
 from .plans import plan, true_numbers
+from .readout import read_out
 from .registry import effect_class
 
 MASKED_CHI2 = 1.22
@@ -187,10 +188,11 @@ def _rounded(value):
 def build(kind, group, slugs, strength, seed):
     """(bench, recorded columns (K, N), truth) of a case.
 
+    A group "readout" is a null whose channels are digitised as its slug says; see `readout`.
     A specimen that cannot reach at least half the strength asked for is replaced, up to four times; then the strongest
     one is taken and what it reached is what the truth says.
     """
-    if group == "null":
+    if group in ("null", "readout"):
         specimen = Specimen(kind, (), seed)
         columns, found, each = specimen.columns(np.zeros((1, 0))), None, None
     else:
@@ -210,7 +212,11 @@ def build(kind, group, slugs, strength, seed):
         columns = specimen.columns([amplitudes])
     bench = specimen.bench
     recorded = {c: columns[c][0] + specimen.noise.get(c, 0.0) for c in bench.measured}
-    return bench, recorded, _truth(specimen, group, slugs, strength, found, each)
+    truth = _truth(specimen, group, slugs, strength, found, each)
+    if group == "readout":
+        bench, recorded = read_out(bench, recorded, slugs[0], np.random.default_rng([seed, 5]))
+        truth |= {"slugs": [], "readout": slugs[0]}
+    return bench, recorded, truth
 
 
 def _truth(specimen, group, slugs, strength, found, each):

@@ -5,6 +5,8 @@ import numpy as np
 from .truths import parameter_errors
 
 UNMODELLED = "unmodelled"
+NULLS = ("null", "readout")
+"""Groups in which nothing is concealed."""
 CONFIDENT = 0.8
 STRONG = 30.0
 """Log Bayes factor of the true form, base refitted, from which an effect is a strong one."""
@@ -27,6 +29,7 @@ def judge(report, truth, timing=None):
         "group": truth["group"],
         "slugs": sorted(true),
         "outside": truth.get("outside", []),
+        "readout": truth.get("readout"),
         "log_bayes": truth["log_bayes_post_refit"],
         "strong": _strong(truth),
         "seconds": (timing or {}).get("seconds"),
@@ -42,7 +45,7 @@ def judge(report, truth, timing=None):
 def _strong(truth):
     """Whether every effect of a case is a strong one by itself."""
     each = truth.get("log_bayes_each") or [truth["log_bayes_post_refit"]]
-    return truth["group"] != "null" and all(value is not None and value >= STRONG for value in each)
+    return truth["group"] not in NULLS and all(value is not None and value >= STRONG for value in each)
 
 
 def _nothing_said():

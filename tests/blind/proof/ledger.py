@@ -59,6 +59,7 @@ def append(path, line):
 
 WORDS = {
     "false_alarms": ("Nulls called a mismatch", "at most 2 %"),
+    "readout_false_alarms": ("Nulls rounded, clipped or re-sampled, called a mismatch", "at most 2 %"),
     "named_first": ("Strong single effect named first", "at least 90 %"),
     "covered": ("Strong single effect in the reported set", "at least 95 %"),
     "confident_wrong": ("Strong single effect: confident (> 0.8) and wrong", "at most 2 %"),

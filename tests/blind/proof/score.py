@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 from scipy.stats import binomtest
 
-from .judge import holds, judge
+from .judge import NULLS, holds, judge
 
 EDGES = (-np.inf, 3.0, 10.0, 20.0, 30.0, 60.0, 200.0, 1000.0, np.inf)
 """Of the detection curve, in log Bayes factors."""
@@ -30,6 +30,7 @@ def rate(hits):
 def rates(rows):
     """Every rate of judged cases, by name. A diagnosis that failed counts as not right."""
     null = [r for r in rows if r["group"] == "null"]
+    readout = [r for r in rows if r["group"] == "readout"]
     single = [r for r in rows if r["group"] == "single" and r["strong"]]
     weak = [r for r in rows if r["group"] == "single" and not r["strong"]]
     pair = [r for r in rows if r["group"] == "pair"]
@@ -40,6 +41,7 @@ def rates(rows):
     of = lambda some, key: rate(r[key] for r in some)  # noqa: E731
     return {
         "false_alarms": of(null, "mismatch"),
+        "readout_false_alarms": of(readout, "mismatch"),
         "named_first": of(single, "top"),
         "covered": of(single, "covered"),
         "confident_wrong": of(single, "wrong"),
@@ -114,7 +116,7 @@ def confusion(rows):
     """How often each strong single truth, nothing, or something outside was called what: {truth: {said: count}}."""
     found = {}
     for r in rows:
-        if r["group"] == "null" or (r["group"] in ("single", "outside") and r["strong"]):
+        if r["group"] in NULLS or (r["group"] in ("single", "outside") and r["strong"]):
             true = r["slugs"][0] if r["slugs"] else "consistent"
             found.setdefault(true, Counter())[r["first"]] += 1
     return {true: dict(said) for true, said in sorted(found.items())}
@@ -143,12 +145,12 @@ def methods(rows, others):
     found = {}
     for method, mine in {"pneusma diagnose": tool, **others}.items():
         chosen = [mine[name] for name in complete]
-        concealed = [r for r in chosen if r["group"] != "null" and r["after"] is not None]
+        concealed = [r for r in chosen if r["group"] not in NULLS and r["after"] is not None]
         theirs = [(tool[r["name"]]["after"], r["after"]) for r in concealed if tool[r["name"]]["after"] is not None]
         found[method] = {
             "rates": {k: v for k, v in rates(chosen).items() if k in NAMING},
             "median_held_out": float(np.median([r["after"] for r in concealed])) if concealed else None,
-            "holds": rate(holds(tool[r["name"]]["before"], r["after"]) for r in chosen if r["group"] != "null"),
+            "holds": rate(holds(tool[r["name"]]["before"], r["after"]) for r in chosen if r["group"] not in NULLS),
             "tool_is_better": rate(a <= BETTER * b for a, b in theirs),
             "tool_is_worse": rate(b <= BETTER * a for a, b in theirs),
         }
@@ -184,9 +186,9 @@ def scored(truths, reports, timings, answers):
         "reliability": {"strongest": reliability(rows), "present": reliability(rows, "marginal")},
         "methods": methods(rows, others),
         "held_out": {
-            "pneusma diagnose": {r["name"]: [r["before"], r["after"]] for r in rows if r["group"] != "null"},
+            "pneusma diagnose": {r["name"]: [r["before"], r["after"]] for r in rows if r["group"] not in NULLS},
             **{
-                method: {n: [r["before"], r["after"]] for n, r in mine.items() if r["group"] != "null"}
+                method: {n: [r["before"], r["after"]] for n, r in mine.items() if r["group"] not in NULLS}
                 for method, mine in others.items()
             },
         },
