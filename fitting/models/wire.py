@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from fitting.parameters import Parameters
+from fitting.parameters import Parameter, Parameters, Prior
 from fitting.recordings import Campaign, Recording
 from pneusma_jax.calibration_model import Quantity
 from pneusma_jax.errors import InputError
@@ -23,6 +23,7 @@ from . import priors
 from .building import columns_of, measured_and_weight, smooth
 from .driver_noise import carried_over, noisy, with_drivers
 from .rows import Rows, numbers
+from .thermal_runs import FirstHeating, first_heating, half_way
 
 OUTPUTS = ("strain", "stress")
 ALLOY = tuple(field.name for field in dataclasses.fields(WireAlloy) if field.name != "name")
@@ -30,6 +31,11 @@ NEW_WIRE = "niti_wire"
 """Table that an alloy starts from that is to be identified."""
 STEADIER = 0.5
 """Ratio of relative ranges of stress and strain below which stress is taken as prescribed."""
+RESIDUAL = ("gR_amplitude", "gR_slope", "gR_shift", "gR_decay")
+"""Constants of what is left when a load is taken off."""
+UNLOADED = 0.5
+"""Part of its largest stress below which a wire must come for those constants to be seen. Under a steady load
+their only trace would be a loop between heating and cooling, which is another physics."""
 ASTRAY = 1e3
 """Standard deviations that a row counts for in which no strain carries the stress."""
 
@@ -63,6 +69,35 @@ def by_stress(recording: Recording) -> bool:
     return sizes[0] < STEADIER * sizes[1]
 
 
+def unloads(recording: Recording) -> bool:
+    """Whether a load is taken off after it was largest, so that a residual strain would show."""
+    stress = recording.si("stress")
+    stress = np.abs(stress[np.isfinite(stress)])
+    return bool(stress.size and np.min(stress[int(np.argmax(stress)) :]) < UNLOADED * np.max(stress))
+
+
+def bracket(campaign: Campaign) -> tuple[float, float] | None:
+    """Lowest and highest temperature [degC] at which a fitted wire is half-way through its transformation, as
+    heating and cooling runs under steady loads show it; None where none does."""
+    found = [
+        T for recording in campaign.recordings if recording.role == "fit" for T in _half_way(recording)
+    ]
+    return (min(found), max(found)) if found else None
+
+
+def _half_way(recording: Recording) -> tuple[float, ...]:
+    return half_way(recording, *_driver_and_output(recording))
+
+
+def set_apart(recording: Recording) -> FirstHeating | None:
+    """A first heating unlike the later ones, which is not fitted; None where there is none."""
+    return first_heating(recording, *_driver_and_output(recording))
+
+
+def _driver_and_output(recording: Recording) -> tuple[str, str]:
+    return ("stress", "strain") if by_stress(recording) else ("strain", "stress")
+
+
 def rows_for(campaign: Campaign, base: str | Path | None = None) -> list[Rows]:
     """Every recording of a campaign as arrays, in its order.
 
@@ -93,6 +128,9 @@ def _rows_of(
     driver, output = ("stress", "strain") if stressed else ("strain", "stress")
     columns, block = columns_of(recording, (driver, "temperature"), (output,))
     measured, weight = measured_and_weight(recording, (output,), columns, block)
+    begun = set_apart(recording)
+    if begun is not None:
+        weight[output] = np.where(columns["time"] > _time_of(recording, begun.rows), weight[output], 0.0)
     nothing = np.zeros(len(columns["time"]))
     inputs = {"temperature": smooth(columns, "temperature"), driver: smooth(columns, driver)}
     extra = {}
@@ -114,6 +152,11 @@ def _rows_of(
     return with_drivers(rows, recording, (driver, "temperature"), block)
 
 
+def _time_of(recording: Recording, row: int) -> float:
+    """Time [s] of a row, counted from 1; its number from 0 without a clock."""
+    return float(recording.si("time")[row - 1]) if recording.has("time") else row - 1.0
+
+
 def decides(recordings: list[Rows]) -> bool:
     """Whether weights change with the parameters, as noise of a driver matters more or less."""
     return noisy(recordings)
@@ -127,6 +170,10 @@ def decided(values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
 def parameters_for(campaign: Campaign, base: str | Path | None = None) -> Parameters:
     """Free constants of a campaign's wire with their priors.
 
+    Of an alloy that is to be identified those of the residual strain are held where no load is ever taken off
+    (`RESIDUAL`), and the prior of `T_mid` is moved to where the recordings are half-way through their
+    transformation, if they show it: a table says little of that, and misfits far from it have no slope.
+
     Args:
         campaign: recordings of kind wire.
         base: as for `rows_for`.
@@ -134,14 +181,25 @@ def parameters_for(campaign: Campaign, base: str | Path | None = None) -> Parame
     quantities, identify = wire_quantities(campaign, base)
     parameters = Parameters()
     if identify:
+        seen = any(unloads(recording) for recording in campaign.recordings)
         for quantity in quantities.values():
-            if quantity.prior is not None:
+            if quantity.prior is not None and (seen or quantity.name not in RESIDUAL):
                 parameters.add(priors.tabulated(quantity))
+        between = bracket(campaign)
+        if between is not None and "T_mid" in parameters:
+            _moved(parameters["T_mid"], 0.5 * sum(between))
         return parameters
     for name, relative in priors.tolerances(campaign.recordings, ALLOY).items():
         quantity = quantities[name]
         parameters.add(priors.toleranced(name, quantity.value, relative, quantity.unit))
     return parameters
+
+
+def _moved(entry: Parameter, value: float) -> None:
+    """A parameter whose prior lies about another value, as wide as before."""
+    shift, prior = value - entry.prior.mean, entry.prior
+    moved = Prior(value, prior.sd, prior.min + shift, prior.max + shift)
+    entry.set(value=value, min=moved.min, max=moved.max, prior=moved, scale="linear")
 
 
 def wire_of(known: Mapping[str, Array]) -> WireAlloy:
