@@ -13,6 +13,7 @@ from ..fit.misfit import floor, foretold, reduced
 from ..fit.refit import Fit
 from ..grow.growing import LEVEL
 from ..grow.stages import Explanation
+from .accept import accepted
 from .designs import best_design
 from .generic import Generic, race
 from .judged import (
@@ -88,6 +89,8 @@ class Conclusion:
 
 def conclude(explanation: Explanation) -> Conclusion:
     """Weigh a search."""
+    scores = Scores()
+    explanation, taken_back = accepted(explanation, scores)
     program = explanation.program
     masks = program.fitted, program.unseen
     base, alone = ([f(program, explanation.base, mask) for mask in masks] for f in (foretold, reduced))
@@ -115,7 +118,6 @@ def conclude(explanation: Explanation) -> Conclusion:
     unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
     found = effects_found(explanation, unknown) if named else []
     place, rest, members = locate(explanation), None, _members(explanation)
-    scores = Scores()
     if mismatch and (unknown > 0.5 or not named):
         if by_nameless(generic):
             place = place.led_by(generic.driver)
@@ -128,8 +130,11 @@ def conclude(explanation: Explanation) -> Conclusion:
         before, after = scores.held_out(explanation)
         if named and (beyond or last[0] > limits[0]):
             rest = beside(program, explanation.final)
+        smoothed = after if rest is None else scores.averaged([(program, explanation.final, 1.0, rest.corrected)])
+        if smoothed.reduced_chi2 > after.reduced_chi2:
+            rest = None
         if rest is not None:
-            after = scores.averaged([(program, explanation.final, 1.0, rest.corrected)])
+            after = smoothed
             members = [(*member[:4], rest.corrected) for member in members]
         if beyond:
             rival = None if more else generic
@@ -152,7 +157,7 @@ def conclude(explanation: Explanation) -> Conclusion:
         _next(explanation, found),
         rest,
         generic,
-        _contending(explanation, found),
+        [*taken_back, *_contending(explanation, found)],
     )
 
 

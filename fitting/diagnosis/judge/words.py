@@ -102,12 +102,7 @@ def _verdict(conclusion: Conclusion) -> list[str]:
         lead = f"The base model leaves out {names[0]}: {CATALOGUE[names[0]].sentence}"
     else:
         lead = f"The base model leaves out {' and '.join(names)}."
-    values = f"{base.reduced_chi2:.3g} to {after.reduced_chi2:.3g}"
-    where = {
-        "validation": "recordings kept for validation",
-        "left out in turn": "recordings left out in turn",
-    }
-    held = where.get(base.how, "parts of the one recording, left out in turn (within-recording)")
+    held = not_fitted(base.how)
     rest = conclusion.remainder
     smooth = f"a smooth function of {rest.driver} added to {rest.quantity}" if rest is not None else ""
     with_it = f"With {'it' if len(names) == 1 else 'them'}"
@@ -128,9 +123,35 @@ def _verdict(conclusion: Conclusion) -> list[str]:
     return [
         lead,
         *(f.text for f in over),
-        f"{with_it} the misfit of {held} falls from a reduced chi-square of {values}.",
+        f"{with_it} the misfit of {held} {went(base.reduced_chi2, after.reduced_chi2)}.",
         _by_chance(chance),
     ]
+
+
+def not_fitted(how: str) -> str:
+    """What a model was scored on, in words."""
+    where = {
+        "validation": "recordings kept for validation",
+        "left out in turn": "recordings left out in turn",
+    }
+    return where.get(how, "parts of the one recording, left out in turn (within-recording)")
+
+
+def refused(slugs: Sequence[str], how: str, before: float, after: float) -> str:
+    """Of effects that fit better and predict worse, in words."""
+    it = "it" if len(slugs) == 1 else "them"
+    return (
+        f"{' and '.join(slugs)} would fit the recordings better, but with {it} the misfit of {not_fitted(how)} "
+        f"{went(before, after)}: not accepted"
+    )
+
+
+def went(before: float, after: float) -> str:
+    """What became of a reduced chi-square, from the numbers as they are shown."""
+    first, then = f"{before:.3g}", f"{after:.3g}"
+    if first == then:
+        return f"stays at a reduced chi-square of {first}"
+    return f"{'rises' if after > before else 'falls'} from a reduced chi-square of {first} to {then}"
 
 
 def _not_fitted(conclusion: Conclusion) -> list[str]:
