@@ -9,6 +9,7 @@ from pneusma_jax.remainder import WALL
 
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
+from ..evaluate.start import Start
 from ..fit.misfit import floor, foretold, reduced
 from ..fit.refit import Fit
 from ..grow.growing import LEVEL
@@ -53,7 +54,8 @@ LEAST_WEIGHT = 0.02
 
 @dataclass
 class Conclusion:
-    """Everything that a report says; `notes` is what to read with care, `asked` about effects asked for."""
+    """Everything that a report says; `notes` is what to read with care, `asked` about effects asked for, `start`
+    what the recordings were compared with."""
 
     explanation: Explanation
     mismatch: bool
@@ -73,6 +75,7 @@ class Conclusion:
     generic: Generic | None
     notes: list[str] = field(default_factory=list)
     asked: list[dict] = field(default_factory=list)
+    start: Start = field(default_factory=Start)
 
     @property
     def model(self) -> tuple[Program, Fit]:
