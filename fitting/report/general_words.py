@@ -5,12 +5,12 @@ from fitting.characterise.general.pipeline import GeneralCharacterisation
 from fitting.characterise.general.scores import overall
 from pneusma_jax.effects import find_effect
 
-from . import profiles
+from . import profiles, wires
 from .figures import axis_label
 
 WHAT = {"spring": "spring", "wire": "wire", "tube": "tube", "actuator": "actuator", "elastomer": "silicone"}
 BASE_LAW = {
-    "wire": "the reversible base law (one curve over temperature: no hysteresis, no shift by stress)",
+    "wire": "the reversible base law (one curve of the phase over temperature: no hysteresis, no shift by stress)",
     "tube": "the base law of a pressurised tube",
     "actuator": "the base model of the actuator",
     "elastomer": "the law of the silicone",
@@ -106,7 +106,8 @@ def _unit(column: str) -> str:
 
 def warnings(result: GeneralCharacterisation) -> list[str]:
     """What to be careful about: bounds, parameters that never moved, fits that did not end well."""
-    said = [e["text"] for e in result.identifiability if e["kind"] in ("at_bound", "at_start", "absent")]
+    said = [*wires.warnings(result)] if result.kind == "wire" else []
+    said += [e["text"] for e in result.identifiability if e["kind"] in ("at_bound", "at_start", "absent")]
     if not result.fit.result.success:
         said.append(f"The fit did not end well. {result.fit.result.status.value}")
     ends = [x for x in result.fit.starts if x == x]

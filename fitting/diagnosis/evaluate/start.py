@@ -9,7 +9,7 @@ import numpy as np
 from fitting.characterise import characterise
 from fitting.characterise.elastomer.laws import LAWS
 from fitting.characterise.elastomer.material import material
-from fitting.characterise.result import Characterisation
+from fitting.characterise.elastomer.pipeline import ElastomerCharacterisation
 from fitting.models.priors import FIT
 from fitting.models.silicones import UNKNOWN
 from fitting.recordings import Campaign
@@ -65,12 +65,10 @@ def start_of(campaign: Campaign, kind: str, progress: Callable[[str], None] = la
     except InputError as problem:
         said = f"No law could be fitted to start from, so the source's silicone was taken ({problem})"
         return Start("the source's silicone, its stiffness identified from these recordings", notes=(said,))
-    law = found.best.law
-    label = f"the {law.label} law" if "law" not in law.label else law.label
-    return Start(f"{label}, fitted to these recordings", {"material": loosened(found)})
+    return Start(f"a law fitted to these recordings: {found.best.law.label}", {"material": loosened(found)})
 
 
-def loosened(found: Characterisation) -> Calibration:
+def loosened(found: ElastomerCharacterisation) -> Calibration:
     """The table of a fitted law whose constants are as open as those of a silicone that nobody knows.
 
     Its standard errors are no knowledge beside the recordings that they come from.
