@@ -65,6 +65,11 @@ def checked(campaign: Campaign) -> list[str]:
             specimen is stated as two.
     """
     for recording in campaign.recordings:
+        if recording.kind == "spring" and not recording.has("resistance"):
+            raise InputError(
+                f"{_place(recording)}: there is no resistance_ohm, and a diagnosis of springs reads the phase from "
+                "it; add the column. `pneusma characterise` takes springs by their temperature"
+            )
         _check_outputs(recording)
     _check_bodies(campaign)
     return [*_still(campaign), *_contradictions(campaign.recordings)]

@@ -11,6 +11,7 @@ from itertools import combinations
 import numpy as np
 
 from fitting.noise import robust_noise
+from fitting.parameters import Parameter, Prior
 from fitting.recordings import Recording
 
 TURN = 0.1
@@ -144,6 +145,13 @@ def first_heating(recording: Recording, driver: str, output: str) -> FirstHeatin
         return None
     rows = np.flatnonzero(_complete(recording, driver, output))
     return FirstHeating(int(rows[heatings[0].last]) + 1, off, agree)
+
+
+def moved_prior(entry: Parameter, value: float) -> None:
+    """Let the prior of a parameter lie about another value, as wide as before, and begin there."""
+    shift, prior = value - entry.prior.mean, entry.prior
+    moved = Prior(value, prior.sd, prior.min + shift, prior.max + shift)
+    entry.set(value=value, min=moved.min, max=moved.max, prior=moved, scale="linear")
 
 
 def _without_first(recording: Recording, driver: str, output: str, runs: list[Run]) -> list[Run]:

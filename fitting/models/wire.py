@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from fitting.parameters import Parameter, Parameters, Prior
+from fitting.parameters import Parameters
 from fitting.recordings import Campaign, Recording
 from pneusma_jax.calibration_model import Quantity
 from pneusma_jax.errors import InputError
@@ -23,7 +23,7 @@ from . import priors
 from .building import columns_of, measured_and_weight, smooth
 from .driver_noise import carried_over, noisy, with_drivers
 from .rows import Rows, numbers
-from .thermal_runs import FirstHeating, first_heating, half_way
+from .thermal_runs import FirstHeating, first_heating, half_way, moved_prior
 
 OUTPUTS = ("strain", "stress")
 ALLOY = tuple(field.name for field in dataclasses.fields(WireAlloy) if field.name != "name")
@@ -187,19 +187,12 @@ def parameters_for(campaign: Campaign, base: str | Path | None = None) -> Parame
                 parameters.add(priors.tabulated(quantity))
         between = bracket(campaign)
         if between is not None and "T_mid" in parameters:
-            _moved(parameters["T_mid"], 0.5 * sum(between))
+            moved_prior(parameters["T_mid"], 0.5 * sum(between))
         return parameters
     for name, relative in priors.tolerances(campaign.recordings, ALLOY).items():
         quantity = quantities[name]
         parameters.add(priors.toleranced(name, quantity.value, relative, quantity.unit))
     return parameters
-
-
-def _moved(entry: Parameter, value: float) -> None:
-    """A parameter whose prior lies about another value, as wide as before."""
-    shift, prior = value - entry.prior.mean, entry.prior
-    moved = Prior(value, prior.sd, prior.min + shift, prior.max + shift)
-    entry.set(value=value, min=moved.min, max=moved.max, prior=moved, scale="linear")
 
 
 def wire_of(known: Mapping[str, Array]) -> WireAlloy:

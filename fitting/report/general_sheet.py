@@ -44,6 +44,7 @@ def sheet(result: GeneralCharacterisation) -> Sheet:
         sections=[
             Section("Fit", figures=("fit",)),
             Section("Parameters", table=_parameters(result), note="± one standard error."),
+            Section("What a resistance would have told", tuple(words.untold(result))),
             Section("The model", tuple(words.about_the_model(result)), _held(result), HELD_NOTE),
             Section("Errors, recording by recording", table=_scores(result), note=SCORE_NOTE),
             Section("What these recordings cannot tell", loose or (NOTHING,), figures=drawn),

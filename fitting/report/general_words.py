@@ -3,6 +3,7 @@
 from fitting.characterise.general.fit import MISFIT, OVERSTATED
 from fitting.characterise.general.pipeline import GeneralCharacterisation
 from fitting.characterise.general.scores import overall
+from fitting.models import spring_by_temperature
 from pneusma_jax.effects import find_effect
 
 from . import profiles, wires
@@ -25,6 +26,7 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
     what = "identified from" if result.identify else "adjusted within its tolerances to"
     plural = "" if count == 1 else "s"
     said = [f"The {WHAT[result.kind]} was {what} {count} recording{plural}{_missed(result)}."]
+    said += untold(result)[:1]
     if fit.reduced_chi_square > MISFIT:
         law = law_of(result)
         worst = max((s for s in result.scores if s.role == "fit"), key=lambda s: s.rms_over_noise)
@@ -61,10 +63,37 @@ def overstated_sentence(reduced: float) -> str:
     )
 
 
+SPRING_LAW = "the base law of the spring, its phase on one curve over temperature (no hysteresis)"
+
+
 def law_of(result: GeneralCharacterisation) -> str:
     """What was fitted, in words: the base law, with the effects of a model on disk if it has any."""
+    if by_temperature(result):
+        return SPRING_LAW
     effects = [] if result.model is None else [a.slug.replace("_", " ") for a in result.model.acting]
     return BASE_LAW[result.kind] + (f" with {' and '.join(effects)}" if effects else "")
+
+
+def by_temperature(result: GeneralCharacterisation) -> bool:
+    """Whether this is a spring without resistance, whose phase follows its temperature."""
+    return result.kind == "spring" and result.fit.model is spring_by_temperature
+
+
+def untold(result: GeneralCharacterisation) -> list[str]:
+    """What a resistance would have told of a spring that was recorded without one."""
+    if not by_temperature(result):
+        return []
+    return [
+        "No resistance was recorded, so the martensite fraction follows the temperature on one curve (T_mid, "
+        "T_width).",
+        "A resistance would have told the fraction itself, row by row: how far the metal lags behind the "
+        "thermometer, and whether it heats on another branch than it cools on. Here such a lag or hysteresis is "
+        "left over as misfit.",
+        "It would also have told the constants of the resistivity "
+        f"({', '.join(spring_by_temperature.ELECTRICAL)}). They are the table's, so alloy.toml does not turn a "
+        "measured resistance into a phase.",
+        "`pneusma diagnose` needs the resistance of a spring; record it, best with four wires, in the same rows.",
+    ]
 
 
 def about_the_model(result: GeneralCharacterisation) -> list[str]:

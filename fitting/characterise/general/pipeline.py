@@ -13,7 +13,7 @@ from fitting.characterise.profiles import Profile, lower_end
 from fitting.characterise.result import Characterisation, Estimate
 from fitting.characterise.spring.alloy_table import KELVIN, estimate
 from fitting.characterise.spring.information import Information, with_errors
-from fitting.models import Model, model_of, priors
+from fitting.models import Model, model_of, priors, spring_by_temperature
 from fitting.models.augmented import Augmented, Held
 from fitting.models.refitted import refitted
 from fitting.parameters import Parameters
@@ -159,6 +159,7 @@ def characterise_general(
     seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
     model: Augmented | None = None,
+    predictor: Model | None = None,
     **options: str | Path,
 ) -> GeneralCharacterisation:
     """Fit a campaign of one kind: priors, least squares from several starts, errors, what stays open.
@@ -172,6 +173,7 @@ def characterise_general(
         seed: of the scattered ones.
         progress: called with a word for each step that is done.
         model: model on disk, of this kind; the base model by default.
+        predictor: what predicts instead of the kind's own module.
         **options: tables to start from, as the kind's `rows_for` takes them.
 
     Raises:
@@ -183,7 +185,7 @@ def characterise_general(
         raise InputError(
             f'{campaign.path}: every recording has role = "validation"; one with role = "fit" is needed'
         )
-    predictor: Model = model or model_of(kind)
+    predictor = model or predictor or model_of(kind)
     parameters = adjusted(predictor.parameters_for(campaign, **options), adjust or {})
     if not parameters:
         raise InputError(
@@ -250,6 +252,28 @@ def adjusted(parameters: Parameters, changes: Mapping[str, Mapping[str, Any]]) -
             for key, value in change.items()
         }
     return priors.adjusted(parameters, in_si)
+
+
+def characterise_spring_by_temperature(
+    campaign: Campaign,
+    *,
+    base: str | Path | None = None,
+    adjust: Mapping[str, Mapping[str, Any]] | None = None,
+    starts: int = STARTS,
+    profile: int | Sequence[str] = 0,
+    seed: int = 0,
+    progress: Callable[[str], None] = lambda _: None,
+) -> GeneralCharacterisation:
+    """Constants of a spring whose resistance was not measured, its phase from its temperature.
+
+    Args:
+        campaign: recordings of kind spring, with temperature and without resistance.
+        base: alloy to start from where it is to be identified.
+        adjust, starts, profile, seed, progress: as for `characterise_general`.
+    """
+    common = {"adjust": adjust, "starts": starts, "profile": profile, "seed": seed, "progress": progress}
+    given = _given(base=base)
+    return characterise_general(campaign, "spring", predictor=spring_by_temperature, **common, **given)
 
 
 def characterise_wire(

@@ -46,6 +46,8 @@ def measures(measured: np.ndarray, predicted: np.ndarray) -> dict[str, float]:
 
 STILL = 5.0
 """Kelvin by which a temperature must vary for outputs to be drawn over it."""
+HELD = 5e-4
+"""Metres by which the length of a spring may vary that is held."""
 OVER = {"wire": "temperature", "tube": "pressure", "actuator": "time", "elastomer": "strain"}
 """Input that outputs are drawn over."""
 
@@ -88,6 +90,9 @@ def scores(fit: GeneralFit) -> list[Score]:
 def _over(rows: Rows, kind: str) -> str:
     """Quantity that outputs are drawn over: of a wire at one temperature, what else drives it."""
     over = OVER.get(kind, "time")
+    if kind == "spring":  # by temperature, or through its length
+        over = "temperature" if np.ptp(rows.inputs["elongation"]) < HELD else "elongation"
+        return over if "temperature" in rows.inputs else "time"
     if over != "temperature" or np.ptp(np.asarray(rows.inputs[over])[np.asarray(rows.mask)]) > STILL:
         return over
     return next((n for n in ("strain", "stress") if n in rows.inputs and np.ptp(rows.inputs[n]) > 0.0), "time")
