@@ -76,6 +76,15 @@ def unloads(recording: Recording) -> bool:
     return bool(stress.size and np.min(stress[int(np.argmax(stress)) :]) < UNLOADED * np.max(stress))
 
 
+def unseen(campaign: Campaign, base: str | Path | None = None) -> dict[str, Quantity]:
+    """Constants of an alloy that is to be identified which no recording of the campaign shows, so that they are
+    held: those of the residual strain, where no load is taken off."""
+    quantities, identify = wire_quantities(campaign, base)
+    if not identify or any(unloads(recording) for recording in campaign.recordings):
+        return {}
+    return {name: q for name, q in quantities.items() if name in RESIDUAL and q.prior is not None}
+
+
 def bracket(campaign: Campaign) -> tuple[float, float] | None:
     """Lowest and highest temperature [degC] at which a fitted wire is half-way through its transformation, as
     heating and cooling runs under steady loads show it; None where none does."""
@@ -181,9 +190,9 @@ def parameters_for(campaign: Campaign, base: str | Path | None = None) -> Parame
     quantities, identify = wire_quantities(campaign, base)
     parameters = Parameters()
     if identify:
-        seen = any(unloads(recording) for recording in campaign.recordings)
+        held = unseen(campaign, base)
         for quantity in quantities.values():
-            if quantity.prior is not None and (seen or quantity.name not in RESIDUAL):
+            if quantity.prior is not None and quantity.name not in held:
                 parameters.add(priors.tabulated(quantity))
         between = bracket(campaign)
         if between is not None and "T_mid" in parameters:

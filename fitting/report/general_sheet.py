@@ -70,6 +70,8 @@ def _parameters(result: GeneralCharacterisation) -> TextTable:
         n: float(from_si(result.start[n], e.unit, e.unit == KELVIN)) for n, e in result.fitted.items()
     }
     share = {name: relative_to_prior(entry) for name, entry in result.fitted.items()}
+    start |= {name: e.value for name, e in result.parameters.items() if name not in start}
+    share |= dict.fromkeys(result.unseen, 1.0)
     return parameter_rows(result.parameters, start, share)
 
 

@@ -1,5 +1,8 @@
 """What tests of wires, tubes and actuators say, in sentences that a laboratory can act on."""
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 from fitting.characterise.general.fit import MISFIT, OVERSTATED
 from fitting.characterise.general.pipeline import GeneralCharacterisation
 from fitting.characterise.general.scores import overall
@@ -136,7 +139,7 @@ def _unit(column: str) -> str:
 def warnings(result: GeneralCharacterisation) -> list[str]:
     """What to be careful about: bounds, parameters that never moved, fits that did not end well."""
     said = [*wires.warnings(result)] if result.kind == "wire" else []
-    said += [e["text"] for e in result.identifiability if e["kind"] in ("at_bound", "at_start", "absent")]
+    said += _together(result.identifiability)
     if not result.fit.result.success:
         said.append(f"The fit did not end well. {result.fit.result.status.value}")
     ends = [x for x in result.fit.starts if x == x]
@@ -146,6 +149,29 @@ def warnings(result: GeneralCharacterisation) -> list[str]:
             "Only one of the starts ended at the best fit: there may be a better one that none found."
         )
     return said + profiles.warnings(result)
+
+
+TOGETHER = {
+    "at_bound": (
+        "stopped at their bounds: the data, or another cause of misfit, pull them further than they may go. They have "
+        "no errors, and the other errors hold if they are truly there."
+    ),
+    "at_start": "are still at the values they started from: these recordings do not show them.",
+}
+"""What is said once of several parameters that the same is to be said of."""
+
+
+def _together(entries: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Warnings about single parameters, one sentence for all that share a fate."""
+    said = []
+    for kind in ("at_bound", "at_start", "absent"):
+        mine = [e for e in entries if e["kind"] == kind]
+        names = [name for e in mine for name in e["parameters"]]
+        if kind in TOGETHER and len(names) > 1:
+            said.append(f"{', '.join(names[:-1])} and {names[-1]} {TOGETHER[kind]}")
+        else:
+            said += [e["text"] for e in mine]
+    return said
 
 
 def how_it_was_fitted(result: GeneralCharacterisation) -> list[str]:

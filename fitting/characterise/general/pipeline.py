@@ -13,20 +13,21 @@ from fitting.characterise.profiles import Profile, lower_end
 from fitting.characterise.result import Characterisation, Estimate
 from fitting.characterise.spring.alloy_table import KELVIN, estimate
 from fitting.characterise.spring.information import Information, with_errors
-from fitting.models import Model, model_of, priors, spring_by_temperature
+from fitting.models import Model, model_of, priors, spring_by_temperature, wire
 from fitting.models.augmented import Augmented, Held
 from fitting.models.refitted import refitted
 from fitting.parameters import Parameters
 from fitting.recordings import Campaign, Recording
 from pneusma_jax.calibration import Calibration
+from pneusma_jax.calibration_model import Quantity
 from pneusma_jax.errors import InputError
 from pneusma_jax.precision import require_float64
-from pneusma_jax.units import to_si
+from pneusma_jax.units import from_si, to_si
 
 from .fit import GeneralFit, fit_campaign, gone_on
 from .profiles import profiles, worth_profiling
 from .scores import Score, scores
-from .told import Repeat, cannot_tell, informed, repeats
+from .told import Repeat, cannot_tell, held_back, informed, repeats
 
 if TYPE_CHECKING:
     from fitting.posterior.problem import Problem as SamplingProblem
@@ -100,8 +101,23 @@ class GeneralCharacterisation(Characterisation):
 
     @property
     def parameters(self) -> dict[str, Estimate]:
-        """Everything that was free, in the unit of files."""
-        return {name: estimate(entry) for name, entry in self.fitted.items()}
+        """Everything that was free, and what was held because no recording shows it, with the error of its prior;
+        in the unit of files."""
+        return {name: estimate(entry) for name, entry in self.fitted.items()} | {
+            name: Estimate(
+                float(from_si(q.value, q.unit, q.unit == KELVIN)),
+                float(from_si(q.prior.sd, q.unit, True)),
+                q.unit,
+                False,
+            )
+            for name, q in self.unseen.items()
+        }
+
+    @property
+    def unseen(self) -> dict[str, Quantity]:
+        """Constants that no recording shows, held at their table's values, by name; SI."""
+        found = wire.unseen(self.campaign, self.options.get("base")) if self.kind == "wire" else {}
+        return {name: q for name, q in found.items() if name not in self.fitted}
 
     def report(self) -> str:
         """The whole result as plain text."""
@@ -208,7 +224,7 @@ def characterise_general(
         profiled = profiles(fit, _still_open(fit, wanted))
     if wanted:
         progress("profiles")
-    return GeneralCharacterisation(
+    result = GeneralCharacterisation(
         campaign=campaign,
         identify=_identifies(recordings),
         fit=fit,
@@ -224,6 +240,7 @@ def characterise_general(
         seed=seed,
         model=model,
     )
+    return replace(result, identifiability=[*result.identifiability, *map(held_back, result.unseen)])
 
 
 def _with_information(fit: GeneralFit) -> tuple[GeneralFit, Information, list[np.ndarray]]:

@@ -44,7 +44,7 @@ def settled_fit(
         further: makes more starts, scaled; asked only where they are needed.
     """
     begin = program.unknowns.neutral if start is None else start
-    program, fit = settled(program, Refitter(program).fit((), start))
+    program, fit = settle(program, Refitter(program).fit((), start))
     bound = at_bound(program.unknowns, fit)
     if bound or reduced(program, fit, program.fitted) > POOR:
         stuck = bool(bound) or not departed_from(program, fit, begin)
@@ -52,7 +52,7 @@ def settled_fit(
         others = side_by_side(lambda u: Refitter(program).fit((), u), starts)
         other = min(others, key=lambda f: f.objective)
         if clearly_better(program, fit, other):
-            program, fit = settled(program, other)
+            program, fit = settle(program, other)
     return program, fit
 
 
@@ -87,7 +87,7 @@ def _elsewhere(program: Program, fit: Fit, stuck: bool) -> list[np.ndarray]:
     return starts
 
 
-def settled(program: Program, fit: Fit) -> tuple[Program, Fit]:
+def settle(program: Program, fit: Fit) -> tuple[Program, Fit]:
     """The program with the noise that a base model shows, and its fit there; without readings that stand
     apart from what the model leaves."""
     program = without_apart(program, fit.evaluation)

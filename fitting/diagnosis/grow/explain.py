@@ -14,7 +14,7 @@ from ..evaluate.program import Program
 from ..fit.misfit import floor, reduced
 from ..fit.refit import Fit
 from ..fit.screen import Screen
-from ..fit.settled import settled, settled_fit
+from ..fit.settled import settle, settled_fit
 from .choose import CERTAIN
 from .detours import detour
 from .growing import LEVEL, Growth, screened
@@ -84,7 +84,7 @@ def _whole(growth: Growth, program: Program, base: Fit, found: Screen) -> Explan
         if better is None:
             break
         growth.progress("beginning again from a better fit of the base model")
-        program, base = settled(program, better)
+        program, base = settle(program, better)
         found = screened(program, base, growth.rng)
     detour(growth, explanation)
     explanation.stood = growth.stood
