@@ -101,9 +101,11 @@ def half_way(recording: Recording, driver: str, output: str) -> tuple[float, ...
     if columns is None:
         return ()
     temperature, values = columns
-    middle, span = 0.5 * (values.max() + values.min()), float(np.ptp(values))
+    runs = _without_first(recording, driver, output, runs_of(temperature))
+    counted = values[runs[0].first :] if runs else values
+    middle, span = 0.5 * (counted.max() + counted.min()), float(np.ptp(counted))
     found = []
-    for run in _without_first(recording, driver, output, runs_of(temperature)):
+    for run in runs:
         T, y = temperature[run.rows], values[run.rows]
         if np.ptp(y) < WHOLE * span or not (y.min() < middle < y.max()):
             continue
