@@ -7,6 +7,7 @@ Of strain and stress the steadier one drives the wire, the other is predicted.
 import dataclasses
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import jax.numpy as jnp
@@ -15,6 +16,7 @@ from jaxtyping import Array, Float
 
 from fitting.parameters import Parameters
 from fitting.recordings import Campaign, Recording
+from pneusma_jax.calibration import Calibration, load_calibration
 from pneusma_jax.calibration_model import Quantity
 from pneusma_jax.errors import InputError
 from pneusma_jax.nitinol import SpringState, WireAlloy, simulate_wire
@@ -31,7 +33,8 @@ NEW_WIRE = "niti_wire"
 """Table that an alloy starts from that is to be identified."""
 STEADIER = 0.5
 """Ratio of relative ranges of stress and strain below which stress is taken as prescribed."""
-RESIDUAL = ("gR_amplitude", "gR_slope", "gR_shift", "gR_decay")
+AMPLITUDE = "gR_amplitude"
+RESIDUAL = (AMPLITUDE, "gR_slope", "gR_shift", "gR_decay")
 """Constants of what is left when a load is taken off."""
 UNLOADED = 0.5
 """Part of its largest stress below which a wire must come for those constants to be seen. Under a steady load
@@ -83,6 +86,20 @@ def unseen(campaign: Campaign, base: str | Path | None = None) -> dict[str, Quan
     if not identify or any(unloads(recording) for recording in campaign.recordings):
         return {}
     return {name: q for name, q in quantities.items() if name in RESIDUAL and q.prior is not None}
+
+
+def without_residual(campaign: Campaign, base: str | Path | Calibration | None = None) -> Calibration:
+    """The table that an alloy is identified from, with no residual strain at all.
+
+    Args:
+        campaign: recordings of kind wire.
+        base: as for `rows_for`.
+    """
+    table = load_calibration(base or NEW_WIRE, "alloy")
+    quantities, _ = wire_quantities(campaign, table)
+    said = "Left out: no load was taken off, and a loop that it drew under the steady load was not the recorded one"
+    none = replace(quantities[AMPLITUDE], value=0.0, status="assumed", source=said)
+    return replace(table, quantities={**table.quantities, AMPLITUDE: none})
 
 
 def bracket(campaign: Campaign) -> tuple[float, float] | None:

@@ -12,7 +12,7 @@ from fitting.characterise.spring.alloy_table import KELVIN
 from fitting.characterise.spring.information import relative_to_prior
 from pneusma_jax.units import from_si
 
-from . import general_figures, profiles
+from . import general_figures, profiles, wires
 from . import general_words as words
 from .characterisation_tables import TextTable
 from .sheet import Section, Sheet, numbered, parameter_rows
@@ -150,6 +150,7 @@ def _more(result: GeneralCharacterisation) -> dict[str, Any]:
         "metrics_held_out": _by_column(overall(result.scores, "validation")),
         "metrics_by_recording": per,
         **_model_json(result),
+        **({"half_way": half_way} if (half_way := wires.middle(result) if result.kind == "wire" else {}) else {}),
         "identifiability": result.identifiability,
         "profiles": profiles.document(result),
         "next_test": {

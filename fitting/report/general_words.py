@@ -29,7 +29,7 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
     what = "identified from" if result.identify else "adjusted within its tolerances to"
     plural = "" if count == 1 else "s"
     said = [f"The {WHAT[result.kind]} was {what} {count} recording{plural}{_missed(result)}."]
-    said += untold(result)[:1]
+    said += untold(result)[:1] + (wires.verdict(result) if result.kind == "wire" else [])
     if fit.reduced_chi_square > MISFIT:
         law = law_of(result)
         worst = max((s for s in result.scores if s.role == "fit"), key=lambda s: s.rms_over_noise)

@@ -6,7 +6,7 @@ import numpy as np
 from fitting.characterise.general.pipeline import GeneralCharacterisation
 from fitting.characterise.general.scores import Score
 from fitting.models.thermal_runs import runs_of
-from fitting.models.wire import bracket, set_apart
+from fitting.models.wire import AMPLITUDE, bracket, set_apart
 
 LOOP = 1.0
 """Kelvin between the model's heating and cooling branch, at half of its range, from which it draws a loop."""
@@ -17,7 +17,40 @@ def warnings(result: GeneralCharacterisation) -> list[str]:
     first = [
         f"{begun.text(r.name)}." for r in result.fit.recordings if (begun := set_apart(r)) is not None
     ]
-    return [*first, *_outside(result), *_loops(result)]
+    return [*first, *_left_out(result), *_outside(result), *_loops(result)]
+
+
+def middle(result: GeneralCharacterisation) -> dict[str, float]:
+    """Temperatures [degC] at which recordings, and the fitted law, are half-way through the transformation, by name;
+    nothing where the recordings do not show it."""
+    between, half = bracket(result.campaign), _half_way(result)
+    if between is None:
+        return {}
+    found = {"recorded_lowest_degC": between[0], "recorded_highest_degC": between[1]}
+    return found | ({} if half is None else {"fitted_law_degC": half})
+
+
+def verdict(result: GeneralCharacterisation) -> list[str]:
+    """Where the transformation is, in a sentence, if the recordings show it."""
+    found = middle(result)
+    if not found:
+        return []
+    low, high = found["recorded_lowest_degC"], found["recorded_highest_degC"]
+    at = f"{low:.1f} degC" if high - low < LOOP else f"{low:.1f} (cooling) to {high:.1f} degC (heating)"
+    law = f", the fitted law at {found['fitted_law_degC']:.1f} degC" if "fitted_law_degC" in found else ""
+    return [f"The recordings are half-way through their transformation at {at}{law}."]
+
+
+def _left_out(result: GeneralCharacterisation) -> list[str]:
+    """That the residual strain was left out, and why."""
+    held = result.unseen.get(AMPLITUDE)
+    if held is None or held.value != 0.0:
+        return []
+    return [
+        "No recording takes the load off, and with a residual strain the law drew a loop between heating and "
+        f"cooling that was not the recorded one. So it was fitted without ({AMPLITUDE} = 0): what it draws is one "
+        "curve, and the loop is left over for `pneusma diagnose`."
+    ]
 
 
 def _outside(result: GeneralCharacterisation) -> list[str]:
