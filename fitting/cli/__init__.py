@@ -94,8 +94,8 @@ class LazyGroup(click.Group):
         # Read when SciPy loads its BLAS. Factoring tall, thin Jacobians in several threads that wait for each
         # other is up to a hundred times slower than in one, where other programs or fits use the cores.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-        # Read when JAX is loaded. XLA reports compilations of more than a minute or two as alarms that ask for a
-        # bug report; errors still end in exceptions.
+        # Read when JAX is loaded. XLA reports compilations of more than a minute or two as alarms that ask
+        # for a bug report; errors still end in exceptions.
         os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
         module, function, _ = COMMANDS[name]
         return getattr(importlib.import_module(module), function)

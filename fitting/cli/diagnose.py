@@ -35,8 +35,8 @@ def diagnose_command(
     Refits the base model within its tolerances, tells whether what remains is more than noise, tries every
     effect of the catalogue that such recordings can show, and proves what it finds on recordings that were
     not fitted. --alloy and --material take the place of what the recordings name. Writes report.html,
-    report.json, augmented.toml (a model that every other command takes with --model) and figures; where a law of
-    the silicone was fitted first, material.toml, too.
+    report.json, augmented.toml (a model that every other command takes with --model) and figures; where a law
+    of the silicone was fitted first, material.toml, too.
     """
     from fitting.augmented.files import load_model, render_model
     from fitting.cli._common import done, notice, prepare, table_argument

@@ -67,8 +67,8 @@ def checked(campaign: Campaign) -> list[str]:
     for recording in campaign.recordings:
         if recording.kind == "spring" and not recording.has("resistance"):
             raise InputError(
-                f"{_place(recording)}: there is no resistance_ohm, and a diagnosis of springs reads the phase from "
-                "it; add the column. `pneusma characterise` takes springs by their temperature"
+                f"{_place(recording)}: there is no resistance_ohm, and a diagnosis of springs reads the "
+                "phase from it; add the column. `pneusma characterise` takes springs by their temperature"
             )
         _check_outputs(recording)
     _check_bodies(campaign)
@@ -89,8 +89,8 @@ def with_tables(campaign: Campaign, tables: Mapping[str, str]) -> Campaign:
         for kind in campaign.kinds:
             if kind not in HAVE[key]:
                 raise InputError(
-                    f"{campaign.path}: option {key} means nothing for recordings of kind {kind}, which have no "
-                    f"{key}; it is for {', '.join(HAVE[key])}"
+                    f"{campaign.path}: option {key} means nothing for recordings of kind {kind}, which have "
+                    f"no {key}; it is for {', '.join(HAVE[key])}"
                 )
     recordings = [replace(r, geometry={**r.geometry, **tables}) for r in campaign.recordings]
     return replace(campaign, recordings=recordings) if tables else campaign

@@ -93,9 +93,10 @@ def _at_bounds(conclusion: Conclusion) -> list[str]:
         return []
     one = len(names) == 1
     return [
-        f"{', '.join(names)} of the base model {'is' if one else 'are'} at {'its bound' if one else 'their bounds'}, "
-        "wherever its fit began: the base model is wrong in form, or these recordings are of another specimen than "
-        "is stated"
+        f"{', '.join(names)} of the base model {'is' if one else 'are'} at "
+        f"{'its bound' if one else 'their bounds'}, "
+        "wherever its fit began: the base model is wrong in form, or these recordings are of another "
+        "specimen than is stated"
     ]
 
 

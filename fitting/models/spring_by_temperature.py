@@ -1,7 +1,8 @@
 """Recordings of one spring whose resistance nobody measured, as functions of the parameters: its pull.
 
 The martensite fraction follows the recorded temperature on the one reversible curve (`T_mid`, `T_width`): no
-hysteresis, no shift by stress. What only a resistance tells, the constants of the resistivity, stays as it is.
+hysteresis, no shift by stress. What only a resistance tells, the constants of the resistivity, stays as it
+is.
 """
 
 import sys
@@ -84,8 +85,8 @@ def parameters_for(campaign: Campaign, base: str | Path | None = None) -> Parame
     """Free numbers of a campaign with their priors: those of springs but for the resistivity's, and the curve
     over temperature, which a table only assumes.
 
-    Where springs are held at a length while the temperature takes them through their transformation, the prior
-    of an unknown alloy's `T_mid` lies where the pull is half-way.
+    Where springs are held at a length while the temperature takes them through their transformation, the
+    prior of an unknown alloy's `T_mid` lies where the pull is half-way.
 
     Args:
         campaign: recordings of kind spring.

@@ -60,14 +60,15 @@ class FirstHeating:
         """For a report, about the recording of that name."""
         return (
             f"{name}: the first heating (rows 1 to {self.rows}) is unlike the later ones: off by "
-            f"{100.0 * self.off:.2g} % of the whole range, while those agree to {100.0 * self.later:.2g} %. The "
-            "specimen had not been through a cycle under this load. These rows were set apart: they are not fitted"
+            f"{100.0 * self.off:.2g} % of the whole range, while those agree to {100.0 * self.later:.2g} %. "
+            "The specimen had not been through a cycle under this load. These rows were set apart: they are "
+            "not fitted"
         )
 
 
 def runs_of(temperature: np.ndarray) -> list[Run]:
-    """Runs between the turns of a temperature, (rows,), finite; one that comes back by less than `TURN` of the
-    whole range is none of its own."""
+    """Runs between the turns of a temperature, (rows,), finite; one that comes back by less than `TURN` of
+    the whole range is none of its own."""
     least = TURN * float(np.ptp(temperature)) if len(temperature) else 0.0
     if not least > 0.0:
         return []

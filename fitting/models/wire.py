@@ -80,8 +80,8 @@ def unloads(recording: Recording) -> bool:
 
 
 def unseen(campaign: Campaign, base: str | Path | None = None) -> dict[str, Quantity]:
-    """Constants of an alloy that is to be identified which no recording of the campaign shows, so that they are
-    held: those of the residual strain, where no load is taken off."""
+    """Constants of an alloy that is to be identified which no recording of the campaign shows, so that they
+    are held: those of the residual strain, where no load is taken off."""
     quantities, identify = wire_quantities(campaign, base)
     if not identify or any(unloads(recording) for recording in campaign.recordings):
         return {}
@@ -97,7 +97,10 @@ def without_residual(campaign: Campaign, base: str | Path | Calibration | None =
     """
     table = load_calibration(base or NEW_WIRE, "alloy")
     quantities, _ = wire_quantities(campaign, table)
-    said = "Left out: no load was taken off, and a loop that it drew under the steady load was not the recorded one"
+    said = (
+        "Left out: no load was taken off, and a loop that it drew under the steady load was not the "
+        "recorded one"
+    )
     none = replace(quantities[AMPLITUDE], value=0.0, status="assumed", source=said)
     return replace(table, quantities={**table.quantities, AMPLITUDE: none})
 

@@ -19,8 +19,7 @@ from .sheet import Section, Sheet, numbered, parameter_rows
 
 SCORE_NOTE = (
     "MAE and RMSE in the unit of the column; RPD is the mean relative difference (Eq. 2.52), absolute "
-    "and signed; "
-    "the last column is the misfit over the noise."
+    "and signed; the last column is the misfit over the noise."
 )
 
 
@@ -141,6 +140,12 @@ def _model_json(result: GeneralCharacterisation) -> dict[str, Any]:
     return {"model": {"name": result.model.model.name, "effects": effects, "held": held}}
 
 
+def _half_way(result: GeneralCharacterisation) -> dict[str, Any]:
+    """Where a wire is half-way through its transformation, if its recordings show it."""
+    found = wires.middle(result) if result.kind == "wire" else {}
+    return {"half_way": found} if found else {}
+
+
 def _more(result: GeneralCharacterisation) -> dict[str, Any]:
     fit, per = result.fit, {}
     for score in result.scores:
@@ -150,7 +155,7 @@ def _more(result: GeneralCharacterisation) -> dict[str, Any]:
         "metrics_held_out": _by_column(overall(result.scores, "validation")),
         "metrics_by_recording": per,
         **_model_json(result),
-        **({"half_way": half_way} if (half_way := wires.middle(result) if result.kind == "wire" else {}) else {}),
+        **_half_way(result),
         "identifiability": result.identifiability,
         "profiles": profiles.document(result),
         "next_test": {

@@ -14,7 +14,8 @@ from .figures import axis_label
 
 WHAT = {"spring": "spring", "wire": "wire", "tube": "tube", "actuator": "actuator", "elastomer": "silicone"}
 BASE_LAW = {
-    "wire": "the reversible base law (one curve of the phase over temperature: no hysteresis, no shift by stress)",
+    "wire": "the reversible base law (one curve of the phase over temperature: no hysteresis, no shift by "
+    "stress)",
     "tube": "the base law of a pressurised tube",
     "actuator": "the base model of the actuator",
     "elastomer": "the law of the silicone",
@@ -36,10 +37,9 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
         said.append(
             f"{law[0].upper()}{law[1:]} leaves more than noise (reduced "
             f"chi-square {fit.reduced_chi_square:.3g}; {worst.name} is missed by "
-            f"{worst.rms_over_noise:.2g} times "
-            "its noise): the numbers are the nearest that it comes, not constants of nature, and their "
-            "standard "
-            f"errors were multiplied by {fit.inflation:.2g}. `pneusma diagnose` looks for the cause."
+            f"{worst.rms_over_noise:.2g} times its noise): the numbers are the nearest that it comes, not "
+            f"constants of nature, and their standard errors were multiplied by {fit.inflation:.2g}. "
+            "`pneusma diagnose` looks for the cause."
         )
     elif fit.inflation > 1.0:
         said.append(lasting_sentence(fit.correlation_time, fit.inflation))
@@ -90,12 +90,13 @@ def untold(result: GeneralCharacterisation) -> list[str]:
         "No resistance was recorded, so the martensite fraction follows the temperature on one curve (T_mid, "
         "T_width).",
         "A resistance would have told the fraction itself, row by row: how far the metal lags behind the "
-        "thermometer, and whether it heats on another branch than it cools on. Here such a lag or hysteresis is "
-        "left over as misfit.",
+        "thermometer, and whether it heats on another branch than it cools on. Here such a lag or hysteresis "
+        "is left over as misfit.",
         "It would also have told the constants of the resistivity "
-        f"({', '.join(spring_by_temperature.ELECTRICAL)}). They are the table's, so alloy.toml does not turn a "
-        "measured resistance into a phase.",
-        "`pneusma diagnose` needs the resistance of a spring; record it, best with four wires, in the same rows.",
+        f"({', '.join(spring_by_temperature.ELECTRICAL)}). They are the table's, so alloy.toml does not turn "
+        "a measured resistance into a phase.",
+        "`pneusma diagnose` needs the resistance of a spring; record it, best with four wires, in the same "
+        "rows.",
     ]
 
 
@@ -153,8 +154,8 @@ def warnings(result: GeneralCharacterisation) -> list[str]:
 
 TOGETHER = {
     "at_bound": (
-        "stopped at their bounds: the data, or another cause of misfit, pull them further than they may go. They have "
-        "no errors, and the other errors hold if they are truly there."
+        "stopped at their bounds: the data, or another cause of misfit, pull them further than they may go. "
+        "They have no errors, and the other errors hold if they are truly there."
     ),
     "at_start": "are still at the values they started from: these recordings do not show them.",
 }
@@ -183,8 +184,7 @@ def how_it_was_fitted(result: GeneralCharacterisation) -> list[str]:
         f"start{'' if len(fit.starts) == 1 else 's'}; chi-square: {ends}. "
         f"{fit.result.status.value}",
         f"Reduced chi-square {fit.reduced_chi_square:.3g} over the noise as stated or estimated; "
-        "residuals are "
-        f"correlated over {fit.correlation_time:.1f} samples; standard errors multiplied by "
+        f"residuals are correlated over {fit.correlation_time:.1f} samples; standard errors multiplied by "
         f"{fit.inflation:.2g}.",
         _priors(result),
         *_specimens(result),

@@ -47,8 +47,8 @@ def figure(result: Profiled) -> Figure:
 
 
 def warnings(result: Profiled) -> list[str]:
-    """Where profiles say that the fit is not at its end, or that standard errors mislead: one sentence for all
-    parameters of which the same is to be said."""
+    """Where profiles say that the fit is not at its end, or that standard errors mislead: one sentence for
+    all parameters of which the same is to be said."""
     found, said = result.profiles, []
     lower = [name for name, profile in found.items() if profile.below > ALIKE]
     if lower:
@@ -60,8 +60,8 @@ def warnings(result: Profiled) -> list[str]:
     curved = [name for name, profile in found.items() if profile.curved]
     if curved:
         said.append(
-            f"Over {_or(curved)} the misfit does not rise as the standard error says, which spans other fits or "
-            f"takes it for a parabola: the profile says {_intervals(result, curved)}."
+            f"Over {_or(curved)} the misfit does not rise as the standard error says, which spans other fits "
+            f"or takes it for a parabola: the profile says {_intervals(result, curved)}."
         )
     unsure = [name for name, profile in found.items() if profile.unsure]
     if unsure:

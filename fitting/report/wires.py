@@ -1,5 +1,5 @@
-"""What the report of a wire says before everything else: where its transformation lies in the recordings, rows
-that were set apart, and loops that its law draws without a hysteresis."""
+"""What the report of a wire says before everything else: where its transformation lies in the recordings,
+rows that were set apart, and loops that its law draws without a hysteresis."""
 
 import numpy as np
 
@@ -21,8 +21,8 @@ def warnings(result: GeneralCharacterisation) -> list[str]:
 
 
 def middle(result: GeneralCharacterisation) -> dict[str, float]:
-    """Temperatures [degC] at which recordings, and the fitted law, are half-way through the transformation, by name;
-    nothing where the recordings do not show it."""
+    """Temperatures [degC] at which recordings, and the fitted law, are half-way through the transformation,
+    by name; nothing where the recordings do not show it."""
     between, half = bracket(result.campaign), _half_way(result)
     if between is None:
         return {}
@@ -48,8 +48,8 @@ def _left_out(result: GeneralCharacterisation) -> list[str]:
         return []
     return [
         "No recording takes the load off, and with a residual strain the law drew a loop between heating and "
-        f"cooling that was not the recorded one. So it was fitted without ({AMPLITUDE} = 0): what it draws is one "
-        "curve, and the loop is left over for `pneusma diagnose`."
+        f"cooling that was not the recorded one. So it was fitted without ({AMPLITUDE} = 0): what it draws "
+        "is one curve, and the loop is left over for `pneusma diagnose`."
     ]
 
 
@@ -63,10 +63,10 @@ def _outside(result: GeneralCharacterisation) -> list[str]:
     half = _half_way(result)
     says = "" if half is None else f"; there the fitted law is half-way at {half:.1f} degC"
     return [
-        f"T_mid = {found.value:.1f} degC lies outside the {low:.1f} to {high:.1f} degC in which the recordings "
-        f"are half-way through their transformation{over}{says}. It is where half of the metal is martensite by this "
-        "law, in which the stiffer austenite counts for more; do not read it as the temperature at which half of "
-        "the strain has come back."
+        f"T_mid = {found.value:.1f} degC lies outside the {low:.1f} to {high:.1f} degC in which the "
+        f"recordings are half-way through their transformation{over}{says}. It is where half of the metal is "
+        "martensite by this law, in which the stiffer austenite counts for more; do not read it as the "
+        "temperature at which half of the strain has come back."
     ]
 
 
@@ -86,9 +86,9 @@ def _loops(result: GeneralCharacterisation) -> list[str]:
         up, down = ([T for heating, T in found if heating is way] for way in (True, False))
         if up and down and abs(np.mean(up) - np.mean(down)) > LOOP:
             said.append(
-                f"In {score.name} the fitted law draws a loop of {abs(np.mean(up) - np.mean(down)):.2g} K between "
-                "heating and cooling. The base law has no hysteresis: its residual strain (gR_*) stands in for one "
-                "here, and its constants mean little."
+                f"In {score.name} the fitted law draws a loop of {abs(np.mean(up) - np.mean(down)):.2g} K "
+                "between heating and cooling. The base law has no hysteresis: its residual strain (gR_*) "
+                "stands in for one here, and its constants mean little."
             )
     return said
 

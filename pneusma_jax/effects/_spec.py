@@ -30,8 +30,8 @@ class Spec(NamedTuple):
 def specs_of(effect: type, kind: str) -> dict[str, Spec]:
     """The parameters of an effect that act in recordings of a kind, a letter of `Effect.kinds`.
 
-    What an effect states in `within` for a kind takes the place of its fields there: a stress along a wire has
-    other bounds than one of shear.
+    What an effect states in `within` for a kind takes the place of its fields there: a stress along a wire
+    has other bounds than one of shear.
     """
     own = getattr(effect, "within", {}).get(kind, {})
     return {

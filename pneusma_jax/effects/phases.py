@@ -44,8 +44,8 @@ class TransformationHysteresis(Effect):
         "closed": Spec(0.02, 1e-4, 0.08, 0.02, "1", "strain below which the gap closes again", True),
         "width_T": Spec(3.0, 0.5, 30.0, 3.0, "K", "temperature past the gap over which they join", True, "W"),
     }
-    # shear in a coil; along a superelastic wire the branches are 150 to 400 MPa apart (Duerig, Melton, Stoeckel
-    # and Wayman, Engineering Aspects of Shape Memory Alloys, 1990)
+    # shear in a coil; along a superelastic wire the branches are 150 to 400 MPa apart (Duerig, Melton,
+    # Stoeckel and Wayman, Engineering Aspects of Shape Memory Alloys, 1990)
     within: ClassVar[dict[str, dict[str, dict[str, float]]]] = {
         kind: {name: {"high": 80e6} for name in ("gap_m", "gap_a")} for kind in "AS"
     }

@@ -101,8 +101,8 @@ class GeneralCharacterisation(Characterisation):
 
     @property
     def parameters(self) -> dict[str, Estimate]:
-        """Everything that was free, and what was held because no recording shows it, with the error of its prior;
-        in the unit of files."""
+        """Everything that was free, and what was held because no recording shows it, with the error of its
+        prior; in the unit of files."""
         return {name: estimate(entry) for name, entry in self.fitted.items()} | {
             name: Estimate(
                 float(from_si(q.value, q.unit, q.unit == KELVIN)),
@@ -305,8 +305,8 @@ def characterise_wire(
 ) -> GeneralCharacterisation:
     """Constants of a straight wire, by the reversible base law; arguments as for `characterise_general`.
 
-    Under a steady load a residual strain shows as a loop between heating and cooling. Where the law with it does
-    not hold, that loop stands in for another physics: the wire is fitted without it then.
+    Under a steady load a residual strain shows as a loop between heating and cooling. Where the law with it
+    does not hold, that loop stands in for another physics: the wire is fitted without it then.
 
     Args:
         campaign: recordings of kind wire, with temperature.

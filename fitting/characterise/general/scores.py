@@ -95,7 +95,8 @@ def _over(rows: Rows, kind: str) -> str:
         return over if "temperature" in rows.inputs else "time"
     if over != "temperature" or np.ptp(np.asarray(rows.inputs[over])[np.asarray(rows.mask)]) > STILL:
         return over
-    return next((n for n in ("strain", "stress") if n in rows.inputs and np.ptp(rows.inputs[n]) > 0.0), "time")
+    moving = [n for n in ("strain", "stress") if n in rows.inputs and np.ptp(rows.inputs[n]) > 0.0]
+    return moving[0] if moving else "time"
 
 
 def overall(found: Sequence[Score], role: str) -> dict[str, dict[str, float]]:

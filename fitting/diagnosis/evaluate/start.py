@@ -90,7 +90,10 @@ def _positive(law: str) -> set[str]:
 def _named(campaign: Campaign, kind: str) -> str:
     """A table of one's own that recordings name."""
     own = dict.fromkeys(
-        str(r.geometry[key]) for r in campaign.recordings for key in ("alloy", "material") if key in r.geometry
+        str(r.geometry[key])
+        for r in campaign.recordings
+        for key in ("alloy", "material")
+        if key in r.geometry
     )
     return f"the published model with {' and '.join(own)}" if own else ""
 

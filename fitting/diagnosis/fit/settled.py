@@ -34,8 +34,9 @@ def settled_fit(
 ) -> tuple[Program, Fit]:
     """The base model refitted, and the program with the noise and the hidden courses that it shows.
 
-    Where much is left, or a constant sits at a bound, the fit is made again from the other side of nominal, and
-    from places all about it where it may be shut in: fractions at their limits, and rows that a metal remembers,
+    Where much is left, or a constant sits at a bound, the fit is made again from the other side of nominal,
+    and from places all about it where it may be shut in: fractions at their limits, and rows that a metal
+    remembers,
     shut in false optima that would pass for missing physics; so do constants that nothing is known of.
 
     Args:

@@ -193,7 +193,8 @@ def _fainter(unknowns: Unknowns, slug: str, current: np.ndarray, start: np.ndarr
 def fair(program: Program, current: Fit, trials: list[Trial]) -> Fit:
     """The model so far, fitted anew from where its trials ended, where that is better.
 
-    A trial that came upon a better place of the base model's own constants would be credited with it. So would
+    A trial that came upon a better place of the base model's own constants would be credited with it. So
+    would
     one that got past a kink of the metal's memory, at which the search for a course ends. The trials are
     weighed anew.
     """

@@ -1,5 +1,5 @@
-"""Whether effects that were found predict what they were not fitted to: those that predict it worse are taken back,
-whatever else speaks for them."""
+"""Whether effects that were found predict what they were not fitted to: those that predict it worse are taken
+back, whatever else speaks for them."""
 
 from dataclasses import replace
 

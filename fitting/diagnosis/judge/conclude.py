@@ -54,8 +54,8 @@ LEAST_WEIGHT = 0.02
 
 @dataclass
 class Conclusion:
-    """Everything that a report says; `notes` is what to read with care, `asked` about effects asked for, `start`
-    what the recordings were compared with."""
+    """Everything that a report says; `notes` is what to read with care, `asked` about effects asked for,
+    `start` what the recordings were compared with."""
 
     explanation: Explanation
     mismatch: bool
@@ -133,7 +133,8 @@ def conclude(explanation: Explanation) -> Conclusion:
         before, after = scores.held_out(explanation)
         if named and (beyond or last[0] > limits[0]):
             rest = beside(program, explanation.final)
-        smoothed = after if rest is None else scores.averaged([(program, explanation.final, 1.0, rest.corrected)])
+        with_rest = [] if rest is None else [(program, explanation.final, 1.0, rest.corrected)]
+        smoothed = scores.averaged(with_rest) if with_rest else after
         if smoothed.reduced_chi2 > after.reduced_chi2:
             rest = None
         if rest is not None:

@@ -146,7 +146,9 @@ def _not_told_apart(conclusion: Conclusion) -> list[str]:
     for f in conclusion.found:
         if f.slug != "unmodelled" and f.confusable:
             others = " or ".join(f.confusable)
-            said.append(f"{_capital(others)} would explain them about as well as {f.slug}: they are not told apart.")
+            said.append(
+                f"{_capital(others)} would explain them about as well as {f.slug}: they are not told apart."
+            )
     return said
 
 
@@ -163,8 +165,8 @@ def refused(slugs: Sequence[str], how: str, before: float, after: float) -> str:
     """Of effects that fit better and predict worse, in words."""
     it = "it" if len(slugs) == 1 else "them"
     return (
-        f"{' and '.join(slugs)} would fit the recordings better, but with {it} the misfit of {not_fitted(how)} "
-        f"{went(before, after)}: not accepted"
+        f"{' and '.join(slugs)} would fit the recordings better, but with {it} the misfit of "
+        f"{not_fitted(how)} {went(before, after)}: not accepted"
     )
 
 

@@ -30,8 +30,8 @@ def page_of(conclusion: Conclusion, title: str, command: str, figures: Mapping[s
     fitted = [r.name for r, f in zip(x.program.recordings, x.program.fitted, strict=True) if f]
     simulated = all(r.real is False for r in x.program.recordings)
     asked = (
-        f"Does {conclusion.start.words or 'the published model'} explain {len(x.program.recordings)} recordings "
-        f"of kind {x.program.kind}"
+        f"Does {conclusion.start.words or 'the published model'} explain {len(x.program.recordings)} "
+        f"recordings of kind {x.program.kind}"
     )
     parts = [
         f"<h1>Diagnosis: {escape(title)}</h1>",
