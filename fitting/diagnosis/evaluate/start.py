@@ -10,6 +10,7 @@ from fitting.characterise import characterise
 from fitting.characterise.elastomer.laws import LAWS
 from fitting.characterise.elastomer.material import material
 from fitting.characterise.elastomer.pipeline import ElastomerCharacterisation
+from fitting.characterise.general.pipeline import WIRE_STARTS, characterise_general
 from fitting.models.priors import FIT
 from fitting.models.silicones import UNKNOWN
 from fitting.recordings import Campaign
@@ -105,7 +106,10 @@ def characterised(campaign: Campaign, program: Program, progress: Callable[[str]
         return []
     progress("characterising")
     try:
-        found = characterise(campaign)
+        if program.kind == "wire":  # with the same residual strain as the program's
+            found = characterise_general(campaign, "wire", starts=WIRE_STARTS)
+        else:
+            found = characterise(campaign, profile=0)
     except InputError:
         return []
     unknowns, u = program.unknowns, program.unknowns.neutral.copy()

@@ -204,6 +204,7 @@ def fair(program: Program, current: Fit, trials: list[Trial]) -> Fit:
         enough = max(SHUT_IN, AHEAD * best) if slow else SHUT_IN
         ahead = [t for t in trials if t.bayes > enough and t.slug not in asked]
         if not ahead:
+            weigh(program, current, trials)
             return current
         ahead = ahead[:1] if slow else ahead
         asked |= {t.slug for t in ahead}
