@@ -153,7 +153,7 @@ def conclude(explanation: Explanation) -> Conclusion:
         candidates,
         nothing,
         unknown,
-        explanation_set(candidates, unknown) if mismatch else [],
+        explanation_set(candidates, unknown, found) if mismatch else [],
         before,
         after,
         scores.averaged([member[1:] for member in members]) if len(members) > 1 else after,

@@ -145,10 +145,7 @@ def _not_told_apart(conclusion: Conclusion) -> list[str]:
     said = []
     for f in conclusion.found:
         if f.slug != "unmodelled" and f.confusable:
-            others = " or ".join(f.confusable)
-            said.append(
-                f"{_capital(others)} would explain them about as well as {f.slug}: they are not told apart."
-            )
+            said.append(f"These recordings do not tell {f.slug} from {' or '.join(f.confusable)}.")
     return said
 
 

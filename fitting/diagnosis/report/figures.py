@@ -89,6 +89,7 @@ def _one(conclusion: Conclusion, k: int, top: plt.Axes, below: plt.Axes) -> None
             axes.axvspan(span[rows[1] - 1], span[rows[2] - 1], color="#f59e0b", alpha=0.18, lw=0)
     below.set_ylabel("residual / noise", fontsize=8)
     below.set_xlabel("time (s)", fontsize=8)
+    below.set_xlim(top.get_xlim())
     for axes in (top, below):
         axes.tick_params(labelsize=7)
 
