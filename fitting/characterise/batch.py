@@ -156,6 +156,7 @@ def _pooled(done: Sequence[Member]) -> tuple[dict[str, Pooled], list[str]]:
     left_out = []
     for member in done:
         told, law = _told(member.result), member.result.law
+        told |= dict.fromkeys(getattr(member.result, "unseen", {}), (np.nan, np.nan))
         for name, estimate in member.result.parameters.items():
             stem, _, number = name.partition(MARK)
             specimen = f"{member.name} {number}".strip()

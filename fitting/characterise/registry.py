@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 from fitting.augmented import AugmentedModel, load_model
 from fitting.models.readings import share_full_scale
+from fitting.models.spring_by_temperature import without_resistance
 from fitting.recordings import Campaign, read_campaign
 from pneusma_jax.errors import InputError
 
@@ -22,6 +23,8 @@ PIPELINES = {
     "tube": ("fitting.characterise.general", "characterise_tube"),
     "actuator": ("fitting.characterise.general", "characterise_actuator"),
 }
+BY_TEMPERATURE = ("fitting.characterise.general", "characterise_spring_by_temperature")
+"""Of springs whose resistance was not measured."""
 
 
 class Pipeline(Protocol):
@@ -109,4 +112,6 @@ def pipeline_of(campaign: Campaign) -> Pipeline:
             f"{', '.join(PIPELINES)} can"
         )
     module, function = PIPELINES[kinds[0]]
+    if kinds[0] == "spring" and without_resistance(campaign):
+        module, function = BY_TEMPERATURE
     return getattr(importlib.import_module(module), function)

@@ -9,6 +9,7 @@ import errno
 import importlib
 import os
 import sys
+import warnings
 from typing import Any
 
 import click
@@ -93,6 +94,9 @@ class LazyGroup(click.Group):
         # Read when SciPy loads its BLAS. Factoring tall, thin Jacobians in several threads that wait for each
         # other is up to a hundred times slower than in one, where other programs or fits use the cores.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+        # Read when JAX is loaded. XLA reports compilations of more than a minute or two as alarms that ask
+        # for a bug report; errors still end in exceptions.
+        os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
         module, function, _ = COMMANDS[name]
         return getattr(importlib.import_module(module), function)
 
@@ -113,6 +117,8 @@ class LazyGroup(click.Group):
         """Run, and turn what a user can cause into one line on stderr and an exit code."""
         if not extra.pop("standalone_mode", True):
             return super().main(args, prog_name, standalone_mode=False, **extra)
+        if args is None and not sys.warnoptions:  # from a shell: what libraries warn of is for developers
+            warnings.simplefilter("ignore")
         args = list(sys.argv[1:] if args is None else args) or ["--help"]
         try:
             code = super().main(args, prog_name, standalone_mode=False, **extra)

@@ -39,7 +39,7 @@ def _fixed(context: click.Context, option: click.Parameter, given: tuple[str, ..
     callback=_fixed,
     help="Hold a constant, in its unit of files.",
 )
-@click.option("--base", metavar="ALLOY", help="Alloy to start from, a name or a path.")
+@click.option("--base", "--alloy", "base", metavar="ALLOY", help="Alloy to start from, a name or a path.")
 @click.option("--material", metavar="SILICONE", help="Silicone to start from, a name or a path.")
 @click.option("--model", metavar="FILE", help="Model to fit, as --model of simulate takes it.")
 @click.option("--starts", type=click.IntRange(min=1), help="Fits in all, from different places.")

@@ -11,6 +11,8 @@ import click
 @click.argument("campaign", type=click.Path(path_type=Path))
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of everything random.")
+@click.option("--alloy", metavar="ALLOY", help="Alloy to compare with, a name or a path; fit identifies it.")
+@click.option("--material", metavar="SILICONE", help="Silicone to compare with, a name or a path, or fit.")
 @click.option("--model", metavar="FILE", help="Model to start from, as --model of simulate takes it.")
 @click.option("--thorough", is_flag=True, help="Fit twice as many candidates; takes about twice as long.")
 @click.option("--effect", "asked", metavar="SLUG", multiple=True, help="Ask about an effect; repeatable.")
@@ -20,6 +22,8 @@ def diagnose_command(
     campaign: Path,
     out: Path,
     seed: int,
+    alloy: str | None,
+    material: str | None,
     model: str | None,
     thorough: bool,
     asked: tuple[str, ...],
@@ -30,30 +34,36 @@ def diagnose_command(
 
     Refits the base model within its tolerances, tells whether what remains is more than noise, tries every
     effect of the catalogue that such recordings can show, and proves what it finds on recordings that were
-    not fitted. Writes report.html, report.json, augmented.toml (a model that every other command takes with
-    --model) and figures.
+    not fitted. --alloy and --material take the place of what the recordings name. Writes report.html,
+    report.json, augmented.toml (a model that every other command takes with --model) and figures; where a law
+    of the silicone was fitted first, material.toml, too.
     """
     from fitting.augmented.files import load_model, render_model
-    from fitting.cli._common import done, notice, prepare
+    from fitting.cli._common import done, notice, prepare, table_argument
     from fitting.recordings import read_campaign
     from fitting.report.publish import check_free, publish
     from fitting.told import Steps
 
+    named = {key: table_argument(x) for key, x in (("alloy", alloy), ("material", material)) if x}
     recordings = read_campaign(campaign)
     check_free(out, force)
     prepare()
 
     from fitting.diagnosis import diagnose
+    from fitting.diagnosis.check import with_tables
     from fitting.diagnosis.judge.words import verdict_sentences
     from fitting.diagnosis.report.document import model_of, report_of
     from fitting.diagnosis.report.figures import probability_figure, recordings_figure
     from fitting.diagnosis.report.page import page_of
     from fitting.report.figures import png
+    from pneusma_jax.calibration_toml import render_calibration
 
     words = ["pneusma", "diagnose", str(campaign), "--out", str(out), "--seed", str(seed)]
+    words += [word for key, x in (("--alloy", alloy), ("--material", material)) if x for word in (key, x)]
     words += (["--model", model] if model else []) + (["--thorough"] if thorough else [])
     words += [word for slug in asked for word in ("--effect", slug)]
     command = shlex.join(words)
+    recordings = with_tables(recordings, named)
     start = load_model(model) if model else None
     with Steps("diagnosing", plain=True) as told:
         conclusion = diagnose(recordings, seed, told, start, thorough, asked)
@@ -65,6 +75,7 @@ def diagnose_command(
         "augmented.toml": render_model(
             model_of(conclusion, f"pneusma diagnose of {recordings.title}, seed {seed}", start)
         ),
+        **{f"{name}.toml": render_calibration(table) for name, table in conclusion.start.tables.items()},
         **{f"{name}.png": png(figure) for name, figure in figures.items()},
     }
     files = publish(out, documents, force)

@@ -6,7 +6,8 @@ What cannot be used is refused; what can be used with care becomes a note in the
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations
 from typing import TYPE_CHECKING
 
@@ -47,6 +48,8 @@ BODY = (
     "mandrel_diameter_mm", "active_coils",
 )  # fmt: skip
 """Geometry that one specimen has once."""
+HAVE = {"alloy": ("spring", "wire", "actuator"), "material": ("elastomer", "tube", "actuator")}
+"""Kinds of recordings whose specimens have one."""
 MOST_SAID = 3
 """Contradictions that are told one by one."""
 
@@ -62,9 +65,35 @@ def checked(campaign: Campaign) -> list[str]:
             specimen is stated as two.
     """
     for recording in campaign.recordings:
+        if recording.kind == "spring" and not recording.has("resistance"):
+            raise InputError(
+                f"{_place(recording)}: there is no resistance_ohm, and a diagnosis of springs reads the "
+                "phase from it; add the column. `pneusma characterise` takes springs by their temperature"
+            )
         _check_outputs(recording)
     _check_bodies(campaign)
     return [*_still(campaign), *_contradictions(campaign.recordings)]
+
+
+def with_tables(campaign: Campaign, tables: Mapping[str, str]) -> Campaign:
+    """A campaign of another alloy or material than its recordings name.
+
+    Args:
+        campaign: left alone.
+        tables: names or paths by `alloy` and `material`; "fit" for one that is to be identified.
+
+    Raises:
+        InputError: for one that recordings of their kind do not have.
+    """
+    for key in tables:
+        for kind in campaign.kinds:
+            if kind not in HAVE[key]:
+                raise InputError(
+                    f"{campaign.path}: option {key} means nothing for recordings of kind {kind}, which have "
+                    f"no {key}; it is for {', '.join(HAVE[key])}"
+                )
+    recordings = [replace(r, geometry={**r.geometry, **tables}) for r in campaign.recordings]
+    return replace(campaign, recordings=recordings) if tables else campaign
 
 
 def asked_effects(slugs: Sequence[str], kind: str) -> list[str]:

@@ -8,12 +8,15 @@ from fitting.augmented import AugmentedModel
 from fitting.models.readings import cautions
 from fitting.models.reduction import said
 from fitting.models.registry import kind_of
+from fitting.models.wire import set_apart
 from fitting.recordings import Campaign
 from pneusma_jax.errors import InputError
 from pneusma_jax.remainder import EDGE
 
 from .check import answers, asked_effects, checked
 from .evaluate.program import Program
+from .evaluate.start import Start, characterised, start_of
+from .fit.settled import at_bound
 from .grow.explain import explain
 from .judge.conclude import Conclusion, conclude
 from .judge.locate import drivers_of
@@ -48,26 +51,28 @@ def diagnose(
     kind = kind_of(campaign)
     asked = asked_effects(asked, kind)
     notes = checked(campaign)
+    start = start_of(campaign, kind, progress) if model is None else Start(f"the model {model.name}")
     progress("building the model of the campaign")
-    program = Program.of(campaign, kind, model=model)
+    program = Program.of(campaign, kind, model=model, tables=start.tables)
     count = program.observations(program.fitted)
     if count < FEWEST:
         raise InputError(
             f"{campaign.path}: {count} values to fit are too few to diagnose; {FEWEST} are needed"
         )
-    explanation = explain(program, np.random.default_rng(seed), progress, 2 if thorough else 1)
+
+    def further() -> list[np.ndarray]:
+        return [] if model is not None else characterised(campaign, program, progress)
+
+    explanation = explain(program, np.random.default_rng(seed), progress, 2 if thorough else 1, further)
     progress("scoring recordings that were not fitted")
     conclusion = conclude(explanation)
+    conclusion.start = start
     apart = [one.text for one in explanation.program.apart]
     readings = [*cautions(program.recordings), *said(program.recordings)]
     conclusion.notes = [
-        *_bodies(conclusion),
-        *notes,
-        *readings,
-        *apart,
-        *_beyond(conclusion, model),
-        *conclusion.notes,
-    ]
+        *_bodies(conclusion), *start.notes, *notes, *_first_heatings(campaign), *readings, *apart,
+        *_beyond(conclusion, model), *_at_bounds(conclusion), *conclusion.notes,
+    ]  # fmt: skip
     if explanation.together:
         conclusion.notes.append(
             "Recordings for validation were fitted, too: only they contradict the base model, or they "
@@ -75,6 +80,27 @@ def diagnose(
         )
     conclusion.asked = answers(asked, conclusion)
     return conclusion
+
+
+def _first_heatings(campaign: Campaign) -> list[str]:
+    """First heatings of wires that were set apart."""
+    wires = [recording for recording in campaign.recordings if recording.kind == "wire"]
+    return [begun.text(r.name) for r in wires if (begun := set_apart(r)) is not None]
+
+
+def _at_bounds(conclusion: Conclusion) -> list[str]:
+    """Constants of the base model that nothing but their bounds held."""
+    program, fit = conclusion.model
+    names = at_bound(program.unknowns, fit)
+    if not names:
+        return []
+    one = len(names) == 1
+    return [
+        f"{', '.join(names)} of the base model {'is' if one else 'are'} at "
+        f"{'its bound' if one else 'their bounds'}, "
+        "wherever its fit began: the base model is wrong in form, or these recordings are of another "
+        "specimen than is stated"
+    ]
 
 
 def _bodies(conclusion: Conclusion) -> list[str]:

@@ -89,7 +89,7 @@ def rows_of(
         },
         measured={name: np.nan_to_num(kept[name]) for name in OUTPUTS},
         weight=weight,
-        base={**{name: np.asarray(float(alloy[name])) for name in ALLOY}, **_dimensions(recording)},
+        base={**{name: np.asarray(float(alloy[name])) for name in ALLOY}, **dimension_numbers(recording)},
         extra={
             "wander": np.asarray(WANDER),
             "pace": np.asarray(WANDER),
@@ -115,7 +115,8 @@ def dimensions(recording: Recording) -> SpringGeometry:
     return SpringGeometry(**{name: getattr(geometry, name) for name in GEOMETRY})
 
 
-def _dimensions(recording: Recording) -> dict[str, np.ndarray]:
+def dimension_numbers(recording: Recording) -> dict[str, np.ndarray]:
+    """Dimensions and pre-strain of a recording's spring by name, in SI."""
     geometry = geometry_of(recording)
     return {name: np.asarray(float(getattr(geometry, name))) for name in (*GEOMETRY, "prestrain")}
 
@@ -323,7 +324,7 @@ def parameters_for(campaign: Campaign, base: str | Path | None = None) -> Parame
     """
     parameters, _ = priors.alloy_parameters(campaign, ALLOY, FIXED, base)
     dimensions = {
-        specimen: {name: float(value) for name, value in _dimensions(recordings[0]).items()}
+        specimen: {name: float(value) for name, value in dimension_numbers(recordings[0]).items()}
         for specimen, recordings in campaign.specimens().items()
     }
     parameters.update(priors.geometry_parameters(campaign, dimensions))

@@ -35,8 +35,9 @@ class Columns:
 
 COLUMNS = {
     "spring": Columns(
-        required=("time_s", "elongation_mm", "force_N", "resistance_ohm"),
-        optional=("temperature_degC", "current_A", "setpoint_ohm"),
+        required=("time_s", "elongation_mm", "force_N"),
+        one_of=("resistance_ohm", "temperature_degC"),  # either tells the phase
+        optional=("current_A", "setpoint_ohm"),
         outputs=("force_N", "resistance_ohm"),
     ),
     "wire": Columns(

@@ -13,15 +13,14 @@ from fitting.characterise.spring.information import relative_to_prior
 from fitting.models.rows import MOST_ROWS
 from pneusma_jax.units import from_si
 
-from . import general_figures, profiles
+from . import general_figures, profiles, wires
 from . import general_words as words
 from .characterisation_tables import TextTable
 from .sheet import Section, Sheet, numbered, parameter_rows
 
 SCORE_NOTE = (
     "MAE and RMSE in the unit of the column; RPD is the mean relative difference (Eq. 2.52), absolute "
-    "and signed; "
-    "the last column is the misfit over the noise."
+    "and signed; the last column is the misfit over the noise."
 )
 
 
@@ -45,6 +44,7 @@ def sheet(result: GeneralCharacterisation) -> Sheet:
         sections=[
             Section("Fit", figures=("fit",)),
             Section("Parameters", table=_parameters(result), note="± one standard error."),
+            Section("What a resistance would have told", tuple(words.untold(result))),
             Section("The model", tuple(words.about_the_model(result)), _held(result), HELD_NOTE),
             Section("Errors, recording by recording", table=_scores(result), note=SCORE_NOTE),
             Section("What these recordings cannot tell", loose or (NOTHING,), figures=drawn),
@@ -72,6 +72,8 @@ NOTHING = "Nothing: everything that was free is known better than before."
 def _parameters(result: GeneralCharacterisation) -> TextTable:
     start = {n: float(from_si(result.start[n], e.unit, e.unit == KELVIN)) for n, e in result.fitted.items()}
     share = {name: relative_to_prior(entry) for name, entry in result.fitted.items()}
+    start |= {name: e.value for name, e in result.parameters.items() if name not in start}
+    share |= dict.fromkeys(result.unseen, 1.0)
     return parameter_rows(result.parameters, start, share)
 
 
@@ -141,6 +143,12 @@ def _model_json(result: GeneralCharacterisation) -> dict[str, Any]:
     return {"model": {"name": result.model.model.name, "effects": effects, "held": held}}
 
 
+def _half_way(result: GeneralCharacterisation) -> dict[str, Any]:
+    """Where a wire is half-way through its transformation, if its recordings show it."""
+    found = wires.middle(result) if result.kind == "wire" else {}
+    return {"half_way": found} if found else {}
+
+
 def _more(result: GeneralCharacterisation) -> dict[str, Any]:
     fit, per = result.fit, {}
     for score in result.scores:
@@ -151,6 +159,7 @@ def _more(result: GeneralCharacterisation) -> dict[str, Any]:
         "metrics_by_recording": per,
         **_model_json(result),
         "notices": notices_of(result.fit.recordings, _most_rows(result)),
+        **_half_way(result),
         "identifiability": result.identifiability,
         "profiles": profiles.document(result),
         "next_test": {

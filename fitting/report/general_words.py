@@ -1,16 +1,21 @@
 """What tests of wires, tubes and actuators say, in sentences that a laboratory can act on."""
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 from fitting.characterise.general.fit import MISFIT, OVERSTATED
 from fitting.characterise.general.pipeline import GeneralCharacterisation
 from fitting.characterise.general.scores import overall
+from fitting.models import spring_by_temperature
 from pneusma_jax.effects import find_effect
 
-from . import profiles
+from . import profiles, wires
 from .figures import axis_label
 
 WHAT = {"spring": "spring", "wire": "wire", "tube": "tube", "actuator": "actuator", "elastomer": "silicone"}
 BASE_LAW = {
-    "wire": "the reversible base law (one curve over temperature: no hysteresis, no shift by stress)",
+    "wire": "the reversible base law (one curve of the phase over temperature: no hysteresis, no shift by "
+    "stress)",
     "tube": "the base law of a pressurised tube",
     "actuator": "the base model of the actuator",
     "elastomer": "the law of the silicone",
@@ -25,16 +30,16 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
     what = "identified from" if result.identify else "adjusted within its tolerances to"
     plural = "" if count == 1 else "s"
     said = [f"The {WHAT[result.kind]} was {what} {count} recording{plural}{_missed(result)}."]
+    said += untold(result)[:1] + (wires.verdict(result) if result.kind == "wire" else [])
     if fit.reduced_chi_square > MISFIT:
         law = law_of(result)
         worst = max((s for s in result.scores if s.role == "fit"), key=lambda s: s.rms_over_noise)
         said.append(
             f"{law[0].upper()}{law[1:]} leaves more than noise (reduced "
             f"chi-square {fit.reduced_chi_square:.3g}; {worst.name} is missed by "
-            f"{worst.rms_over_noise:.2g} times "
-            "its noise): the numbers are the nearest that it comes, not constants of nature, and their "
-            "standard "
-            f"errors were multiplied by {fit.inflation:.2g}. `pneusma diagnose` looks for the cause."
+            f"{worst.rms_over_noise:.2g} times its noise): the numbers are the nearest that it comes, not "
+            f"constants of nature, and their standard errors were multiplied by {fit.inflation:.2g}. "
+            "`pneusma diagnose` looks for the cause."
         )
     elif fit.inflation > 1.0:
         said.append(lasting_sentence(fit.correlation_time, fit.inflation))
@@ -61,10 +66,38 @@ def overstated_sentence(reduced: float) -> str:
     )
 
 
+SPRING_LAW = "the base law of the spring, its phase on one curve over temperature (no hysteresis)"
+
+
 def law_of(result: GeneralCharacterisation) -> str:
     """What was fitted, in words: the base law, with the effects of a model on disk if it has any."""
+    if by_temperature(result):
+        return SPRING_LAW
     effects = [] if result.model is None else [a.slug.replace("_", " ") for a in result.model.acting]
     return BASE_LAW[result.kind] + (f" with {' and '.join(effects)}" if effects else "")
+
+
+def by_temperature(result: GeneralCharacterisation) -> bool:
+    """Whether this is a spring without resistance, whose phase follows its temperature."""
+    return result.kind == "spring" and result.fit.model is spring_by_temperature
+
+
+def untold(result: GeneralCharacterisation) -> list[str]:
+    """What a resistance would have told of a spring that was recorded without one."""
+    if not by_temperature(result):
+        return []
+    return [
+        "No resistance was recorded, so the martensite fraction follows the temperature on one curve (T_mid, "
+        "T_width).",
+        "A resistance would have told the fraction itself, row by row: how far the metal lags behind the "
+        "thermometer, and whether it heats on another branch than it cools on. Here such a lag or hysteresis "
+        "is left over as misfit.",
+        "It would also have told the constants of the resistivity "
+        f"({', '.join(spring_by_temperature.ELECTRICAL)}). They are the table's, so alloy.toml does not turn "
+        "a measured resistance into a phase.",
+        "`pneusma diagnose` needs the resistance of a spring; record it, best with four wires, in the same "
+        "rows.",
+    ]
 
 
 def about_the_model(result: GeneralCharacterisation) -> list[str]:
@@ -106,7 +139,8 @@ def _unit(column: str) -> str:
 
 def warnings(result: GeneralCharacterisation) -> list[str]:
     """What to be careful about: bounds, parameters that never moved, fits that did not end well."""
-    said = [e["text"] for e in result.identifiability if e["kind"] in ("at_bound", "at_start", "absent")]
+    said = [*wires.warnings(result)] if result.kind == "wire" else []
+    said += _together(result.identifiability)
     if not result.fit.result.success:
         said.append(f"The fit did not end well. {result.fit.result.status.value}")
     ends = [x for x in result.fit.starts if x == x]
@@ -118,6 +152,29 @@ def warnings(result: GeneralCharacterisation) -> list[str]:
     return said + profiles.warnings(result)
 
 
+TOGETHER = {
+    "at_bound": (
+        "stopped at their bounds: the data, or another cause of misfit, pull them further than they may go. "
+        "They have no errors, and the other errors hold if they are truly there."
+    ),
+    "at_start": "are still at the values they started from: these recordings do not show them.",
+}
+"""What is said once of several parameters that the same is to be said of."""
+
+
+def _together(entries: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Warnings about single parameters, one sentence for all that share a fate."""
+    said = []
+    for kind in ("at_bound", "at_start", "absent"):
+        mine = [e for e in entries if e["kind"] == kind]
+        names = [name for e in mine for name in e["parameters"]]
+        if kind in TOGETHER and len(names) > 1:
+            said.append(f"{', '.join(names[:-1])} and {names[-1]} {TOGETHER[kind]}")
+        else:
+            said += [e["text"] for e in mine]
+    return said
+
+
 def how_it_was_fitted(result: GeneralCharacterisation) -> list[str]:
     """Starts, noise, priors."""
     fit = result.fit
@@ -127,8 +184,7 @@ def how_it_was_fitted(result: GeneralCharacterisation) -> list[str]:
         f"start{'' if len(fit.starts) == 1 else 's'}; chi-square: {ends}. "
         f"{fit.result.status.value}",
         f"Reduced chi-square {fit.reduced_chi_square:.3g} over the noise as stated or estimated; "
-        "residuals are "
-        f"correlated over {fit.correlation_time:.1f} samples; standard errors multiplied by "
+        f"residuals are correlated over {fit.correlation_time:.1f} samples; standard errors multiplied by "
         f"{fit.inflation:.2g}.",
         _priors(result),
         *_specimens(result),

@@ -1,6 +1,6 @@
 """Profile likelihoods as every report shows them: a figure, what they say in words, their numbers."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -47,25 +47,39 @@ def figure(result: Profiled) -> Figure:
 
 
 def warnings(result: Profiled) -> list[str]:
-    """Where a profile says that the fit is not at its end, or that its standard error misleads."""
-    said = []
-    for name, profile in result.profiles.items():
-        if profile.below > ALIKE:
-            said.append(
-                f"Where {name} is held elsewhere the others reach a chi-square lower by {profile.below:.2g}: "
-                "the fit is not at its end, and neither its values nor its errors are to be trusted."
-            )
-        if profile.curved:
-            said.append(
-                f"Over {name} the misfit does not rise as its standard error says, which spans other fits or "
-                f"takes it for a parabola: the profile says {interval(result, name)}."
-            )
-        if profile.unsure:
-            said.append(
-                f"Where {name} is held elsewhere the others stop at kinks of the misfit: whether its "
-                f"standard error holds is not known; the profile leaves at least {interval(result, name)}."
-            )
+    """Where profiles say that the fit is not at its end, or that standard errors mislead: one sentence for
+    all parameters of which the same is to be said."""
+    found, said = result.profiles, []
+    lower = [name for name, profile in found.items() if profile.below > ALIKE]
+    if lower:
+        below = max(found[name].below for name in lower)
+        said.append(
+            f"Where {_or(lower)} is held elsewhere the others reach a chi-square lower by {below:.2g}: "
+            "the fit is not at its end, and neither its values nor its errors are to be trusted."
+        )
+    curved = [name for name, profile in found.items() if profile.curved]
+    if curved:
+        said.append(
+            f"Over {_or(curved)} the misfit does not rise as the standard error says, which spans other fits "
+            f"or takes it for a parabola: the profile says {_intervals(result, curved)}."
+        )
+    unsure = [name for name, profile in found.items() if profile.unsure]
+    if unsure:
+        said.append(
+            f"Where {_or(unsure)} is held elsewhere the others stop at kinks of the misfit: whether the "
+            f"standard error holds is not known; the profile leaves at least {_intervals(result, unsure)}."
+        )
     return said
+
+
+def _or(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
+
+
+def _intervals(result: Profiled, names: Sequence[str]) -> str:
+    if len(names) == 1:
+        return interval(result, names[0])
+    return "; ".join(f"{name} {interval(result, name)}" for name in names)
 
 
 def interval(result: Profiled, name: str) -> str:

@@ -28,5 +28,14 @@ class Spec(NamedTuple):
 
 
 def specs_of(effect: type, kind: str) -> dict[str, Spec]:
-    """The parameters of an effect that act in recordings of a kind, a letter of `Effect.kinds`."""
-    return {name: spec for name, spec in effect.specs.items() if kind in (spec.kinds or effect.kinds)}
+    """The parameters of an effect that act in recordings of a kind, a letter of `Effect.kinds`.
+
+    What an effect states in `within` for a kind takes the place of its fields there: a stress along a wire
+    has other bounds than one of shear.
+    """
+    own = getattr(effect, "within", {}).get(kind, {})
+    return {
+        name: spec._replace(**own.get(name, {}))
+        for name, spec in effect.specs.items()
+        if kind in (spec.kinds or effect.kinds)
+    }

@@ -1,5 +1,6 @@
 """The command as a whole: help at once, one line for every mistake."""
 
+import os
 import subprocess
 import sys
 import time
@@ -74,3 +75,21 @@ def test_a_defect_of_the_program_is_not_hidden():
 
     with pytest.raises(ValueError, match="a defect"):
         group.main(["--"])
+
+
+def test_a_terminal_sees_no_warnings_of_libraries_nor_alarms_of_the_compiler():
+    """What libraries warn of is for developers; who asks with -W gets it."""
+    told = (
+        "import os, warnings, fitting.cli as c\n"
+        "c.main.get_command(None, 'check')\n"
+        "assert os.environ['TF_CPP_MIN_LOG_LEVEL'] == '3'\n"
+        "import sys; sys.argv = ['pneusma', '--version']\n"
+        "try: c.main()\n"
+        "except SystemExit: pass\n"
+        "warnings.warn('mean of empty slice', RuntimeWarning)\n"
+    )
+    bare = {name: value for name, value in os.environ.items() if name != "TF_CPP_MIN_LOG_LEVEL"}  # JAX here set it
+    quiet = subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, env=bare)
+    assert quiet.returncode == 0 and "empty slice" not in quiet.stderr, quiet.stderr
+    asked = subprocess.run([sys.executable, "-W", "default", "-c", told], capture_output=True, text=True, env=bare)
+    assert "empty slice" in asked.stderr

@@ -11,9 +11,9 @@ from fitting.diagnosis.fit.evidence import _occam, _spared
 from fitting.parameters import Parameters
 
 
-def fitted(objective, follows):
-    """A fit whose hidden courses follow so many measured values."""
-    return SimpleNamespace(objective=objective, evaluation=follows, slugs=(), u=None, at_bound=())
+def fitted(objective, follows, at=0.0):
+    """A fit whose hidden courses follow so many measured values, its base constant at a place; an effect is there."""
+    return SimpleNamespace(objective=objective, evaluation=follows, slugs=(), u=np.array([at, 1.0]), at_bound=())
 
 
 def beside_courses(monkeypatch, again=None):
@@ -23,8 +23,8 @@ def beside_courses(monkeypatch, again=None):
     refitter = SimpleNamespace(fit=lambda slugs, u, near: again)
     monkeypatch.setattr(trials, "Refitter", lambda program: refitter)
     followed = lambda follows: [SimpleNamespace(taken=lambda: np.full(100, follows / 100.0))]  # noqa: E731
-    unknowns = SimpleNamespace(slugs=("a",))
-    return SimpleNamespace(followed=followed, fitted=np.array([True]), unknowns=unknowns)
+    unknowns = SimpleNamespace(slugs=("a",), base=np.array([0]), neutral=np.zeros(2), amplitudes=lambda slug: np.array([1]))
+    return SimpleNamespace(followed=followed, fitted=np.array([True]), unknowns=unknowns, hidden=True)
 
 
 def test_what_hidden_courses_follow_more_is_no_evidence(monkeypatch):
@@ -46,6 +46,18 @@ def test_no_trial_is_credited_with_a_kink_that_the_model_so_far_was_shut_in_by(m
     shut = fitted(100.0, 10.0)
     assert trials.fair(program, shut, [trial]) is shut
     assert trial.bayes == pytest.approx(20.0)
+
+
+def test_no_trial_is_credited_with_a_better_place_of_the_bases_own_constants(monkeypatch):
+    """Without hidden courses, too: the base is fitted from where a trial ended, and takes over what is better."""
+    better = fitted(82.0, 0.0)
+    program = beside_courses(monkeypatch)
+    program.hidden, program.followed, begun = False, lambda evaluation: [None], []
+    monkeypatch.setattr(trials, "Refitter", lambda program: SimpleNamespace(fit=lambda slugs, start: begun.append(start) or better))
+    near, far = (trials.Trial("a", fitted(80.0, 0.0, at), 20.0, 0.0) for at in (0.1, 2.0))
+    assert trials.fair(program, fitted(100.0, 0.0), [near]).objective == 100.0 and not begun
+    assert trials.fair(program, fitted(100.0, 0.0), [far]) is better and begun == [far.fit]
+    assert far.bayes == pytest.approx(2.0)
 
 
 def test_strengths_that_are_not_needed_cost_next_to_nothing():

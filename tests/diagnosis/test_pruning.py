@@ -275,7 +275,7 @@ def test_a_search_that_comes_back_to_a_model_ends(monkeypatch):
 def test_all_recordings_are_fitted_where_those_to_fit_name_nothing(monkeypatch, chance, named, contradicted, looks):
     program = SimpleNamespace(fitted=np.array([True, False]), unknowns=SimpleNamespace(slugs=SLUGS))
     final, seen = fit(("gravity",) if named else (), 10.0), []
-    monkeypatch.setattr(explain, "settled_fit", lambda program: (program, None))
+    monkeypatch.setattr(explain, "settled_fit", lambda program, **more: (program, None))
     monkeypatch.setattr(explain, "screened", lambda *_: SimpleNamespace(p_value=chance))
     found = Explanation(program, None, Named(final), [], chance, True)
     monkeypatch.setattr(explain, "_whole", lambda *_: found)

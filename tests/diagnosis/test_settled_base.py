@@ -26,15 +26,18 @@ def two_optima(monkeypatch):
             return SimpleNamespace(u=np.array([end]), objective=left[end])
 
     monkeypatch.setattr(settled, "Refitter", Refitter)
-    monkeypatch.setattr(settled, "_settled", lambda program, fit: (program, fit))
+    monkeypatch.setattr(settled, "settle", lambda program, fit: (program, fit))
     monkeypatch.setattr(settled, "reduced", lambda program, fit, chosen: fit.objective / 100.0)
     monkeypatch.setattr(settled, "inflation_of", lambda program, fit: 2.0)
     return left, starts
 
 
-def coupons(hidden=False):
+def coupons(hidden=False, bound=4.0):
     """A campaign of one base constant."""
-    return SimpleNamespace(fitted=None, hidden=hidden, unknowns=SimpleNamespace(base=np.array([0])))
+    unknowns = SimpleNamespace(
+        base=np.array([0]), neutral=np.zeros(1), low=np.array([-bound]), high=np.array([bound]), items=[SimpleNamespace(name="G_m")]
+    )
+    return SimpleNamespace(fitted=None, hidden=hidden, unknowns=unknowns)
 
 
 def test_beside_hidden_courses_the_fit_begins_in_further_places(two_optima):
@@ -61,3 +64,48 @@ def test_a_model_that_leaves_nothing_is_not_fitted_again(two_optima):
     left[FALSE] = 100.0
     settled.settled_fit(coupons())
     assert starts == [0.0]
+
+
+def test_a_fit_that_did_not_move_is_made_again_from_places_all_about(two_optima, monkeypatch):
+    """Where nothing that was tried had a slope: the misfit is as large everywhere about the start."""
+    left, starts = two_optima
+    left[0.0] = 900.0
+    monkeypatch.setattr(settled, "Refitter", lambda program: Still(left, starts))
+    _, fit = settled.settled_fit(coupons())
+    assert len(starts) == 2 + settled.SCATTERED and fit.u[0] == TRUE
+
+
+def test_a_fit_at_a_bound_is_made_again_although_it_leaves_nothing(two_optima):
+    left, starts = two_optima
+    left[FALSE] = 100.0
+    settled.settled_fit(coupons(bound=FALSE))
+    assert len(starts) == 2 + settled.SCATTERED
+
+
+def test_a_base_model_is_at_least_as_good_as_what_is_known_of_it_from_elsewhere(two_optima):
+    """`characterise` found an optimum that no other start leads to; it is asked only where much is left."""
+    left, starts = two_optima
+    asked = []
+
+    def further():
+        asked.append(len(starts))
+        return [np.array([TRUE])]
+
+    left[TRUE] = 20.0
+    _, fit = settled.settled_fit(coupons(), further=further)
+    assert fit.u[0] == TRUE and asked == [1]
+    left[FALSE] = 100.0
+    settled.settled_fit(coupons(), further=further)
+    assert asked == [1]
+
+
+class Still:
+    """Fits that stay where they begin, but for those that begin far on the other side."""
+
+    def __init__(self, left, starts):
+        self.left, self.starts = left, starts
+
+    def fit(self, slugs, start, rounds=0, near=None):
+        self.starts.append(0.0 if start is None else float(start[0]))
+        end = TRUE if self.starts[-1] < -0.5 else 0.0
+        return SimpleNamespace(u=np.array([end]), objective=self.left[end])

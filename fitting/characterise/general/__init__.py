@@ -4,6 +4,7 @@ from .pipeline import (
     GeneralCharacterisation,
     characterise_actuator,
     characterise_general,
+    characterise_spring_by_temperature,
     characterise_tube,
     characterise_wire,
 )
@@ -12,6 +13,7 @@ __all__ = [
     "GeneralCharacterisation",
     "characterise_actuator",
     "characterise_general",
+    "characterise_spring_by_temperature",
     "characterise_tube",
     "characterise_wire",
 ]

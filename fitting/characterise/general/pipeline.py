@@ -13,20 +13,21 @@ from fitting.characterise.profiles import Profile, lower_end
 from fitting.characterise.result import Characterisation, Estimate
 from fitting.characterise.spring.alloy_table import KELVIN, estimate
 from fitting.characterise.spring.information import Information, with_errors
-from fitting.models import Model, model_of, priors
+from fitting.models import Model, model_of, priors, spring_by_temperature, wire
 from fitting.models.augmented import Augmented, Held
 from fitting.models.refitted import refitted
 from fitting.parameters import Parameters
 from fitting.recordings import Campaign, Recording
 from pneusma_jax.calibration import Calibration
+from pneusma_jax.calibration_model import Quantity
 from pneusma_jax.errors import InputError
 from pneusma_jax.precision import require_float64
-from pneusma_jax.units import to_si
+from pneusma_jax.units import from_si, to_si
 
-from .fit import GeneralFit, fit_campaign, gone_on
+from .fit import GeneralFit, fit_campaign, gone_on, missed
 from .profiles import profiles, worth_profiling
 from .scores import Score, scores
-from .told import Repeat, cannot_tell, informed, repeats
+from .told import Repeat, cannot_tell, held_back, informed, repeats
 
 if TYPE_CHECKING:
     from fitting.posterior.problem import Problem as SamplingProblem
@@ -100,8 +101,23 @@ class GeneralCharacterisation(Characterisation):
 
     @property
     def parameters(self) -> dict[str, Estimate]:
-        """Everything that was free, in the unit of files."""
-        return {name: estimate(entry) for name, entry in self.fitted.items()}
+        """Everything that was free, and what was held because no recording shows it, with the error of its
+        prior; in the unit of files."""
+        return {name: estimate(entry) for name, entry in self.fitted.items()} | {
+            name: Estimate(
+                float(from_si(q.value, q.unit, q.unit == KELVIN)),
+                float(from_si(np.hypot(q.prior.sd, q.value - q.prior.mean), q.unit, True)),
+                q.unit,
+                False,
+            )
+            for name, q in self.unseen.items()
+        }
+
+    @property
+    def unseen(self) -> dict[str, Quantity]:
+        """Constants that no recording shows, held at their table's values, by name; SI."""
+        found = wire.unseen(self.campaign, self.options.get("base")) if self.kind == "wire" else {}
+        return {name: q for name, q in found.items() if name not in self.fitted}
 
     def report(self) -> str:
         """The whole result as plain text."""
@@ -159,6 +175,7 @@ def characterise_general(
     seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
     model: Augmented | None = None,
+    predictor: Model | None = None,
     **options: str | Path,
 ) -> GeneralCharacterisation:
     """Fit a campaign of one kind: priors, least squares from several starts, errors, what stays open.
@@ -172,6 +189,7 @@ def characterise_general(
         seed: of the scattered ones.
         progress: called with a word for each step that is done.
         model: model on disk, of this kind; the base model by default.
+        predictor: what predicts instead of the kind's own module.
         **options: tables to start from, as the kind's `rows_for` takes them.
 
     Raises:
@@ -183,7 +201,7 @@ def characterise_general(
         raise InputError(
             f'{campaign.path}: every recording has role = "validation"; one with role = "fit" is needed'
         )
-    predictor: Model = model or model_of(kind)
+    predictor = model or predictor or model_of(kind)
     parameters = adjusted(predictor.parameters_for(campaign, **options), adjust or {})
     if not parameters:
         raise InputError(
@@ -206,7 +224,7 @@ def characterise_general(
         profiled = profiles(fit, _still_open(fit, wanted))
     if wanted:
         progress("profiles")
-    return GeneralCharacterisation(
+    result = GeneralCharacterisation(
         campaign=campaign,
         identify=_identifies(recordings),
         fit=fit,
@@ -222,6 +240,7 @@ def characterise_general(
         seed=seed,
         model=model,
     )
+    return replace(result, identifiability=[*result.identifiability, *map(held_back, result.unseen)])
 
 
 def _with_information(fit: GeneralFit) -> tuple[GeneralFit, Information, list[np.ndarray]]:
@@ -252,6 +271,28 @@ def adjusted(parameters: Parameters, changes: Mapping[str, Mapping[str, Any]]) -
     return priors.adjusted(parameters, in_si)
 
 
+def characterise_spring_by_temperature(
+    campaign: Campaign,
+    *,
+    base: str | Path | None = None,
+    adjust: Mapping[str, Mapping[str, Any]] | None = None,
+    starts: int = STARTS,
+    profile: int | Sequence[str] = 0,
+    seed: int = 0,
+    progress: Callable[[str], None] = lambda _: None,
+) -> GeneralCharacterisation:
+    """Constants of a spring whose resistance was not measured, its phase from its temperature.
+
+    Args:
+        campaign: recordings of kind spring, with temperature and without resistance.
+        base: alloy to start from where it is to be identified.
+        adjust, starts, profile, seed, progress: as for `characterise_general`.
+    """
+    common = {"adjust": adjust, "starts": starts, "profile": profile, "seed": seed, "progress": progress}
+    given = _given(base=base)
+    return characterise_general(campaign, "spring", predictor=spring_by_temperature, **common, **given)
+
+
 def characterise_wire(
     campaign: Campaign,
     *,
@@ -264,13 +305,21 @@ def characterise_wire(
 ) -> GeneralCharacterisation:
     """Constants of a straight wire, by the reversible base law; arguments as for `characterise_general`.
 
+    Under a steady load a residual strain shows as a loop between heating and cooling. Where the law with it
+    does not hold, that loop stands in for another physics: the wire is fitted without it then.
+
     Args:
         campaign: recordings of kind wire, with temperature.
         base: alloy to start from where it is to be identified.
         adjust, starts, profile, seed, progress: see there.
     """
     common = {"adjust": adjust, "starts": starts, "profile": profile, "seed": seed, "progress": progress}
-    return characterise_general(campaign, "wire", **common, **_given(base=base))
+    found = characterise_general(campaign, "wire", **common, **_given(base=base))
+    if wire.AMPLITUDE in found.unseen and missed(found.fit.result):
+        progress("without residual strain")
+        plain = wire.without_residual(campaign, base)
+        found = characterise_general(campaign, "wire", base=plain, **common)
+    return found
 
 
 def characterise_tube(

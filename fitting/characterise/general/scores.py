@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.metrics import metrics
+from fitting.models.rows import Rows
 from fitting.recordings import schema
 from pneusma_jax.units import from_si
 
@@ -43,6 +44,10 @@ def measures(measured: np.ndarray, predicted: np.ndarray) -> dict[str, float]:
     return {name: float(value) for name, value in metrics(measured, predicted).items()}
 
 
+STILL = 5.0
+"""Kelvin by which a temperature must vary for outputs to be drawn over it."""
+HELD = 5e-4
+"""Metres by which the length of a spring may vary that is held."""
 OVER = {"wire": "temperature", "tube": "pressure", "actuator": "time", "elastomer": "strain"}
 """Input that outputs are drawn over."""
 
@@ -56,9 +61,9 @@ def column_of(kind: str, quantity: str) -> str:
 def scores(fit: GeneralFit) -> list[Score]:
     """Every measured output of every recording, held-out ones too."""
     found, kind = [], fit.kind
-    over = OVER.get(kind, "time")
-    x_column = "time_s" if over == "time" else column_of(kind, over)
     for recording, rows, predicted in zip(fit.recordings, fit.rows, fit.predict(), strict=True):
+        over = _over(rows, kind)
+        x_column = "time_s" if over == "time" else column_of(kind, over)
         x = np.asarray(rows.time if over == "time" else rows.inputs[over])
         for name, weight in rows.weight.items():
             held = (np.asarray(weight) > 0.0) & np.isfinite(predicted[name])
@@ -80,6 +85,18 @@ def scores(fit: GeneralFit) -> list[Score]:
                 )
             )
     return found
+
+
+def _over(rows: Rows, kind: str) -> str:
+    """Quantity that outputs are drawn over: of a wire at one temperature, what else drives it."""
+    over = OVER.get(kind, "time")
+    if kind == "spring":  # by temperature, or through its length
+        over = "temperature" if np.ptp(rows.inputs["elongation"]) < HELD else "elongation"
+        return over if "temperature" in rows.inputs else "time"
+    if over != "temperature" or np.ptp(np.asarray(rows.inputs[over])[np.asarray(rows.mask)]) > STILL:
+        return over
+    moving = [n for n in ("strain", "stress") if n in rows.inputs and np.ptp(rows.inputs[n]) > 0.0]
+    return moving[0] if moving else "time"
 
 
 def overall(found: Sequence[Score], role: str) -> dict[str, dict[str, float]]:

@@ -102,8 +102,8 @@ def advice(found: Sequence[Repeat]) -> str:
     helped = ", ".join(f"{name} to {100.0 * ratio:.0f} %" for name, ratio in best.shrinks)
     return (
         f"Of repeats of what was measured, one more like {best.name} says most ({best.information:.1f} "
-        "nats): it "
-        f"would shrink the error of {helped} of what it is. Tests of another kind were not compared."
+        f"nats): it would shrink the error of {helped} of what it is. Tests of another kind were not "
+        "compared."
     )
 
 
@@ -132,6 +132,15 @@ def cannot_tell(
     return entries + alone + _loose(told, covered) + _pairs(told)
 
 
+def held_back(name: str) -> dict[str, Any]:
+    """An entry of `cannot_tell` for a constant that no recording shows, so that it was held."""
+    text = (
+        f"{name} is still at the value it started from: it was held, since no recording takes the load off, "
+        "which alone would show it; its error is the prior's."
+    )
+    return {"kind": "at_start", "parameters": [name], "posterior_over_prior": 1.0, "text": text}
+
+
 def _bound(name: str, absent: str | None = None) -> dict[str, Any]:
     if absent:
         return {"kind": "absent", "parameters": [name], "text": absent}
@@ -157,8 +166,7 @@ def _alone(
         where = "is still at the value it started from" if stayed else "is hardly informed"
         text = (
             f"{name} {where}: these recordings do not show it, and its error of {100.0 * marginal[k]:.0f} "
-            "% of "
-            "the prior's comes from the prior."
+            "% of the prior's comes from the prior."
         )
         kind = "at_start" if stayed else "not_informed"
         ratio = float(marginal[k])
@@ -186,10 +194,8 @@ def _loose(told: Information, covered: set[str]) -> list[dict[str, Any]]:
         )
         text = (
             f"{', '.join(names[:-1])} and {names[-1]} cannot be separated by these recordings: {moves}, "
-            "by as "
-            f"much as the priors allow, and the fit stays as good (error along it {100.0 * ratio:.0f} % "
-            "of the "
-            "priors')."
+            f"by as much as the priors allow, and the fit stays as good (error along it {100.0 * ratio:.0f} "
+            "% of the priors')."
         )
         entry = {"kind": "loose_direction", "parameters": names, "posterior_over_prior": float(ratio)}
         entries.append({**entry, "text": text})
@@ -213,8 +219,7 @@ def _pairs(told: Information) -> list[dict[str, Any]]:
                 continue
             text = (
                 f"{told.names[j]} and {one} are known only together (correlation "
-                f"{correlation[i, j]:+.3f}): what "
-                "they make together was measured, not each of them."
+                f"{correlation[i, j]:+.3f}): what they make together was measured, not each of them."
             )
             entries.append({
                 "kind": "known_together", "parameters": [told.names[j], one],

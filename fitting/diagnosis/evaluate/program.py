@@ -4,7 +4,10 @@ One evaluation gives the outputs of all recordings, less what hidden courses exp
 by a few numbers. Everything else in a diagnosis is linear algebra on its whitened results.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
@@ -14,6 +17,7 @@ from fitting.models.reduction import thinned
 from fitting.models.rows import MOST_ROWS, Rows, stack, with_numbers
 from fitting.models.with_effects import LETTERS, candidates, kind_module
 from fitting.recordings import Campaign, Recording
+from pneusma_jax.calibration_model import Calibration
 from pneusma_jax.errors import InputError
 
 from . import courses
@@ -78,6 +82,7 @@ class Program:
         kind: str,
         slugs: list[str] | None = None,
         model: AugmentedModel | None = None,
+        tables: Mapping[str, str | Path | Calibration] = MappingProxyType({}),
     ) -> "Program":
         """Build a program.
 
@@ -86,6 +91,8 @@ class Program:
             kind: that kind.
             slugs: effects to try; all of the kind if None.
             model: base model to start from: its numbers are nominal, its effects are always there.
+            tables: to start from where an alloy or material is to be identified, as the kind's `rows_for`
+            takes them.
 
         Raises:
             InputError: if the recordings cannot be used together.
@@ -93,14 +100,14 @@ class Program:
         module = kind_module(kind)
         rows_for = getattr(module, "hidden_rows_for", module.rows_for)
         campaign = thinned(campaign, getattr(module, "MOST_ROWS", MOST_ROWS))
-        rows = rows_for(campaign)
+        rows = rows_for(campaign, **tables)
         model = model or AugmentedModel()
         there = tuple(added.slug for added in model.added)
         tried = [slug for slug in (candidates(kind) if slugs is None else slugs) if slug not in there]
         known = {name: q for table in model.base.values() for name, q in table.items()}
         rows = [with_numbers(r, known) for r in rows]
         stacked = stack(rows, coarse=True)
-        unknowns = Unknowns(module.parameters_for(campaign), tried, LETTERS[kind], known)
+        unknowns = Unknowns(module.parameters_for(campaign, **tables), tried, LETTERS[kind], known)
         size = stacked.mask.shape[1]
         hiding = hasattr(module, "hidden_rows_for") or hasattr(module, "prepared")
         quiet = quiet_readings(campaign.recordings, rows) if hiding else [{}] * len(rows)

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..evaluate.noise import lasting
 from ..evaluate.program import Program
-from .refit import SHAPE_SD, Fit, prior_sd, stopped
+from .refit import SHAPE_SD, Fit, absent, prior_sd, stopped
 
 AT_BOUND = 8.0
 """Log Bayes factor that an effect loses whose strength ends at a physical bound."""
@@ -34,7 +34,8 @@ def evidence(
     """Log Bayes factor of a model with further effects over one without them; misfit counts by 1 / inflation.
 
     Models are compared with each other under one inflation only. `followed` is what the current model's
-    courses take up, if that is known.
+    courses take up, if that is known. An effect that ended at its neutral value has no evidence, whatever its
+    fit gained: something else did.
     """
     followed = taken_up(program, current) if followed is None else followed
     added = [slug for slug in further.slugs if slug not in current.slugs]
@@ -42,7 +43,9 @@ def evidence(
     gain = (current.objective - further.objective - luck) / inflation
     penalty = len(added) * np.log(max(len(program.unknowns.slugs), 1))
     penalty += AT_BOUND * sum(stopped(further, slug) for slug in added)
-    return gain + _occam(program, current, further, added, inflation) - penalty
+    found = gain + _occam(program, current, further, added, inflation) - penalty
+    nothing = any(absent(program.unknowns, further, slug) for slug in added)
+    return min(found, 0.0) if nothing else found
 
 
 def _occam(program: Program, current: Fit, further: Fit, added: list[str], inflation: float) -> float:

@@ -36,6 +36,9 @@ departure."""
 AT_BOUND = 1e-3
 """Part of its range from a bound, other than its absence, at which a parameter is said to be at it."""
 
+NOTHING = 1e-6
+"""Part of a typical effect up to which one is at its neutral value; rounding leaves less."""
+
 
 def prior_sd(unknowns: Unknowns, free: np.ndarray) -> np.ndarray:
     """Standard deviations of priors of scaled unknowns; infinite for strengths, which bounds alone hold."""
@@ -76,6 +79,12 @@ class Fit:
 def stopped(fit: Fit, slug: str) -> bool:
     """Whether the strength of an effect ended at a physical bound."""
     return any(name.startswith(f"{slug}.") for name in fit.at_bound)
+
+
+def absent(unknowns: Unknowns, fit: Fit, slug: str) -> bool:
+    """Whether every strength of an effect ended at its neutral value, so that nothing of it is there."""
+    own = unknowns.amplitudes(slug)
+    return not np.any(np.abs(fit.u[own] - unknowns.neutral[own]) > NOTHING)
 
 
 def departed(unknowns: Unknowns, fit: Fit) -> float:

@@ -39,7 +39,13 @@ TO_THE_END = 40
 FAINTER = 0.1
 """Part of an effect with which a fit begins again that ended worse than the model without it."""
 SHUT_IN = 5.0
-"""Log Bayes factor of a trial from which the model without it is looked for near its hidden courses, too."""
+"""Log Bayes factor of a trial from which the model without it is looked for from the trial's own base
+constants and near its hidden courses, too."""
+AHEAD = 0.75
+"""Part of the largest log Bayes factor from which that is done beside hidden courses, where fits are slow: no
+candidate further behind may enter (`choose.BEHIND`)."""
+ELSEWHERE = 0.5
+"""Standard deviations that a base constant must be elsewhere for it to be done from there."""
 
 
 @dataclass
@@ -185,19 +191,38 @@ def _fainter(unknowns: Unknowns, slug: str, current: np.ndarray, start: np.ndarr
 
 
 def fair(program: Program, current: Fit, trials: list[Trial]) -> Fit:
-    """The model so far, its hidden courses begun with those of a trial where that is better.
+    """The model so far, fitted anew from where its trials ended, where that is better.
 
-    The metal's memory has kinks at which the search for a course ends; a trial that got past one would be
-    credited with it. The trials are weighed anew.
+    A trial that came upon a better place of the base model's own constants would be credited with it. So
+    would
+    one that got past a kink of the metal's memory, at which the search for a course ends. The trials are
+    weighed anew.
     """
-    if not any(program.followed(current.evaluation)):
-        return current
-    for trial in [t for t in trials if t.bayes > SHUT_IN][:PROMISING]:
-        again = Refitter(program).fit(current.slugs, current.u, near=trial.fit.evaluation)
+    slow, asked = program.hidden, set()
+    while True:
+        best = max((t.bayes for t in trials), default=0.0)
+        enough = max(SHUT_IN, AHEAD * best) if slow else SHUT_IN
+        ahead = [t for t in trials if t.bayes > enough and t.slug not in asked]
+        if not ahead:
+            weigh(program, current, trials)
+            return current
+        ahead = ahead[:1] if slow else ahead
+        asked |= {t.slug for t in ahead}
+        again = [fit for t in ahead for fit in _without(program, current, t)]
+        again = min(again, key=lambda fit: fit.objective, default=current)
         if again.objective < current.objective:
             current = again
-    weigh(program, current, trials)
-    return current
+            weigh(program, current, trials)
+
+
+def _without(program: Program, current: Fit, trial: Trial) -> list[Fit]:
+    """The model so far, fitted from a trial's own constants and from its hidden courses."""
+    refitter, base, found = Refitter(program), program.unknowns.base, []
+    if np.max(np.abs(trial.fit.u[base] - current.u[base]), initial=0.0) > ELSEWHERE:
+        found.append(refitter.fit(current.slugs, trial.fit))  # which leaves the others at their absence
+    if any(program.followed(current.evaluation)):
+        found.append(refitter.fit(current.slugs, current.u, near=trial.fit.evaluation))
+    return found
 
 
 def weigh(program: Program, current: Fit, trials: list[Trial]) -> None:

@@ -5,7 +5,7 @@ They keep one out that predicts them worse. Only where the fitted ones name noth
 most of the misfit of those for validation, all are fitted, and every score is of recordings left out in turn.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +14,7 @@ from ..evaluate.program import Program
 from ..fit.misfit import floor, reduced
 from ..fit.refit import Fit
 from ..fit.screen import Screen
-from ..fit.settled import settled_fit
+from ..fit.settled import settle, settled_fit
 from .choose import CERTAIN
 from .detours import detour
 from .growing import LEVEL, Growth, screened
@@ -23,6 +23,8 @@ from .stages import Explanation, Named, Stage
 SECOND_LOOK = 0.005
 """P-value below which something is missing where the fitted recordings agreed and all are looked at
 together."""
+BETTERED = 3
+"""Searches, at most, that begin from a better fit of the base model on which candidates came."""
 KEPT = 0.5
 """Share of the misfit of validation recordings from which they contradict an explanation."""
 
@@ -32,6 +34,7 @@ def explain(
     rng: np.random.Generator,
     progress: Callable[[str], None] = lambda _: None,
     effort: int = 1,
+    further: Callable[[], Sequence[np.ndarray]] = tuple,
 ) -> Explanation:
     """Search for up to three effects.
 
@@ -40,10 +43,11 @@ def explain(
         rng: of simulated nulls.
         progress: told what happens, in words.
         effort: 1; 2 follows twice as many candidates.
+        further: makes more starts of the base model, scaled; asked where its fit leaves much.
     """
     growth = Growth(rng, progress, effort)
     progress("refitting the base model within its tolerances")
-    started, base = settled_fit(program)
+    started, base = settled_fit(program, further=further)
     progress(f"screening {len(program.unknowns.slugs)} effects")
     found = screened(started, base, rng)
     untried = not program.fitted.all()  # recordings for validation have not been fitted
@@ -74,9 +78,16 @@ def _together(program: Program, base: Fit, level: float, growth: Growth) -> Expl
 
 def _whole(growth: Growth, program: Program, base: Fit, found: Screen) -> Explanation:
     """One effect after the other, from a screened base model; then from rivals of the first one."""
-    explanation = Explanation(program, base, Named(base), [], found.p_value, found.p_is_bound)
-    growth.grown(explanation, Stage(base, found, []))
+    for again in reversed(range(BETTERED)):
+        explanation = Explanation(program, base, Named(base), [], found.p_value, found.p_is_bound)
+        better = growth.grown(explanation, Stage(base, found, []), again > 0)
+        if better is None:
+            break
+        growth.progress("beginning again from a better fit of the base model")
+        program, base = settle(program, better)
+        found = screened(program, base, growth.rng)
     detour(growth, explanation)
+    explanation.stood = growth.stood
     return explanation
 
 

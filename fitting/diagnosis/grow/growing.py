@@ -8,6 +8,7 @@ import numpy as np
 from ..evaluate.program import Program
 from ..fit.refit import Fit, Refitter
 from ..fit.screen import Screen, screen
+from ..fit.settled import clearly_better
 from ..fit.trials import TRIED, Trial, fair, trials_of
 from .choose import choice
 from .pruning import polished
@@ -35,13 +36,25 @@ class Growth:
     progress: Callable[[str], None]
     effort: int
 
-    def grown(self, explanation: Explanation, stage: Stage) -> None:
-        """Add effects until no further one may enter."""
-        program, named = explanation.program, Named(stage.base)
+    def grown(self, explanation: Explanation, stage: Stage, again: bool = False) -> Fit | None:
+        """Add effects until no further one may enter.
+
+        Args:
+            explanation: of the search; told what was found.
+            stage: screened.
+            again: stop where candidates come upon a clearly better fit of the base model.
+
+        Returns:
+            That fit; None where there is none, or it was not asked for.
+        """
+        program, named, base = explanation.program, Named(stage.base), stage.base
         while True:
             explanation.stages.append(stage)
             if stage.screen.p_value > LEVEL:
                 break
+            self.fill(program, stage)
+            if again and not stage.base.slugs and clearly_better(program, base, stage.base):
+                return stage.base
             best = self._step(explanation, stage)
             if not stage.base.slugs:
                 explanation.base = stage.base
@@ -54,6 +67,7 @@ class Growth:
                 break
             stage = self.stage(program, named.fit)
         explanation.named = named
+        return None
 
     def stage(self, program: Program, current: Fit) -> Stage:
         """A screen of the effects that a model does not have."""
@@ -78,9 +92,8 @@ class Growth:
         return stood(program, fit, left, stages, fill, explanation.scores)
 
     def _step(self, explanation: Explanation, stage: Stage) -> Trial | None:
-        """The effect of a screened stage that may enter, if one may; the stage gets its trials."""
+        """The effect of a stage with trials that may enter, if one may."""
         program = explanation.program
-        self.fill(program, stage)
         self.progress("predicting recordings left out in turn")
         best = choice(
             program, stage.base, stage, explanation.base, explanation.left_out[0], explanation.scores

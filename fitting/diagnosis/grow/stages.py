@@ -1,5 +1,6 @@
 """What a search goes through and ends with."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -95,6 +96,7 @@ class Explanation:
         contending: effects that together explain and predict the recordings better than `final`, but by no
             more than drift of the instruments explains.
         scores: of recordings left out in turn.
+        stood: weighs the effects of another model of these recordings, see `standings.stood`.
     """
 
     program: Program
@@ -105,6 +107,7 @@ class Explanation:
     p_is_bound: bool
     together: bool = False
     contending: list[tuple[str, ...]] = field(default_factory=list)
+    stood: "Callable[[Explanation, Fit, float, list[Stage]], Named] | None" = field(default=None, repr=False)
     scores: LeftOut = field(init=False, repr=False)
 
     def __post_init__(self) -> None:

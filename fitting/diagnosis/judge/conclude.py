@@ -9,10 +9,12 @@ from pneusma_jax.remainder import WALL
 
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
+from ..evaluate.start import Start
 from ..fit.misfit import floor, foretold, reduced
 from ..fit.refit import Fit
 from ..grow.growing import LEVEL
 from ..grow.stages import Explanation
+from .accept import accepted
 from .designs import best_design
 from .generic import Generic, race
 from .judged import (
@@ -52,7 +54,8 @@ LEAST_WEIGHT = 0.02
 
 @dataclass
 class Conclusion:
-    """Everything that a report says; `notes` is what to read with care, `asked` about effects asked for."""
+    """Everything that a report says; `notes` is what to read with care, `asked` about effects asked for,
+    `start` what the recordings were compared with."""
 
     explanation: Explanation
     mismatch: bool
@@ -72,6 +75,7 @@ class Conclusion:
     generic: Generic | None
     notes: list[str] = field(default_factory=list)
     asked: list[dict] = field(default_factory=list)
+    start: Start = field(default_factory=Start)
 
     @property
     def model(self) -> tuple[Program, Fit]:
@@ -88,6 +92,8 @@ class Conclusion:
 
 def conclude(explanation: Explanation) -> Conclusion:
     """Weigh a search."""
+    scores = Scores()
+    explanation, taken_back = accepted(explanation, scores)
     program = explanation.program
     masks = program.fitted, program.unseen
     base, alone = ([f(program, explanation.base, mask) for mask in masks] for f in (foretold, reduced))
@@ -115,7 +121,6 @@ def conclude(explanation: Explanation) -> Conclusion:
     unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
     found = effects_found(explanation, unknown) if named else []
     place, rest, members = locate(explanation), None, _members(explanation)
-    scores = Scores()
     if mismatch and (unknown > 0.5 or not named):
         if by_nameless(generic):
             place = place.led_by(generic.driver)
@@ -128,8 +133,12 @@ def conclude(explanation: Explanation) -> Conclusion:
         before, after = scores.held_out(explanation)
         if named and (beyond or last[0] > limits[0]):
             rest = beside(program, explanation.final)
+        with_rest = [] if rest is None else [(program, explanation.final, 1.0, rest.corrected)]
+        smoothed = scores.averaged(with_rest) if with_rest else after
+        if smoothed.reduced_chi2 > after.reduced_chi2:
+            rest = None
         if rest is not None:
-            after = scores.averaged([(program, explanation.final, 1.0, rest.corrected)])
+            after = smoothed
             members = [(*member[:4], rest.corrected) for member in members]
         if beyond:
             rival = None if more else generic
@@ -144,7 +153,7 @@ def conclude(explanation: Explanation) -> Conclusion:
         candidates,
         nothing,
         unknown,
-        explanation_set(candidates, unknown) if mismatch else [],
+        explanation_set(candidates, unknown, found) if mismatch else [],
         before,
         after,
         scores.averaged([member[1:] for member in members]) if len(members) > 1 else after,
@@ -152,7 +161,7 @@ def conclude(explanation: Explanation) -> Conclusion:
         _next(explanation, found),
         rest,
         generic,
-        _contending(explanation, found),
+        [*taken_back, *_contending(explanation, found)],
     )
 
 

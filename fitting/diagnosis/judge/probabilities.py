@@ -1,5 +1,6 @@
 """Probabilities of explanations, from the evidence of their trials."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -143,8 +144,11 @@ def _alike(program: Program, rival: Trial, standing: Standing) -> bool:
     return other < 1.1 * max(mine, 1.0) and standing.net - rival.bayes < 10.0
 
 
-def explanation_set(candidates: dict[str, tuple[float, float]], unknown: float) -> list[str]:
-    """The fewest candidates whose probabilities reach `SET`."""
+def explanation_set(
+    candidates: dict[str, tuple[float, float]], unknown: float, found: Sequence[Found] = ()
+) -> list[str]:
+    """The fewest candidates whose probabilities reach `SET`, and those that the recordings do not tell from
+    one of them that is named."""
     pool = {slug: p for slug, (p, _) in candidates.items()} | {UNMODELLED: unknown}
     chosen, total = [], 0.0
     for slug in sorted(pool, key=lambda s: -pool[s]):
@@ -152,4 +156,5 @@ def explanation_set(candidates: dict[str, tuple[float, float]], unknown: float) 
         total += pool[slug]
         if total >= SET:
             break
-    return chosen
+    alike = [slug for f in found if f.slug in chosen and f.slug != UNMODELLED for slug in f.confusable]
+    return [*chosen, *dict.fromkeys(slug for slug in alike if slug in candidates and slug not in chosen)]

@@ -83,31 +83,27 @@ def _verdict(conclusion: Conclusion) -> list[str]:
     chance = f"{bound}{conclusion.explanation.p_value:.3g}"
     if not conclusion.mismatch:
         return [
-            "The recordings agree with the base model within its tolerances and their noise.",
+            f"The recordings agree with {base_named(conclusion)} within its tolerances and their noise.",
             f"A misfit as large as this one would arise by chance with a probability of {chance}.",
             *_not_fitted(conclusion),
         ]
     over = [f for f in conclusion.found[1:] if f.slug == "unmodelled"]  # beside a name that comes first
     names = [f.slug for f in conclusion.found if f not in over]
     if names and names[0] == "unmodelled":
-        lead = "The recordings contradict the base model, and no effect that is known here explains them."
+        whole = base_named(conclusion)
+        lead = f"The recordings contradict {whole}, and no effect that is known here explains them."
         rival = conclusion.generic
         if conclusion.unknown <= TENTATIVE and not conclusion.explanation.final.slugs and rival is not None:
             lead = (
-                "The recordings may contradict the base model: no effect that is known explains them, and "
+                f"The recordings may contradict {whole}: no effect that is known explains them, and "
                 f"a smooth function of {rival.driver.replace('_', ' ')} without a name does with a log Bayes "
                 f"factor of {rival.bayes:.2g}, which is little."
             )
     elif len(names) == 1:
-        lead = f"The base model leaves out {names[0]}: {CATALOGUE[names[0]].sentence}"
+        lead = f"{_capital(base_named(conclusion))} leaves out {names[0]}: {CATALOGUE[names[0]].sentence}"
     else:
-        lead = f"The base model leaves out {' and '.join(names)}."
-    values = f"{base.reduced_chi2:.3g} to {after.reduced_chi2:.3g}"
-    where = {
-        "validation": "recordings kept for validation",
-        "left out in turn": "recordings left out in turn",
-    }
-    held = where.get(base.how, "parts of the one recording, left out in turn (within-recording)")
+        lead = f"{_capital(base_named(conclusion))} leaves out {' and '.join(names)}."
+    held = not_fitted(base.how)
     rest = conclusion.remainder
     smooth = f"a smooth function of {rest.driver} added to {rest.quantity}" if rest is not None else ""
     with_it = f"With {'it' if len(names) == 1 else 'them'}"
@@ -127,10 +123,56 @@ def _verdict(conclusion: Conclusion) -> list[str]:
         with_it += f" and, for what it leaves, {smooth}, which explains nothing,"
     return [
         lead,
+        *_not_told_apart(conclusion),
         *(f.text for f in over),
-        f"{with_it} the misfit of {held} falls from a reduced chi-square of {values}.",
+        f"{with_it} the misfit of {held} {went(base.reduced_chi2, after.reduced_chi2)}.",
         _by_chance(chance),
     ]
+
+
+def base_named(conclusion: Conclusion) -> str:
+    """The base model, and in brackets what it is where that is not the published one as it stands."""
+    what = conclusion.start.words
+    return f"the base model ({what})" if what else "the base model"
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _not_told_apart(conclusion: Conclusion) -> list[str]:
+    """Effects that explain the recordings as well as those that are named."""
+    said = []
+    for f in conclusion.found:
+        if f.slug != "unmodelled" and f.confusable:
+            said.append(f"These recordings do not tell {f.slug} from {' or '.join(f.confusable)}.")
+    return said
+
+
+def not_fitted(how: str) -> str:
+    """What a model was scored on, in words."""
+    where = {
+        "validation": "recordings kept for validation",
+        "left out in turn": "recordings left out in turn",
+    }
+    return where.get(how, "parts of the one recording, left out in turn (within-recording)")
+
+
+def refused(slugs: Sequence[str], how: str, before: float, after: float) -> str:
+    """Of effects that fit better and predict worse, in words."""
+    it = "it" if len(slugs) == 1 else "them"
+    return (
+        f"{' and '.join(slugs)} would fit the recordings better, but with {it} the misfit of "
+        f"{not_fitted(how)} {went(before, after)}: not accepted"
+    )
+
+
+def went(before: float, after: float) -> str:
+    """What became of a reduced chi-square, from the numbers as they are shown."""
+    first, then = f"{before:.3g}", f"{after:.3g}"
+    if first == then:
+        return f"stays at a reduced chi-square of {first}"
+    return f"{'rises' if after > before else 'falls'} from a reduced chi-square of {first} to {then}"
 
 
 def _not_fitted(conclusion: Conclusion) -> list[str]:

@@ -15,6 +15,8 @@ from ..judge.prove import HeldOut
 from ..judge.words import place_text
 
 SCHEMA = "pneusma-diagnosis/1"
+MATERIAL = "material"
+"""Name of the table of a law that was fitted first, beside the model."""
 
 
 def report_of(conclusion: Conclusion) -> dict:
@@ -58,6 +60,7 @@ def report_of(conclusion: Conclusion) -> dict:
             "averaged": _score(conclusion, conclusion.mean) | {"over": conclusion.members},
         },
         "nameless_correction": _generic(conclusion),
+        "base_model": conclusion.start.words or "the published model",
         "base_parameters": _base(conclusion),
         "not_testable_here": explanation.stages[0].screen.untestable if explanation.stages else [],
         "remainder": _remainder(conclusion),
@@ -166,6 +169,8 @@ def model_of(conclusion: Conclusion, source: str, start: AugmentedModel | None =
         for key in ("design", "alloy", "material")
         if first.full_geometry().get(key) not in (None, "fit")
     }
+    if conclusion.start.tables:  # a law that was fitted first, whose constants these are
+        tables |= dict.fromkeys(conclusion.start.tables, f"{MATERIAL}.toml")
     added = *start.added, *_added(conclusion, source), *_rest(conclusion, source)
     return AugmentedModel(common, added, {**start.tables, **tables}, own, "augmented", source)
 

@@ -4,6 +4,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
+from fitting.models.wire import set_apart
 from fitting.recordings import schema
 from fitting.report.figures import axis_label, style
 from pneusma_jax.units import from_si
@@ -11,7 +12,7 @@ from pneusma_jax.units import from_si
 from ..judge.conclude import Conclusion
 
 MOST_SHOWN = 6
-BASE, AFTER, DATA = "#c2410c", "#1d4ed8", "#334155"
+BASE, AFTER, DATA, APART = "#c2410c", "#1d4ed8", "#334155", "#94a3b8"
 
 
 def recordings_figure(conclusion: Conclusion) -> Figure:
@@ -33,8 +34,11 @@ def recordings_figure(conclusion: Conclusion) -> Figure:
         for place in range(len(shown), rows * columns):
             axes[2 * (place // columns), place % columns].axis("off")
             axes[2 * (place // columns) + 1, place % columns].axis("off")
-        handles, labels = axes[0, 0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False)
+        known = {}
+        for panel in axes[::2].flat:
+            known |= {text: line for line, text in zip(*panel.get_legend_handles_labels(), strict=True)}
+        # one entry for each panel across, so that the legend is no wider than the figure
+        figure.legend(known.values(), known, loc="outside upper center", ncols=columns, frameon=False)
     return figure
 
 
@@ -59,6 +63,11 @@ def _one(conclusion: Conclusion, k: int, top: plt.Axes, below: plt.Axes) -> None
     show = lambda values: from_si(np.asarray(values)[there], unit)  # noqa: E731
     base, after = x.base.evaluation.predicted[k][0], conclusion.shown.predicted[k][0]
     top.plot(time, show(channel.measured), ".", ms=2.5, color=DATA, label="measured")
+    begun = set_apart(recording) if recording.kind == "wire" else None
+    if begun is not None:
+        clock = recording.si("time") if recording.has("time") else np.arange(len(recording))
+        first = recording.columns[column][: begun.rows]
+        top.plot(clock[: begun.rows], first, "x", ms=2.5, color=APART, label="first heating, set apart")
     top.plot(time, show(base), color=BASE, lw=1.3, label="base model, refitted")
     changed = conclusion.shown is not x.base.evaluation
     if changed:
@@ -80,6 +89,7 @@ def _one(conclusion: Conclusion, k: int, top: plt.Axes, below: plt.Axes) -> None
             axes.axvspan(span[rows[1] - 1], span[rows[2] - 1], color="#f59e0b", alpha=0.18, lw=0)
     below.set_ylabel("residual / noise", fontsize=8)
     below.set_xlabel("time (s)", fontsize=8)
+    below.set_xlim(top.get_xlim())
     for axes in (top, below):
         axes.tick_params(labelsize=7)
 

@@ -14,7 +14,7 @@ from pneusma_jax.units import from_si
 
 from ..fit.misfit import reduced
 from ..judge.conclude import Conclusion, HeldOut
-from ..judge.words import place_text, verdict_sentences
+from ..judge.words import place_text, verdict_sentences, went
 
 
 def page_of(conclusion: Conclusion, title: str, command: str, figures: Mapping[str, Figure]) -> str:
@@ -30,7 +30,8 @@ def page_of(conclusion: Conclusion, title: str, command: str, figures: Mapping[s
     fitted = [r.name for r, f in zip(x.program.recordings, x.program.fitted, strict=True) if f]
     simulated = all(r.real is False for r in x.program.recordings)
     asked = (
-        f"Does the published model explain {len(x.program.recordings)} recordings of kind {x.program.kind}"
+        f"Does {conclusion.start.words or 'the published model'} explain {len(x.program.recordings)} "
+        f"recordings of kind {x.program.kind}"
     )
     parts = [
         f"<h1>Diagnosis: {escape(title)}</h1>",
@@ -76,9 +77,9 @@ def _remainder(conclusion: Conclusion) -> list[str]:
     units = [f" [{unit_of(name)}]" for name in (rest.driver, rest.quantity)]
     span = f"between {rest.knots[0]:.4g} and {rest.knots[-1]:.4g}{units[0]}"
     text = (
-        f"A smooth function of {rest.driver} {span}, added to {rest.quantity}, takes the reduced chi-square "
-        f"of recordings that were not fitted from {conclusion.before.reduced_chi2:.3g} to "
-        f"{conclusion.after.reduced_chi2:.3g}. It describes and does not explain. It is in augmented.toml as "
+        f"With a smooth function of {rest.driver} {span}, added to {rest.quantity}, the misfit of recordings "
+        f"that were not fitted {went(conclusion.before.reduced_chi2, conclusion.after.reduced_chi2)}. It "
+        "describes and does not explain. It is in augmented.toml as "
         "unmodelled; outside that range it is unknown, and simulations with the model hold it and say so."
     )
     columns = zip(rest.knots, rest.values, rest.sd, strict=True)
