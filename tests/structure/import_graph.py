@@ -1,0 +1,220 @@
+"""Imports of the packages as a graph, read from the source.
+
+Imports inside functions and those for types alone (`if TYPE_CHECKING:`) are counted, too.
+
+    python tests/structure/import_graph.py            counts of what the laws forbid
+    python tests/structure/import_graph.py --prune    remove from the allow-list what exists no more
+"""
+
+import argparse
+import ast
+import tomllib
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = ("pneusma_jax", "fitting", "validation")
+ALLOWED = Path(__file__).with_name("allowed_imports.toml")
+LAWS = ("upward", "report", "inside_functions", "circles")
+
+LAYERS: tuple[tuple[str, tuple[str, ...]], ...] = (
+    ("model", ("pneusma_jax",)),
+    ("data", ("fitting.recordings", "fitting.importers", "fitting.protocols.reading")),
+    (
+        "inference",
+        (
+            "fitting.parameters", "fitting.least_squares", "fitting.noise", "fitting.metrics", "fitting.kept",
+            "fitting.told", "fitting.diagnosis.evaluate.side_by_side",
+        ),
+    ),
+    (
+        "specimens",
+        ("fitting.augmented", "fitting.models", "fitting.simulation.specimen", "fitting.simulation.denoise"),
+    ),
+    ("simulate", ("fitting.simulation", "fitting.workspace", "fitting.protocols", "fitting.effects")),
+    ("calibrate", ("fitting.characterise",)),
+    ("diagnose.evaluate", ("fitting.diagnosis.evaluate",)),
+    ("diagnose.fit", ("fitting.diagnosis.fit",)),
+    ("diagnose.search", ("fitting.diagnosis.grow",)),
+    ("diagnose.verdict", ("fitting.diagnosis.judge",)),
+    ("diagnose", ("fitting.diagnosis", "fitting.own_base")),
+    ("sample", ("fitting.posterior",)),
+    ("synthesise", ("fitting.synthesise",)),
+    ("plan", ("fitting.plan",)),
+    ("report", ("fitting.report", "fitting.diagnosis.report")),
+    ("validation", ("fitting.reproduction", "fitting.selfcheck")),
+    ("cli", ("fitting.cli",)),
+)  # fmt: skip
+"""Layers, lower ones first: their name and the modules and packages in them; the longest name decides."""
+
+MAY_REPORT = ("report", "validation", "cli")
+"""Layers that may import the layer `report`: results are data and do not know how they look."""
+
+
+@dataclass(frozen=True)
+class Import:
+    """One import statement between modules of the packages.
+
+    Attributes:
+        source: module that imports.
+        target: module or package imported.
+        inside: it stands inside a function.
+    """
+
+    source: str
+    target: str
+    inside: bool
+
+    def __str__(self) -> str:
+        return f"{self.source} -> {self.target}"
+
+
+def modules(root: Path = ROOT) -> dict[str, Path]:
+    """Files of all modules by dotted name; a package has the name of its folder."""
+    found = {}
+    for package in PACKAGES:
+        for path in sorted((root / package).rglob("*.py")):
+            name = ".".join(path.relative_to(root).with_suffix("").parts)
+            found[name.removesuffix(".__init__")] = path
+    return found
+
+
+def imports(files: Mapping[str, Path]) -> list[Import]:
+    """Every import between the modules, each pair once for the module's own level and once for functions."""
+    found = set()
+    for name, path in files.items():
+        package = name if path.name == "__init__.py" else name.rpartition(".")[0]
+        for node, inside in _statements(ast.parse(path.read_text(encoding="utf-8"))):
+            for target in _targets(node, package, files):
+                if target != name:
+                    found.add(Import(name, target, inside))
+    return sorted(found, key=lambda found: (found.source, found.target, found.inside))
+
+
+def _statements(tree: ast.AST, inside: bool = False) -> Iterator[tuple[ast.Import | ast.ImportFrom, bool]]:
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            yield node, inside
+        else:
+            function = isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
+            yield from _statements(node, inside or function)
+
+
+def _targets(
+    node: ast.Import | ast.ImportFrom, package: str, files: Mapping[str, Path]
+) -> Iterator[str]:
+    if isinstance(node, ast.Import):
+        names = [alias.name for alias in node.names]
+    else:
+        parts = package.split(".")
+        stem = parts[: len(parts) - node.level + 1] if node.level else []
+        base = ".".join([*stem, *([node.module] if node.module else [])])
+        names = [f"{base}.{alias.name}" for alias in node.names]
+    for name in names:
+        while name and name not in files:
+            name = name.rpartition(".")[0]
+        if name:
+            yield name
+
+
+def layer_of(module: str) -> int:
+    """Number of a module's layer.
+
+    Raises:
+        ValueError: if it is in none.
+    """
+    fits = [
+        (len(prefix), number)
+        for number, (_, prefixes) in enumerate(LAYERS)
+        for prefix in prefixes
+        if module == prefix or module.startswith(prefix + ".")
+    ]
+    if not fits:
+        raise ValueError(f"{module} is in no layer: add it to LAYERS")
+    return max(fits)[1]
+
+
+def circles(edges: Iterable[Import]) -> list[tuple[str, ...]]:
+    """Sets of modules of which each reaches every other by imports, each set in alphabetical order."""
+    after: dict[str, set[str]] = defaultdict(set)
+    for edge in edges:
+        after[edge.source].add(edge.target)
+    reached = {name: _reached(name, after) for name in list(after)}
+    found = {
+        tuple(sorted({name, *(other for other in there if name in reached.get(other, ()))}))
+        for name, there in reached.items()
+        if name in there
+    }
+    return sorted(found)
+
+
+def _reached(start: str, after: Mapping[str, set[str]]) -> set[str]:
+    found: set[str] = set()
+    waiting = list(after[start])
+    while waiting:
+        name = waiting.pop()
+        if name not in found:
+            found.add(name)
+            waiting.extend(after.get(name, ()))
+    return found
+
+
+def violations(root: Path = ROOT) -> dict[str, list[str]]:
+    """What breaks each law of the layers, a line each.
+
+    Returns:
+        `upward`: a module imports one of a later layer; `report`: a layer that may not imports the layer
+        `report`; `inside_functions`: an import inside a function outside `fitting.cli`; `circles`: modules
+        that import each other, directly or through others.
+    """
+    found = imports(modules(root))
+    number = {name: k for k, (name, _) in enumerate(LAYERS)}
+    may_report = {k for k, (name, _) in enumerate(LAYERS) if name in MAY_REPORT}
+    upward, report = set(), set()
+    for edge in found:
+        source, target = layer_of(edge.source), layer_of(edge.target)
+        if target == number["report"] and source not in may_report:
+            report.add(str(edge))
+        elif target > source:
+            upward.add(str(edge))
+    inside = {
+        str(edge) for edge in found if edge.inside and LAYERS[layer_of(edge.source)][0] != "cli"
+    }
+    return {
+        "upward": sorted(upward),
+        "report": sorted(report),
+        "inside_functions": sorted(inside),
+        "circles": [", ".join(circle) for circle in circles(found)],
+    }
+
+
+def allowed() -> dict[str, list[str]]:
+    """The allow-list: today's violations, which may only become fewer."""
+    return {law: [] for law in LAWS} | tomllib.loads(ALLOWED.read_text(encoding="utf-8"))
+
+
+def written(entries: Mapping[str, Iterable[str]]) -> str:
+    """The allow-list as TOML."""
+    lines = ["# Imports that break a law of `test_layers.py` today. Remove entries; never add one."]
+    for law in LAWS:
+        lines += ["", f"{law} = ["] + [f'    "{entry}",' for entry in sorted(entries[law])] + ["]"]
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    """Print counts, or shorten the allow-list."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--prune", action="store_true", help="remove entries that exist no more")
+    options = parser.parse_args()
+    now, listed = violations(), allowed()
+    if options.prune:
+        left = {law: [entry for entry in listed[law] if entry in now[law]] for law in LAWS}
+        ALLOWED.write_text(written(left), encoding="utf-8")
+    for law in LAWS:
+        print(f"{law:17} {len(now[law]):4}  (allowed {len(listed[law])})")
+
+
+if __name__ == "__main__":
+    main()
