@@ -155,8 +155,8 @@ def joint_residual(unknowns: Array, problem: Problem, orders: int = 3) -> Array:
     """Scaled imbalance, and for every measured spring what its resistance misses [1].
 
     The unknowns are the scaled configuration and the fractions of the measured springs, held to [0, 1]. So
-    full heat and both ends are regular. A fraction at an end stays there while the resistance lies beyond what
-    the phase allows, within `READING`; its equation then says that it is at that end (correction 14).
+    full heat and both ends are regular. A fraction at an end stays there while the resistance lies beyond
+    what the phase allows, within `READING`; its equation then says that it is at that end (correction 14).
 
     Args:
         unknowns: shape (freedoms + measured,).

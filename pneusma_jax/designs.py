@@ -130,7 +130,7 @@ def _wound(values: dict[str, float], changes: dict[str, float]) -> dict[str, flo
         return changes | {"active_coils": values["active_coils"] * free / values["free_length"]}
     if is_concrete(coils, pitch, free) and abs(float(coils * pitch / free) - 1.0) > WINDING:
         raise ValueError(
-            f"The free length of a spring must be coils times pitch, {float(coils * pitch) * 1e3:.4g} mm here, "
+            f"The free length of a spring must be coils times pitch, {float(coils * pitch) * 1e3:.4g} mm, "
             f"but it is {float(free) * 1e3:.4g} mm; leave one of them out."
         )
     return changes

@@ -53,9 +53,10 @@ def solve(
     """Configuration in which force and moment balance.
 
     Given phases have one equilibrium: Newton's method finds it from the start, or from rest with pressure,
-    heat and loads brought on in steps. Measured resistances may have several. Then all are looked for, and the
-    one whose hottest spring is the least heated is returned, the first that a heating from rest would meet, with the
-    status `several_equilibria`. Derivatives of any order come from the implicit function theorem.
+    heat and loads brought on in steps. Measured resistances may have several. Then all are looked for, and
+    the one whose hottest spring is the least heated is returned, with the status `several_equilibria`; with
+    one measured spring, that is the first which a heating from rest meets. Derivatives of any order come from
+    the implicit function theorem.
 
     Args:
         actuator: what is loaded.
@@ -169,7 +170,8 @@ def _require_doubles(actuator: Actuator) -> None:
     """
     if any(leaf.dtype == jnp.float32 for leaf in jax.tree.leaves(actuator) if eqx.is_array(leaf)):
         raise RuntimeError(
-            "The actuator was built in single precision: call pneusma_jax.enable_float64() before building it."
+            "The actuator was built in single precision: "
+            "call pneusma_jax.enable_float64() before building it."
         )
 
 

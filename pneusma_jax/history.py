@@ -148,7 +148,8 @@ def _simulate(
         known = Known(dict(time=time, interval=interval, recorded_pressure=pressure) | fixed | recorded)
         chain = Chain(effects, carry.memories, known)
         pressure = chain.through("pressure", pressure)
-        return Problem(actuator, pressure, phases, carry.states, chain.knowing(pressure=pressure)), temperatures
+        chain = chain.knowing(pressure=pressure)
+        return Problem(actuator, pressure, phases, carry.states, chain), temperatures
 
     def after(
         carry: _Carry, problem: Problem, temperatures: tuple[Array, ...], found: Equilibrium

@@ -25,7 +25,8 @@ class BoundedNewton(optx.AbstractRootFinder):
 
     The function must be of one flat array. Its value and Jacobian come from one pass. `options["free"]` is
     the number of unknowns without bounds, which come first (all, where it is absent). The linear system is
-    solved block by block: the first block of an equilibrium is its stiffness at given phases, which is regular.
+    solved block by block: the first block of an equilibrium is its stiffness at given phases, which is
+    regular.
 
     Attributes:
         rtol, atol: not used for ending; optimistix asks for them.
@@ -48,7 +49,9 @@ class BoundedNewton(optx.AbstractRootFinder):
     shorter: float = 0.35
     corner: float = 1e-4
 
-    def init(self, fn: Any, y: Array, args: Any, options: dict, f_struct: Any, aux_struct: Any, tags: Any) -> Any:
+    def init(
+        self, fn: Any, y: Array, args: Any, options: dict, f_struct: Any, aux_struct: Any, tags: Any
+    ) -> _State:
         """See optimistix."""
         far = jnp.asarray(jnp.inf, y.dtype)
         return _State(far, far, jnp.asarray(0))
@@ -100,7 +103,7 @@ def solve_blocks(
     """
     if first == vector.size:
         return solve_small(matrix, vector)
-    a, b, c, d = matrix[:first, :first], matrix[:first, first:], matrix[first:, :first], matrix[first:, first:]
+    (a, b), (c, d) = ((half[:, :first], half[:, first:]) for half in (matrix[:first], matrix[first:]))
     # apart from each other: the vector alone is linear, and is transposed for reverse derivatives
     across = jax.vmap(solve_small, (None, 1), 1)(a, b)
     own = solve_small(a, vector[:first])

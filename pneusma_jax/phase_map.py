@@ -20,13 +20,13 @@ from jaxtyping import Array, Bool, Float
 from ._linear import solve_small
 from ._numerics import frozen
 from .actuator import Actuator
-from .balance import Problem, configuration, freedoms, start
+from .balance import Problem, freedoms, start
 from .nitinol import SpringState
-from .nitinol.spring import Activation, MartensiteFraction, Resistance
+from .nitinol.spring import MartensiteFraction, Resistance
 from .root_find import DENSER, denser_when_cold, newton
 
 PRESSURES = 9
-"""Number of pressures of the grid. With 9 by 9 fractions starts are 0.003 off in the median."""
+"""Number of pressures of the grid. Rows of PneuSMA2 then take three Newton steps from it, some four."""
 FRACTIONS = { 1: 17, 2: 12, 3: 7}
 """Number of fractions of each spring, by the number of springs."""
 
@@ -68,7 +68,9 @@ class PhaseMap(eqx.Module):
         return jnp.stack([map_coordinates(one, places, order=1, mode="nearest") for one in nodes])
 
 
-def phase_map(actuator: Actuator, states: tuple[SpringState, ...], pressure: Float[Array, "rows"]) -> PhaseMap:
+def phase_map(
+    actuator: Actuator, states: tuple[SpringState, ...], pressure: Float[Array, "rows"]
+) -> PhaseMap:
     """Grid that spans pressures; points without equilibrium have the first trial configuration.
 
     Args:

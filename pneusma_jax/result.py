@@ -53,7 +53,9 @@ _SENTENCES = {
         "No configuration was found in which force and moment balance; "
         "check the pressure and the springs' activation, or start from a neighbouring solution."
     ),
-    Status.input_not_finite: "The pressure, activation or a dimension is not a finite number, or a wall leaves no bore.",
+    Status.input_not_finite: (
+        "The pressure, activation or a dimension is not a finite number, or a wall leaves no bore."
+    ),
     Status.collapsed: "Force and moment only balance with a side shorter than 5 % of its length.",
     Status.beyond_wire: "Force and moment only balance with a spring longer than its wire.",
     Status.fraction_out_of_range: "A martensite fraction is not between 0 and 1.",
@@ -70,7 +72,8 @@ class Validity(eqx.Module):
 
     Attributes:
         silicone: some of the wall is strained beyond the silicone's tests.
-        shear: a wire is sheared beyond `gamma_max`, the largest strain of the alloy's tests, shape (springs,).
+        shear: a wire is sheared beyond `gamma_max`, the largest strain of its alloy's tests, shape
+            (springs,).
         contact: the tip has come round to the base, or the inner side meets itself. No force is modelled.
     """
 

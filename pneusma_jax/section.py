@@ -243,7 +243,7 @@ def _places_of(cuts: Array, strain: Array, along: Array, radius: Array) -> Array
 
 
 def _bore(inner: Array, outer: Array) -> Array:
-    """Area of the bore [m2]; NaN, which a status tells, where a traced wall is not positive or leaves none."""
+    """Area of the bore [m2]; NaN, so that a status tells it, where a wall is not positive or leaves none."""
     xp = namespace_of(inner, outer)
     return xp.where((inner > 0.0) & (inner < outer), np.pi * inner**2, np.nan)
 

@@ -6,7 +6,7 @@ from jaxtyping import Array, Float
 from .actuator import Actuator, Geometry, Layout, round_actuator
 from .chain import Effect
 from .history import simulate_history
-from .result import Equilibrium, Status
+from .result import Equilibrium
 from .silicone import SiliconeLaw
 
 

@@ -39,8 +39,10 @@ def _read_design(name: str) -> dict[str, Any]:
 
 
 def _wound(nominal: dict[str, Any], stated: dict[str, Any]) -> dict[str, float]:
-    """Coils and free length of an actuator's springs, as far as the stated ones of coils, pitch and free length
-    change them: the free length is that of the coils, one pitch each."""
+    """Coils and free length of an actuator's springs, as far as stated coils, pitch or free length change them.
+
+    The free length is that of the coils, one pitch each.
+    """
     coils, pitch, free = "active_coils", "initial_pitch_mm", "free_length_mm"
     if not all(key in nominal for key in (coils, pitch, free)) or free in stated and coils in stated:
         return {}

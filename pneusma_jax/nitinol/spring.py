@@ -56,7 +56,7 @@ class Resistance(eqx.Module):
     def excess(
         self, spring: "Spring", elongation: Array, xi0: Array, chain: Chain = PLAIN
     ) -> tuple[Array, Array]:
-        """Resistance that a trial fraction gives, less the measured one [ohm], and the phases' contrast [ohm].
+        """Resistance of a trial fraction less the measured one, and the contrast of the phases [ohm].
 
         Unlike the fraction of Eq. 2.48, which rises with infinite slope near full heat, this is smooth in the
         fraction. The contrast is that of full martensite over austenite at this elongation.
@@ -121,7 +121,7 @@ class Spring(eqx.Module):
 
     @property
     def contrast_at_rest(self) -> Array:
-        """Resistance of the martensitic wire over that of the austenitic one at zero strain, its size [ohm]."""
+        """Size of the difference between the phases' resistances at zero strain [ohm]."""
         zero = jnp.zeros(())
         return jnp.abs(self.alloy.rho_m(zero) - self.alloy.rho_a(zero)) * self.geometry.wire_length
 
