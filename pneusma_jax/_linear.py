@@ -26,6 +26,20 @@ def solve_small(matrix: Float[Array, "n n"], vector: Float[Array, "n"]) -> Float
     raise ValueError(f"Argument `matrix` must have 1 to 3 rows, but it has {n}.")
 
 
+def determinant(matrix: Array) -> Array:
+    """Of one to three rows, over trailing axes."""
+    count = matrix.shape[0]
+    if count == 1:
+        return matrix[0, 0]
+    if count == 2:
+        return matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0]
+    minors = [
+        matrix[1, (k + 1) % 3] * matrix[2, (k + 2) % 3] - matrix[1, (k + 2) % 3] * matrix[2, (k + 1) % 3]
+        for k in range(3)
+    ]
+    return sum(matrix[0, k] * minors[k] for k in range(3))
+
+
 class SmallDense(lx.AbstractLinearSolver):
     """`solve_small` as a lineax solver, for `optimistix.Newton(linear_solver=SmallDense())`."""
 

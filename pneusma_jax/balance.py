@@ -21,6 +21,8 @@ REFERENCE_MODULUS = 1e5  # Pa, of the order of the silicone's; makes the residua
 READING = 1e-6
 """Part of the contrast between the phases, about half a micro-ohm of a spring, by which the resistance of a
 cold or hot spring may miss the measured one. Instruments read to 1e-4 ohm."""
+WITHIN = 3.0
+"""Number of standard deviations of a reading by which it may be missed there."""
 START_BEND = 10.0 / 56.0  # (delta_1 - delta_2) / L0 of the first trial: sides at +5 and -5 mm, as tried out
 
 
@@ -182,8 +184,9 @@ def _misread(unknowns: Array, problem: Problem, actuator: Actuator, count: int) 
         scale = jax.lax.stop_gradient(spring.contrast_at_rest)
         missed = excess / scale
         surplus = jax.lax.stop_gradient(missed * jnp.sign(contrast))
-        cold = (xi0 >= 1.0) & (surplus <= READING)
-        hot = (xi0 <= 0.0) & (surplus >= -READING)
+        within = READING + WITHIN * problem.activations[k].noise / scale
+        cold = (xi0 >= 1.0) & (surplus <= within)
+        hot = (xi0 <= 0.0) & (surplus >= -within)
         end = jnp.where(cold, 1.0, 0.0)
         found.append(jnp.where(cold | hot, xi0 - end, missed))
     return found

@@ -17,7 +17,7 @@ import numpy as np
 from jax.scipy.ndimage import map_coordinates
 from jaxtyping import Array, Bool, Float
 
-from ._linear import solve_small
+from ._linear import determinant, solve_small
 from ._numerics import frozen
 from .actuator import Actuator
 from .balance import Problem, freedoms, start
@@ -168,7 +168,7 @@ def _cells(wider: Array, size: int) -> tuple[Array, Array]:
         return jnp.stack(edges, axis=1).reshape(count, count, -1)
 
     slopes = [slope_at(up) for up in ups]
-    turned = jnp.any(jnp.stack([~(_determinant(slope) > 0.0) for slope in slopes]), axis=0)
+    turned = jnp.any(jnp.stack([~(determinant(slope) > 0.0) for slope in slopes]), axis=0)
     level = (sum(corners.values()) / len(ups)).reshape(count, -1)
     step = -jax.vmap(solve_small, (2, 1), 1)(sum(slopes) / len(ups), level)
     step = jnp.where(jnp.isfinite(step), step, 1e3)
@@ -178,17 +178,3 @@ def _cells(wider: Array, size: int) -> tuple[Array, Array]:
     cell = jnp.stack(jnp.unravel_index(best, shape)).astype(float)
     place = jnp.clip((cell - 0.5 + jnp.clip(step[:, best], -0.5, 0.5)) / (size - 1), 0.0, 1.0)
     return 1.0 - (1.0 - place) ** DENSER, jnp.any(holds) & ~jnp.any(holds & turned)
-
-
-def _determinant(matrix: Array) -> Array:
-    """Of one to three rows, over trailing axes."""
-    count = matrix.shape[0]
-    if count == 1:
-        return matrix[0, 0]
-    if count == 2:
-        return matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0]
-    minors = [
-        matrix[1, (k + 1) % 3] * matrix[2, (k + 2) % 3] - matrix[1, (k + 2) % 3] * matrix[2, (k + 1) % 3]
-        for k in range(3)
-    ]
-    return sum(matrix[0, k] * minors[k] for k in range(3))

@@ -13,6 +13,7 @@ import numpy as np
 import optimistix as optx
 from jaxtyping import Array, Bool, Float
 
+from ._linear import determinant, solve_small
 from ._numerics import frozen
 from .balance import Problem, all_finite, at_phases, freedoms, joint_residual, measured, residual, start
 from .newton import BoundedNewton, solve_blocks
@@ -178,6 +179,11 @@ def stiffness_signs(problem: Problem, root: Array) -> tuple[Array, Array]:
     problem, root = frozen((problem, root))
     count = freedoms(problem)
     at = lambda z: residual(z, at_phases(problem, root[count:]), 1)  # noqa: E731
-    own = jnp.linalg.det(jax.jacfwd(at)(root[:count]))
-    whole = jnp.linalg.det(jax.jacfwd(lambda y: joint_residual(y, problem, 1))(root))
-    return jnp.sign(own), jnp.sign(whole)
+    own = jax.jacfwd(at)(root[:count])
+    whole = jax.jacfwd(lambda y: joint_residual(y, problem, 1))(root)
+    if root.size == count:
+        return jnp.sign(determinant(own)), jnp.sign(determinant(whole))
+    first, rest = whole[:count], whole[count:]
+    across = jax.vmap(solve_small, (None, 1), 1)(first[:, :count], first[:, count:])
+    reduced = rest[:, count:] - rest[:, :count] @ across
+    return jnp.sign(determinant(own)), jnp.sign(determinant(first[:, :count]) * determinant(reduced))

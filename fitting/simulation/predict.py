@@ -10,6 +10,7 @@ import numpy as np
 
 import pneusma_jax as pj
 from fitting.augmented import AugmentedModel
+from fitting.noise import robust_noise
 from fitting.recordings import Recording
 from pneusma_jax.coupon import simulate_coupon
 from pneusma_jax.nitinol import WireAlloy, simulate_wire
@@ -19,6 +20,7 @@ from pneusma_jax.units import from_si
 
 from .cautions import actuator_cautions, silicone_cautions, spring_cautions
 from .denoise import denoised, martensite_fraction
+from .phases import fractions_behind
 from .specimen import (
     BASE,
     actuator_of,
@@ -31,8 +33,6 @@ from .specimen import (
     spring_of,
 )
 from .unmodelled import marked
-
-PASSES = 2  # of reading the resistance at the strain found and finding the strain anew; more change little
 
 
 @dataclass
@@ -133,17 +133,17 @@ def _predict_actuator(
             activations.append(pj.MartensiteFraction(1.0))
             notices.append(f"the resistance of spring {n} was not recorded: it is taken as cold (xi0 = 1)")
     pressure = _smoothed(inputs, "pressure", denoise)
-    history = pj.simulate_history(
-        actuator, pressure, tuple(activations), states, time=inputs["time"], effects=model.effects,
-        currents=tuple(inputs.get(f"current_{n}") for n in actuator.spring_numbers),
-        ambient=inputs.get("temperature"),
-        gravity=gravity_of(recording),
-    )  # fmt: skip
-    read = found = history.rows
-    seen = history.seen
     if denoise and not model.added and any(isinstance(a, pj.Resistance) for a in activations):
-        found = _denoised_history(actuator, inputs["time"], pressure, activations, states, read)
+        found, read = _denoised_history(actuator, inputs["time"], pressure, activations, states)
         seen = {"curvature": found.curvature, "bend_angle": found.bend_angle, "length": found.length}
+    else:
+        history = pj.simulate_history(
+            actuator, pressure, tuple(activations), states, time=inputs["time"], effects=model.effects,
+            currents=tuple(inputs.get(f"current_{n}") for n in actuator.spring_numbers),
+            ambient=inputs.get("temperature"),
+            gravity=gravity_of(recording),
+        )  # fmt: skip
+        read, found, seen = history.rows, history.rows, history.seen
     bend = seen["bend_angle"] if actuator.planar else found.bend_magnitude
     outputs = {
         "curvature_1pm": seen["curvature"] if actuator.planar else bend / found.length,
@@ -170,20 +170,26 @@ def _denoised_history(
     pressure: np.ndarray,
     activations: list,
     states: tuple[pj.SpringState, ...],
-    read: pj.Equilibrium,
-) -> pj.Equilibrium:
-    """The history at denoised martensite fractions, from the one at resistances as they were read."""
+) -> tuple[pj.Equilibrium, pj.Equilibrium]:
+    """The history at the fractions behind the resistances, and the one at smoothed resistances."""
     measured = {k: np.asarray(a.value) for k, a in enumerate(activations) if isinstance(a, pj.Resistance)}
-    gammas = {k: np.asarray(read.springs[k].gamma) for k in measured}
-    found, given = read, list(activations)
-    for _ in range(PASSES):
-        for k, ohms in measured.items():
-            xi0 = martensite_fraction(actuator.springs[k], time, ohms, gammas[k])
-            given[k] = pj.MartensiteFraction(xi0)
-        found = pj.simulate_history(actuator, pressure, tuple(given), states).rows
-        # halfway: strain and fraction answer each other and would overshoot
-        gammas = {k: 0.5 * (gamma + np.asarray(found.springs[k].gamma)) for k, gamma in gammas.items()}
-    return found
+    smoothed = [
+        pj.Resistance(denoised(time, measured[k]), np.full(len(time), robust_noise(time, measured[k])))
+        if k in measured else a
+        for k, a in enumerate(activations)
+    ]  # fmt: skip
+    read = pj.simulate_history(actuator, pressure, tuple(smoothed), states).rows
+    begun = []
+    for k, activation in enumerate(activations):
+        xi0 = np.asarray(read.springs[k].xi0)
+        known = np.isfinite(xi0)
+        if k in measured:
+            rows = np.arange(len(xi0))
+            xi0 = np.interp(rows, rows[known], xi0[known]) if known.any() else np.ones(len(xi0))
+            activation = pj.MartensiteFraction(xi0)
+        begun.append(activation)
+    given = fractions_behind(actuator, time, pressure, measured, begun, states)
+    return pj.simulate_history(actuator, pressure, tuple(given), states).rows, read
 
 
 def _predict_spring(

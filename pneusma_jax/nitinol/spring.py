@@ -44,9 +44,16 @@ class Temperature(eqx.Module):
 
 
 class Resistance(eqx.Module):
-    """The electrical resistance of the active wire was measured [ohm]."""
+    """The electrical resistance of the active wire was measured.
+
+    Attributes:
+        value: reading [ohm].
+        noise: its 1-sigma [ohm]. A cold or hot spring whose resistance misses the reading by up to three of
+            these may stay cold or hot; otherwise noise about a cold spring would heat it.
+    """
 
     value: Array = eqx.field(converter=jnp.asarray)
+    noise: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     def read(self, alloy: Alloy, gamma: Array, wire_length: Array, chain: Chain = PLAIN) -> PhaseReading:
         """The fraction by Eq. 2.48."""

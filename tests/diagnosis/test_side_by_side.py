@@ -17,7 +17,8 @@ ROOMS = ("pneusma_jax", "fitting/models/with_effects")
 def test_no_program_calls_linear_algebra_that_waits_for_threads(room):
     """Batches of LAPACK's are split over the runtime's threads and wait for them: with as many programs side
     by side as threads they wait for ever."""
-    files = sorted((ROOT / room).rglob("*.py"))
+    # chains of segments take no part in a diagnosis
+    files = sorted(path for path in (ROOT / room).rglob("*.py") if not path.name.startswith("chain_"))
     assert files
     for path in files:
         text = path.read_text(encoding="utf-8")
