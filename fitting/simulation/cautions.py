@@ -90,7 +90,11 @@ def actuator_cautions(
         clearance_deg: bend angle at which the tip meets the base; the source's 270 degrees if None.
         read: the states at the resistances as measured, where `found` is at denoised ones.
     """
-    said = _unsolved(np.asarray(found.status))
+    status = np.asarray(found.status)
+    if read is not None and status.ndim:
+        several = np.asarray(read.status) == pj.Status.several_equilibria
+        status = np.where((status == pj.Status.converged) & several, pj.Status.several_equilibria, status)
+    said = _unsolved(status)
     source = found if read is None else read
     for number, spring, response, reading in zip(
         actuator.spring_numbers, actuator.springs, found.springs, source.springs, strict=True

@@ -65,7 +65,6 @@ def fractions_behind(
         cold = begun.copy()
         cold[:, column] = 1.0
         starts += [cold] if np.min(begun[:, column]) < 1.0 - CLOSE else []
-    starts += [np.ones_like(begun)] if len(wired) > 1 else []
     tried = [_followed(actuator, time, pressure, read, noise, x, wired, given, states) for x in starts]
     best, _ = max(tried, key=lambda one: one[1])
     return list(_with(given, wired, np.clip(best, 0.0, 1.0)))
