@@ -183,7 +183,8 @@ def _misread(unknowns: Array, problem: Problem, actuator: Actuator, count: int) 
         excess, contrast = problem.activations[k].excess(spring, elongations[k], xi0, chain)
         scale = jax.lax.stop_gradient(spring.contrast_at_rest)
         missed = excess / scale
-        surplus = jax.lax.stop_gradient(missed * jnp.sign(contrast))
+        missed = missed * jax.lax.stop_gradient(jnp.where(contrast < 0.0, -1.0, 1.0))
+        surplus = jax.lax.stop_gradient(missed)
         within = READING + WITHIN * problem.activations[k].noise / scale
         cold = (xi0 >= 1.0) & (surplus <= within)
         hot = (xi0 <= 0.0) & (surplus >= -within)
@@ -203,3 +204,14 @@ def all_finite(problem: Problem) -> Array:
     """Whether every number of the row is finite: zero times a number is zero only then."""
     leaves = jax.tree.leaves(eqx.filter(problem, eqx.is_inexact_array))
     return sum(jnp.sum(0.0 * leaf) for leaf in leaves) == 0.0
+
+
+def calm(problem: Problem, unknowns: Array) -> tuple[Problem, Array, Array]:
+    """The row with zeros for what is not finite, and whether it was finite.
+
+    A NaN that is discarded later would still reach every reverse gradient.
+    """
+    good = all_finite(problem) & jnp.all(jnp.isfinite(unknowns))
+    safe = lambda x: jnp.where(jnp.isfinite(x), x, 0.0) if eqx.is_inexact_array(x) else x  # noqa: E731
+    row = jax.tree.map(safe, (problem.pressure, problem.activations, problem.states, problem.chain))
+    return Problem(problem.actuator, *row), safe(unknowns), good

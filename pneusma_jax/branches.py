@@ -25,7 +25,9 @@ PATHS = 8
 """Number of paths that are followed side by side. With 8, the thermal cycles of PneuSMA1, PneuSMA2 and the
 triad come back at all pressures to 50 kPa; fewer were not tried."""
 ASIDE = 0.02
-"""Minimum distance along the direction in which branches meet at which a neighbouring one is sought [1]."""
+"""Minimum distance at which a neighbouring branch is sought, along the direction in which they meet [1]."""
+FIRST = 10.0
+"""Weight of the heat of a first equilibrium: the least heated one begins a history, whatever follows."""
 LOST = 10.0
 """Cost of a row in which a path has no equilibrium [1]; the right paths of those cycles cost 0.1 in all."""
 
@@ -47,12 +49,14 @@ class Branch(eqx.Module):
 
 
 class _Path(eqx.Module):
-    """Where a path is: what its rows carry, its joint unknowns, their last change, and its cost."""
+    """Where a path is: what its rows carry, its joint unknowns, their last change, and its cost; and whether
+    it has had an equilibrium."""
 
     carried: PyTree
     unknowns: Array
     change: Array
     cost: Array
+    begun: Array
 
 
 def follow(
@@ -75,17 +79,16 @@ def follow(
     first, _ = problem_of(begin, first_row)
     paths = _first_paths(begin, first)
 
-    def step(carry: tuple, row: PyTree) -> tuple[tuple, tuple]:
-        paths, number = carry
-        grown = jax.vmap(lambda path: _grown(path, row, number, problem_of, commit))(paths)
+    def step(paths: _Path, row: PyTree) -> tuple[_Path, tuple]:
+        grown = jax.vmap(lambda path: _grown(path, row, problem_of, commit))(paths)
         many, roots, good, steps = jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), grown)
         order = jnp.argsort(_without_doubles(many, good))[:PATHS]
         kept, good = jax.tree.map(lambda x: x[order], (many, good))
         parent = order // TRIES
         found = (kept.unknowns, good, parent, steps[order], _different(kept.unknowns, good))
-        return (kept, number + 1), found
+        return kept, found
 
-    (paths, _), (unknowns, good, parents, steps, equilibria) = jax.lax.scan(step, (paths, 0), rows)
+    paths, (unknowns, good, parents, steps, equilibria) = jax.lax.scan(step, paths, rows)
 
     def back(which: Array, row: tuple) -> tuple[Array, tuple]:
         unknowns, good, parents, steps = row
@@ -107,14 +110,17 @@ def _first_paths(begin: PyTree, problem: Problem) -> _Path:
     corners = corners[np.argsort(1.0 - corners.min(axis=1), kind="stable")]
     corners = np.resize(corners, (PATHS, springs))
     corners = jnp.asarray(corners)
-    begun = jax.vmap(lambda x: newton(at_phases(problem, x), start(problem.actuator))[0])(corners)
+    first = start(problem.actuator)
+    begun = jax.vmap(lambda x: newton(at_phases(problem, x), first)[0])(corners)
+    begun = jnp.where(jnp.all(jnp.isfinite(begun), axis=1, keepdims=True), begun, first)
     unknowns = jnp.concatenate([begun, corners], axis=1)
     carried = jax.tree.map(lambda x: jnp.broadcast_to(x, (PATHS, *jnp.shape(x))), begin)
-    return _Path(carried, unknowns, jnp.zeros((PATHS, count + springs)), jnp.zeros(PATHS))
+    none = jnp.zeros(PATHS)
+    return _Path(carried, unknowns, jnp.zeros((PATHS, count + springs)), none, none > 0.0)
 
 
 def _grown(
-    path: _Path, row: PyTree, number: Array, problem_of: Callable, commit: Callable
+    path: _Path, row: PyTree, problem_of: Callable, commit: Callable
 ) -> tuple[_Path, Array, Array, Array]:
     """The ways on of one path: paths, roots, whether they are equilibria, and steps."""
     problem, more = problem_of(path.carried, row)
@@ -132,11 +138,12 @@ def _grown(
 
     def on(root: Array, good: Array) -> _Path:
         root = jnp.where(good, root, path.unknowns)
-        heated = 1.0 - jnp.min(root[count:])  # a history begins at the least heated equilibrium
-        uneven = jnp.where(number == 0, heated, jnp.sum(jnp.abs(root - ahead)))
+        heated = FIRST * (1.0 - jnp.min(root[count:]))
+        uneven = jnp.where(path.begun, jnp.sum(jnp.abs(root - ahead)), heated)
         cost = path.cost + jnp.where(good, uneven, LOST)
-        change = jnp.where(number == 0, 0.0, root - path.unknowns)
-        return _Path(commit(path.carried, problem, more, root, good), root, change, cost)
+        change = jnp.where(path.begun & good, root - path.unknowns, 0.0)
+        carried = commit(path.carried, problem, more, root, good)
+        return _Path(carried, root, change, cost, path.begun | good)
 
     return jax.vmap(on)(roots, good), roots, good, steps
 
@@ -156,4 +163,4 @@ def _different(unknowns: Array, good: Array) -> Array:
     """Number of different equilibria among paths."""
     same = jnp.max(jnp.abs(unknowns[:, None] - unknowns[None]), axis=-1) < DISTINCT
     earlier = np.tril(np.ones(same.shape, bool), -1)
-    return jnp.maximum(jnp.sum(good & ~jnp.any(same & earlier & good[None], axis=1)), 1)
+    return jnp.sum(good & ~jnp.any(same & earlier & good[None], axis=1))

@@ -23,9 +23,9 @@ from .balance import (
     start,
 )
 from .nitinol import SpringState
-from .nitinol.spring import Activation, MartensiteFraction, Resistance
+from .nitinol.spring import Activation, MartensiteFraction, Resistance, check_fractions
 from .phase_map import PhaseMap, phase_map, start_of
-from .precision import require_float64
+from .precision import require_doubles, require_float64
 from .result import Equilibrium, Status, Validity, equilibrium_of, raise_unless_converged
 from .root_find import BALANCED, MOST_ROOTS, all_roots, at_given_phases, attached, newton, stiffness_signs
 
@@ -52,11 +52,12 @@ def solve(
 ) -> Equilibrium:
     """Configuration in which force and moment balance.
 
-    Given phases have one equilibrium: Newton's method finds it from the start, or from rest with pressure,
-    heat and loads brought on in steps. Measured resistances may have several. Then all are looked for, and
-    the one whose hottest spring is the least heated is returned, with the status `several_equilibria`; with
-    one measured spring, that is the first which a heating from rest meets. Derivatives of any order come from
-    the implicit function theorem.
+    Without loads, given phases have one equilibrium: Newton's method finds it from the start, or from rest
+    with pressure, heat and loads brought on in steps. Under loads an unstable one has the status
+    `several_equilibria`, too; `guess` leads to the others. Measured resistances may have several. Then all are
+    looked for, and the one whose hottest spring is the least heated is returned, with the status `several_equilibria`; with
+    one measured spring, that is the first which a heating from rest meets. Derivatives come from the implicit
+    function theorem: of any order for bending in a plane, to the third otherwise.
 
     Args:
         actuator: what is loaded.
@@ -121,11 +122,14 @@ def solve_batch(
     activations, states = _filled(actuator, activations, states)
     spread = lambda tree: jax.tree.map(lambda x: jnp.broadcast_to(x, (rows, *jnp.shape(x)[1:])), tree)  # noqa: E731
     shared = all(jnp.ndim(leaf) == 0 for leaf in jax.tree.leaves(states))
-    common = states if shared else jax.tree.map(lambda x: jnp.ravel(x)[0], states)
+    common = states if shared or rows == 0 else jax.tree.map(lambda x: jnp.ravel(x)[0], states)
     each = (pressure, spread(activations), spread(states))
-    if rows == 0 or not is_concrete(actuator, each):
+    if rows == 0:
+        return _none(actuator, each)
+    if not is_concrete(actuator, each):
         return _traced(actuator, each, common, shared)
-    return _in_chunks(actuator, each, common, shared)
+    with jax.ensure_compile_time_eval():  # numbers are known, though the call may stand in a traced function
+        return _in_chunks(actuator, each, common, shared)
 
 
 def _filled(
@@ -140,15 +144,8 @@ def _filled(
             raise ValueError(
                 f"Argument `{what}` must have one entry per spring, {count} here, but it has {len(given)}."
             )
-    for number, activation in zip(actuator.spring_numbers, activations, strict=True):
-        if isinstance(activation, MartensiteFraction) and is_concrete(activation.value):
-            wrong = np.asarray(activation.value)
-            wrong = wrong[np.isfinite(wrong) & ((wrong < 0.0) | (wrong > 1.0))]
-            if wrong.size:
-                raise ValueError(
-                    f"The martensite fraction of spring {number} must be between 0 and 1, but it is "
-                    f"{wrong.flat[0]:g}."
-                )
+    check_fractions(actuator.spring_numbers, activations)
+    activations = jax.tree.map(lambda x: jnp.asarray(x, dtype=float), activations)
     return activations, jax.tree.map(lambda x: jnp.asarray(x, dtype=float), states)
 
 
@@ -157,22 +154,9 @@ def _problem(
 ) -> Problem:
     """One row, checked."""
     require_float64()
-    _require_doubles(actuator)
+    require_doubles(actuator)
     activations, states = _filled(actuator, activations, states)
     return Problem(actuator, jnp.asarray(pressure, dtype=float), activations, states)
-
-
-def _require_doubles(actuator: Actuator) -> None:
-    """Refuse a model that was built in single precision.
-
-    Raises:
-        RuntimeError: if a number of the actuator is not of float64.
-    """
-    if any(leaf.dtype == jnp.float32 for leaf in jax.tree.leaves(actuator) if eqx.is_array(leaf)):
-        raise RuntimeError(
-            "The actuator was built in single precision: "
-            "call pneusma_jax.enable_float64() before building it."
-        )
 
 
 @eqx.filter_jit
@@ -185,7 +169,7 @@ def _solved(problem: Problem, guess: Array | None) -> Equilibrium:
     """A row, whatever drives it."""
     if not measured(problem):
         root, steps, _ = at_given_phases(problem, start(problem.actuator) if guess is None else guess)
-        return equilibrium_of(problem, attached(problem, root), steps)
+        return _at_phases(problem, root, steps)
     roots = all_roots(problem)
     which = jnp.asarray(0)
     if guess is not None:
@@ -195,6 +179,14 @@ def _solved(problem: Problem, guess: Array | None) -> Equilibrium:
     root = roots.unknowns[which]
     stable = stiffness_signs(problem, root)[1] > 0.0
     return equilibrium_of(problem, attached(problem, root), roots.steps, roots.count, stable)
+
+
+def _at_phases(problem: Problem, root: Array, steps: Array) -> Equilibrium:
+    """Result of a root at given phases; under loads it may be one of several, as of a buckled column."""
+    if not problem.actuator.loads:
+        return equilibrium_of(problem, attached(problem, root), steps)
+    stable = stiffness_signs(problem, root)[0] > 0.0
+    return equilibrium_of(problem, attached(problem, root), steps, jnp.where(stable, 1, 3), stable)
 
 
 @eqx.filter_jit
@@ -214,6 +206,22 @@ def _solve_all(problem: Problem) -> Equilibrium:
         return equilibrium_of(problem, root, steps, count, stable)
 
     return jax.vmap(one)(found, real)
+
+
+def _none(actuator: Actuator, each: tuple) -> Equilibrium:
+    """The result of no rows."""
+    one = jax.tree.map(lambda x: jax.ShapeDtypeStruct(x.shape[1:], x.dtype), each)
+
+    def found(row: tuple) -> Equilibrium:
+        root = jnp.zeros(_unknowns(actuator, row))
+        return equilibrium_of(_row_problem(actuator, row), root, jnp.asarray(0))
+
+    shapes = eqx.filter_eval_shape(found, one)
+    return jax.tree.map(lambda x: jnp.zeros((0, *x.shape), x.dtype), shapes)
+
+
+def _unknowns(actuator: Actuator, row: tuple) -> int:
+    return actuator.basis.shape[1] + sum(isinstance(a, Resistance) for a in row[1])
 
 
 def _hot(problem: Problem, grid: PhaseMap) -> tuple[Array, Array, Array]:
@@ -251,8 +259,8 @@ def _chunk(actuator: Actuator, each: tuple, grid: PhaseMap, blocks: Array) -> tu
 
 
 @eqx.filter_jit
-def _grid(actuator: Actuator, states: tuple, low: Array, high: Array) -> PhaseMap:
-    return phase_map(actuator, states, jnp.stack([low, high]))
+def _grid(actuator: Actuator, states: tuple, pressure: Array) -> PhaseMap:
+    return phase_map(actuator, states, pressure)
 
 
 @eqx.filter_jit
@@ -263,12 +271,12 @@ def _hard(actuator: Actuator, row: tuple) -> Equilibrium:
 
 def _in_chunks(actuator: Actuator, each: tuple, common: tuple, shared: bool) -> Equilibrium:
     """Rows of concrete numbers, a chunk at a time; what is left over, one by one."""
-    _require_doubles(actuator)
+    require_doubles(actuator)
     each = jax.tree.map(np.asarray, each)
     pressure = each[0]
     finite = pressure[np.isfinite(pressure)]
-    low, high = (finite.min(), finite.max()) if finite.size else (0.0, 0.0)
-    grid = _grid(actuator, common, np.asarray(low), np.asarray(high))
+    ends = np.array([finite.min(), np.median(finite), finite.max()]) if finite.size else np.zeros(3)
+    grid = _grid(actuator, common, ends)
     counting = any(isinstance(a, Resistance) for a in each[1])
     parts = []
     for first in range(0, len(pressure), CHUNK):
@@ -330,4 +338,7 @@ def _traced(actuator: Actuator, each: tuple, common: tuple, shared: bool) -> Equ
         problem = _row_problem(actuator, row)
         return equilibrium_of(problem, attached(problem, root), steps, count, stable)
 
-    return jax.lax.map(finish, (each, roots, steps, count, stable), batch_size=block)
+    items = (each, roots, steps, count, stable)
+    if not actuator.springs:  # `lax.map` cannot cut arrays without entries
+        return jax.vmap(finish)(items)
+    return jax.lax.map(finish, items, batch_size=block)

@@ -19,9 +19,9 @@ from .balance import Problem, start
 from .branches import follow
 from .chain import Chain, Effect, Known, as_recorded
 from .nitinol import MartensiteFraction, Spring, SpringResponse, SpringState
-from .nitinol.spring import Activation, Resistance
+from .nitinol.spring import Activation, Resistance, check_fractions
 from .nitinol.thermal import Heating, next_temperature
-from .precision import require_float64
+from .precision import require_doubles, require_float64
 from .result import Equilibrium, equilibrium_of
 from .root_find import at_given_phases, attached, stiffness_signs
 from .train import strain_in_train
@@ -112,6 +112,8 @@ def simulate_history(
     count = len(actuator.springs)
     activations = tuple(activations) or tuple(MartensiteFraction(1.0) for _ in range(count))
     states = states if states is not None else actuator.fresh_states()
+    require_doubles(actuator)
+    check_fractions(actuator.spring_numbers, activations)
     _check(actuator, pressure, activations, states, time)
     rows = pressure.shape[0]
     spread = jax.tree.map(lambda x: jnp.broadcast_to(x, (rows, *x.shape[1:])), activations)
@@ -196,6 +198,7 @@ def _simulate(
             firm = stiffness_signs(problem, way.unknowns)[1] > 0.0
             # at fixed resistances an equilibrium that is not stable is never the only one
             several = jnp.where(firm, way.equilibria, jnp.maximum(way.equilibria, 2))
+            several = jnp.where(way.good, several, 0)
             found = equilibrium_of(problem, root, way.steps, several, firm)
         after_row, seen = after(carry, problem, temperatures, found)
         degrees = jnp.stack(temperatures) if temperatures else jnp.zeros(0)

@@ -27,6 +27,12 @@ from .root_find import DENSER, denser_when_cold, newton
 
 PRESSURES = 9
 """Number of pressures of the grid. Rows of PneuSMA2 then take three Newton steps from it, some four."""
+SPAN = 50e3
+"""Maximum distance of the grid's ends from the median pressure [Pa]. Rows beyond, mostly outliers, would make
+the grid coarse for all others; they are solved apart."""
+MARGIN = 0.1
+"""Minimum ratio of the smallest to the largest slope determinant of a cell's corners. Below it a fold may lie
+within the cell."""
 FRACTIONS = { 1: 17, 2: 12, 3: 7}
 """Number of fractions of each spring, by the number of springs."""
 
@@ -37,21 +43,33 @@ class PhaseMap(eqx.Module):
     Attributes:
         low, high: pressures of the grid [Pa].
         unknowns: scaled configurations, shape (freedoms, PRESSURES, FRACTIONS, ...), an axis per spring.
+        good: pressures at which all points have an equilibrium, shape (PRESSURES,).
     """
 
     low: Array
     high: Array
     unknowns: Array
+    good: Array
+
+    def holds(self, pressure: Array) -> Array:
+        """Whether the grid is sound about a pressure."""
+        first, _ = self._slabs(pressure)
+        around = jnp.all(jnp.stack([self.good[first + k] for k in range(4)]))
+        return around & (pressure >= self.low) & (pressure <= self.high)
+
+    def _slabs(self, pressure: Array) -> tuple[Array, Array]:
+        """The first of the four nearest pressures, and the place from it in steps of the grid."""
+        span = jnp.maximum(self.high - self.low, 1e-9)
+        place = jnp.clip((pressure - self.low) / span, 0.0, 1.0) * (PRESSURES - 1)
+        first = jnp.clip(jnp.floor(place).astype(int) - 1, 0, PRESSURES - 4)
+        return first, place - first
 
     def at_pressure(self, pressure: Array) -> Array:
         """Scaled configurations at all phases, by a cubic through the four nearest pressures.
 
         Neighbouring equilibria differ by little, which a linear interpolation over pressure would hide.
         """
-        span = jnp.maximum(self.high - self.low, 1e-9)
-        place = jnp.clip((pressure - self.low) / span, 0.0, 1.0) * (PRESSURES - 1)
-        first = jnp.clip(jnp.floor(place).astype(int) - 1, 0, PRESSURES - 4)
-        x, found = place - first, 0.0
+        (first, x), found = self._slabs(pressure), 0.0
         for k in range(4):
             others = [j for j in range(4) if j != k]
             weight = math.prod((x - j) for j in others) / math.prod(k - j for j in others)
@@ -80,18 +98,23 @@ def phase_map(
     """
     actuator, states, pressure = frozen((actuator, states, pressure))
     count = len(actuator.springs)
-    low, high = jnp.nanmin(pressure), jnp.nanmax(pressure)
+    finite = jnp.where(jnp.isfinite(pressure), pressure, jnp.nan)
+    middle = jnp.nan_to_num(jnp.nanmedian(finite))
+    low = jnp.maximum(jnp.nan_to_num(jnp.nanmin(finite)), middle - SPAN)
+    high = jnp.minimum(jnp.nan_to_num(jnp.nanmax(finite)), middle + SPAN)
     axes = [jnp.linspace(low, high, PRESSURES)] + [denser_when_cold(FRACTIONS[k]) for k in [count] * count]
     grid = jnp.stack(jnp.meshgrid(*axes, indexing="ij"), axis=-1)
     first = start(actuator)
 
-    def one(point: Array) -> Array:
+    def one(point: Array) -> tuple[Array, Array]:
         activations = tuple(MartensiteFraction(x) for x in point[1:])
         root, _, good = newton(Problem(actuator, point[0], activations, states), first)
-        return jnp.where(good, root, first)
+        return jnp.where(good, root, first), good
 
-    found = jax.lax.map(one, grid.reshape(-1, count + 1), batch_size=64)
-    return PhaseMap(low, high, found.T.reshape(-1, *grid.shape[:-1]))
+    found, good = jax.lax.map(one, grid.reshape(-1, count + 1), batch_size=64)
+    return PhaseMap(
+        low, high, found.T.reshape(-1, *grid.shape[:-1]), jnp.all(good.reshape(PRESSURES, -1), axis=1)
+    )
 
 
 def start_of(
@@ -105,11 +128,19 @@ def start_of(
     """
     problem = frozen(problem)
     if not any(isinstance(a, Resistance) for a in problem.activations):
-        fractions = jnp.stack([a.value for a in problem.activations]) if problem.activations else jnp.zeros(0)
+        known = [_fraction(problem, k) for k in range(len(problem.activations))]
+        fractions = jnp.stack(known) if known else jnp.zeros(0)
         return grid.at(problem.pressure, jnp.clip(fractions, 0.0, 1.0)), jnp.asarray(True)
     fractions, alone = _located(problem, grid)
+    alone = alone & grid.holds(problem.pressure)
     known = [k for k, a in enumerate(problem.activations) if isinstance(a, Resistance)]
     return jnp.concatenate([grid.at(problem.pressure, fractions), fractions[jnp.asarray(known)]]), alone
+
+
+def _fraction(problem: Problem, k: int) -> Array:
+    """Fraction of a spring whose phase does not depend on its resistance."""
+    spring = problem.actuator.springs[k]
+    return problem.activations[k].read(spring.alloy, jnp.zeros(()), spring.geometry.wire_length).xi0
 
 
 def _located(problem: Problem, grid: PhaseMap) -> tuple[Array, Array]:
@@ -130,7 +161,7 @@ def _located(problem: Problem, grid: PhaseMap) -> tuple[Array, Array]:
             excess, contrast = activation.excess(spring, elongation, jnp.asarray(xi0), chain)
             misses.append(jnp.sign(contrast) * excess / spring.contrast_at_rest)
         else:
-            misses.append(xi0 - activation.value)
+            misses.append(xi0 - _fraction(problem, k))
     misses = jnp.stack(misses).reshape(count, *[size] * count)
     return _cells(_beyond_ends(misses), size)
 
@@ -168,7 +199,8 @@ def _cells(wider: Array, size: int) -> tuple[Array, Array]:
         return jnp.stack(edges, axis=1).reshape(count, count, -1)
 
     slopes = [slope_at(up) for up in ups]
-    turned = jnp.any(jnp.stack([~(determinant(slope) > 0.0) for slope in slopes]), axis=0)
+    dets = jnp.stack([determinant(slope) for slope in slopes])
+    turned = ~(jnp.min(dets, axis=0) > MARGIN * jnp.max(dets, axis=0))
     level = (sum(corners.values()) / len(ups)).reshape(count, -1)
     step = -jax.vmap(solve_small, (2, 1), 1)(sum(slopes) / len(ups), level)
     step = jnp.where(jnp.isfinite(step), step, 1e3)

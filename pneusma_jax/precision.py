@@ -7,7 +7,10 @@ script) call `enable_float64()` once, before they build any model.
 import os
 from pathlib import Path
 
+import equinox as eqx
 import jax
+import jax.numpy as jnp
+from jaxtyping import PyTree
 
 
 def enable_float64(cache: bool = True) -> None:
@@ -41,4 +44,16 @@ def require_float64() -> None:
         raise RuntimeError(
             "The equilibrium is solved to 1e-10, which float32 cannot hold: "
             "call pneusma_jax.enable_float64() before building a model."
+        )
+
+
+def require_doubles(model: PyTree) -> None:
+    """Refuse a model that was built in single precision.
+
+    Raises:
+        RuntimeError: if a number of the model is not of float64.
+    """
+    if any(leaf.dtype == jnp.float32 for leaf in jax.tree.leaves(model) if eqx.is_array(leaf)):
+        raise RuntimeError(
+            "The model was built in single precision: call pneusma_jax.enable_float64() before building it."
         )

@@ -14,6 +14,7 @@ from .balance import (
     Problem,
     all_finite,
     at_phases,
+    calm,
     configuration,
     freedoms,
     joint_residual,
@@ -46,8 +47,8 @@ class Status(enum.IntEnum):
 _SENTENCES = {
     Status.converged: "Force and moment balance.",
     Status.several_equilibria: (
-        "Force and moment balance in several configurations with these resistances; "
-        "this is the one whose hottest spring is the least heated. `solve_all` gives the others."
+        "Force and moment balance in several configurations, of which this is one; "
+        "`solve_all` gives all that the resistances allow."
     ),
     Status.no_equilibrium: (
         "No configuration was found in which force and moment balance; "
@@ -104,8 +105,8 @@ class Equilibrium(eqx.Module):
         status: a `Status` code. Where there is no result, the configuration is NaN.
         equilibria: number of configurations known to balance. With measured resistances, it is counted by
             `solve`, `solve_batch` and `solve_all`; a history counts 2 where others are near or were.
-        stable: whether the stiffness at fixed resistances has a positive determinant, as in every unique
-            equilibrium. At fixed phases it always has.
+        stable: whether the stiffness has a positive determinant, as in every unique equilibrium: at fixed
+            resistances where these are measured. Without loads it always has at given phases.
         validity: what lies outside of what the laws were made for.
         side_direction: static; unit vector towards side 1, in which `bend_angle` and `curvature` are counted.
     """
@@ -179,7 +180,8 @@ def equilibrium_of(
         equilibria: number of roots that are known.
         stable: see `Equilibrium`.
     """
-    actuator, count = problem.actuator, freedoms(problem)
+    actuator, count, finite = problem.actuator, freedoms(problem), all_finite(problem)
+    problem, unknowns, real = calm(problem, unknowns)
     # what is left unbalanced is a check: without tangents it costs a third less to differentiate a row
     size = jnp.max(jnp.abs(joint_residual(*frozen((unknowns, problem)), 1)))
     problem = at_phases(problem, unknowns[count:])
@@ -190,9 +192,9 @@ def equilibrium_of(
     responses = spring_responses(problem, delta_centre, bend)
     status = jnp.select(
         [
-            ~all_finite(problem),
+            ~finite,
             _out_of_range(problem),
-            ~(size < BALANCED),
+            ~(real & (size < BALANCED)),
             slimmest < SHORTEST,
             _straight(actuator, elongations),
             jnp.asarray(equilibria) > 1,

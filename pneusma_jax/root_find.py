@@ -15,7 +15,17 @@ from jaxtyping import Array, Bool, Float
 
 from ._linear import determinant, solve_small
 from ._numerics import frozen
-from .balance import Problem, all_finite, at_phases, freedoms, joint_residual, measured, residual, start
+from .balance import (
+    Problem,
+    all_finite,
+    at_phases,
+    calm,
+    freedoms,
+    joint_residual,
+    measured,
+    residual,
+    start,
+)
 from .newton import BoundedNewton, solve_blocks
 from .nitinol.spring import MartensiteFraction
 
@@ -55,8 +65,9 @@ def newton(
 
 
 def attached(problem: Problem, root: Array) -> Array:
-    """The same root, with derivatives of any order by the numbers of the problem."""
+    """The same root, with derivatives by the numbers of the problem: of any order in a plane, else three."""
     count = freedoms(problem)
+    problem, root, _ = calm(problem, root)
 
     def tangent(linear: Callable[[Array], Array], vector: Array) -> Array:
         return solve_blocks(jax.jacfwd(linear)(vector), vector, count)
@@ -66,12 +77,15 @@ def attached(problem: Problem, root: Array) -> Array:
     )
 
 
-def from_rest(problem: Problem, steps: Array) -> tuple[Array, Array, Bool[Array, ""]]:
+def from_rest(
+    problem: Problem, root: Array, steps: Array, good: Array, done: Array
+) -> tuple[Array, Array, Bool[Array, ""]]:
     """Root of a problem whose phases are given, with the load brought on in `LOAD_STEPS` steps from rest.
 
     Args:
         problem: one row.
-        steps: of Newton's method so far; added to.
+        root, steps, good: what was found so far; returned where it is `done`.
+        done: whether there is nothing to do. Not a condition around the loop: a batch would run both ways.
     """
     rest = _at_rest(problem)
 
@@ -85,7 +99,8 @@ def from_rest(problem: Problem, steps: Array) -> tuple[Array, Array, Bool[Array,
     def unfinished(carry: tuple) -> Array:
         return carry[0] <= LOAD_STEPS
 
-    first = (jnp.asarray(1), start(problem.actuator), steps, jnp.asarray(False))
+    begin = jnp.where(done, root, start(problem.actuator))
+    first = (jnp.where(done, LOAD_STEPS + 1, 1), begin, steps, good)
     _, unknowns, steps, good = jax.lax.while_loop(unfinished, attempt, first)
     return unknowns, steps, good
 
@@ -104,9 +119,7 @@ def at_given_phases(problem: Problem, guess: Array) -> tuple[Array, Array, Bool[
     """Root of a problem without measured springs: from the guess, else `from_rest`."""
     problem = frozen(problem)
     root, steps, good = newton(problem, guess)
-    return jax.lax.cond(
-        good | ~all_finite(problem), lambda: (root, steps, good), lambda: from_rest(problem, steps)
-    )
+    return from_rest(problem, root, steps, good, good | ~all_finite(problem))
 
 
 DENSER = 3
@@ -150,20 +163,32 @@ def all_roots(problem: Problem) -> Roots:
     first = start(problem.actuator)
     seen, steps_1, there = jax.vmap(lambda x: newton(at_phases(problem, x), first))(grid)
     begin = jnp.concatenate([jnp.where(there[:, None], seen, first), grid], axis=1)
-    found, steps_2, good = jax.vmap(lambda y: newton(problem, y, FEW_STEPS))(begin)
-    return _distinct(found, good, freedoms(problem), jnp.sum(steps_1) + jnp.sum(steps_2))
+    search = jax.vmap(lambda y: newton(problem, y, FEW_STEPS))
+    found, steps_2, good = search(begin)
+    count = freedoms(problem)
+    roots, real = _distinct(found, good, count)
+    # between two equilibria lies a third, and beyond the last ones may lie others
+    near = jnp.where(real[:, None], roots, roots[0])
+    ways = jnp.asarray([(a, b) for a in range(4) for b in range(4) if a != b])
+    between = [near[ways[:, 0]] + share * (near[ways[:, 1]] - near[ways[:, 0]]) for share in (0.5, 1.3)]
+    between = jnp.concatenate(between)
+    between = jnp.concatenate([between[:, :count], jnp.clip(between[:, count:], 0.0, 1.0)], axis=1)
+    more, steps_3, better = search(between)
+    roots, real = _distinct(jnp.concatenate([roots, more]), jnp.concatenate([real, better]), count)
+    return Roots(roots, real, jnp.sum(steps_1) + jnp.sum(steps_2) + jnp.sum(steps_3))
 
 
-def _distinct(found: Array, good: Array, count: int, steps: Array) -> Roots:
-    """Different ones among roots, the least heated first."""
-    hottest = jnp.where(good, 1.0 - jnp.min(found[:, count:], axis=1), jnp.inf)
-    order = jnp.argsort(hottest)
+def _distinct(found: Array, good: Array, count: int) -> tuple[Array, Array]:
+    """Different ones among roots, the least heated first: by the hottest spring, then by all."""
+    heats = jnp.sum(1.0 - found[:, count:], axis=1)
+    hottest = jnp.round((1.0 - jnp.min(found[:, count:], axis=1)) / DISTINCT)
+    order = jnp.lexsort((heats, jnp.where(good, hottest, jnp.inf)))
     found, good = found[order], good[order]
     apart = jnp.max(jnp.abs(found[:, None] - found[None]), axis=-1) > DISTINCT
     earlier = np.tril(np.ones((good.size, good.size), bool), -1)
     new = good & ~jnp.any(earlier & good[None, :] & ~apart, axis=1)
     first = jnp.argsort(~new, stable=True)[:MOST_ROOTS]
-    return Roots(found[first], new[first], steps)
+    return found[first], new[first]
 
 
 def stiffness_signs(problem: Problem, root: Array) -> tuple[Array, Array]:

@@ -39,7 +39,7 @@ def _read_design(name: str) -> dict[str, Any]:
 
 
 def _wound(nominal: dict[str, Any], stated: dict[str, Any]) -> dict[str, float]:
-    """Coils and free length of an actuator's springs, as far as stated coils, pitch or free length change them.
+    """Coils and free length of an actuator's springs, as far as stated ones change them.
 
     The free length is that of the coils, one pitch each.
     """

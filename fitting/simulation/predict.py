@@ -151,7 +151,10 @@ def _predict_actuator(
         "length_mm": from_si(seen["length"], "mm"),
         "bend_direction_deg": from_si(found.bend_direction, "deg"),
     }
-    known = {"status": np.array([pj.Status(code).name for code in np.asarray(found.status)])}
+    status = np.asarray(found.status)
+    several = np.asarray(read.status) == pj.Status.several_equilibria
+    status = np.where((status == pj.Status.converged) & several, pj.Status.several_equilibria, status)
+    known = {"status": np.array([pj.Status(code).name for code in status])}
     for n, response in zip(actuator.spring_numbers, found.springs, strict=True):
         known |= {f"xi0_{n}": response.xi0, f"gamma_R_{n}": response.gamma_R}
     clearance = recording.geometry.get("tip_to_base_clearance_deg")

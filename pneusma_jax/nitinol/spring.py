@@ -4,8 +4,10 @@ from typing import Protocol
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array
 
+from .._numerics import is_concrete
 from ..chain import PLAIN, Chain
 from .alloy import Alloy
 from .geometry import SpringGeometry
@@ -29,6 +31,27 @@ class MartensiteFraction(eqx.Module):
         """The given fraction, which never clips."""
         no = jnp.zeros(jnp.broadcast_shapes(jnp.shape(self.value), jnp.shape(gamma)), bool)
         return PhaseReading(self.value, no, no)
+
+
+def check_fractions(numbers: tuple[int, ...], activations: tuple) -> None:
+    """Refuse given fractions outside of 0 to 1, where their numbers are known.
+
+    Args:
+        numbers: of the springs.
+        activations: one per spring.
+
+    Raises:
+        ValueError: naming the spring and the fraction.
+    """
+    for number, activation in zip(numbers, activations, strict=False):
+        if isinstance(activation, MartensiteFraction) and is_concrete(activation.value):
+            wrong = np.asarray(activation.value)
+            wrong = wrong[np.isfinite(wrong) & ((wrong < 0.0) | (wrong > 1.0))]
+            if wrong.size:
+                raise ValueError(
+                    f"The martensite fraction of spring {number} must be between 0 and 1, but it is "
+                    f"{wrong.flat[0]:g}."
+                )
 
 
 class Temperature(eqx.Module):

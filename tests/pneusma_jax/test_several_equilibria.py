@@ -1,0 +1,122 @@
+"""Measured resistances: every equilibrium found, said to be several, and the way of a history followed."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import pneusma_jax as pj
+
+
+def phases(*values):
+    return tuple(pj.MartensiteFraction(jnp.asarray(x)) for x in values)
+
+
+def resistances(found):
+    return tuple(pj.Resistance(spring.resistance) for spring in found.springs)
+
+
+@pytest.fixture(scope="module")
+def body():
+    return pj.make_actuator("pneusma2")
+
+
+def test_cold_springs_under_pressure_stay_straight_and_the_others_are_listed(body):
+    cold = pj.solve(body, 45e3, phases(1.0, 1.0))
+    found = pj.solve(body, 45e3, resistances(cold))
+    assert pj.Status(int(found.status)) is pj.Status.several_equilibria and bool(found.converged)
+    assert abs(float(found.curvature)) < 1e-6
+    every = pj.solve_all(body, 45e3, resistances(cold))
+    count = int(every.equilibria[0])
+    bends = np.sort(np.asarray(every.curvature)[:count])
+    assert count >= 3 and np.all(np.isnan(np.asarray(every.curvature)[count:]))
+    assert bends[-1] == pytest.approx(5.39, abs=0.01)
+    np.testing.assert_allclose(bends, -bends[::-1], atol=1e-6)  # the design is symmetric
+    for number, measured in enumerate(resistances(cold)):
+        again = np.asarray(every.springs[number].resistance)[:count]
+        assert np.all(again <= float(measured.value) + 1e-6)  # cold springs may stay below
+
+
+def test_random_states_come_back_or_are_said_to_be_one_of_several(body):
+    rng, rows = np.random.default_rng(11), 1_500
+    pressure = rng.uniform(0.0, 50e3, rows)
+    true = pj.solve_batch(body, pressure, phases(*rng.uniform(0.0, 1.0, (2, rows))))
+    found = pj.solve_batch(body, pressure, resistances(true))
+    unique = np.asarray(found.status) == pj.Status.converged
+    assert np.all(np.asarray(found.converged))
+    assert 0.9 < unique.mean() < 1.0
+    off = np.abs(np.asarray(found.curvature - true.curvature))
+    assert off[unique].max() < 1e-5
+
+
+@pytest.mark.parametrize("pressure", [20e3, 45e3])
+def test_a_history_fed_its_own_resistances_comes_back(body, pressure):
+    heat = np.interp(np.arange(0.0, 100.5, 0.5), [0, 5, 45, 55, 95, 100], [1, 1, 0.4, 0.4, 1, 1])
+    rows = len(heat)
+    history = pj.simulate_history(body, np.full(rows, pressure), phases(np.ones(rows), heat))
+    back = pj.simulate_history(body, np.full(rows, pressure), resistances(history.rows))
+    np.testing.assert_allclose(back.rows.curvature, history.rows.curvature, atol=1e-6)
+    several = np.asarray(back.rows.status) == pj.Status.several_equilibria
+    assert several.any() == (pressure > 30e3)
+
+
+def test_derivatives_by_resistance_are_right_to_second_order(body):
+    warm = pj.solve(body, 20e3, phases(0.9, 0.5))
+
+    def curvature(q):
+        changed = eqx.tree_at(lambda b: b.silicone.stiffness, body, q[3])
+        given = (pj.Resistance(q[1]), pj.Resistance(q[2]))
+        return pj.solve(changed, 1e4 * q[0], given, throw=False).curvature
+
+    at = jnp.asarray([2.0, *(float(s.resistance) for s in warm.springs), 1.0])
+    slope = jax.jit(jax.grad(curvature))
+    step = 1e-5 * np.eye(4)
+    by_values = [(float(curvature(at + h)) - float(curvature(at - h))) / 2e-5 for h in step]
+    np.testing.assert_allclose(slope(at), by_values, rtol=1e-6, atol=1e-5)
+    by_slopes = np.stack([(slope(at + h) - slope(at - h)) / 2e-5 for h in step])
+    np.testing.assert_allclose(jax.jit(jax.hessian(curvature))(at), by_slopes, atol=1e-6 * np.abs(by_slopes).max())
+
+
+def test_a_section_that_bends_anywhere_has_second_and_third_derivatives():
+    law = pj.load_silicone("dragon_skin_10_fast")
+    section = pj.rectangle(10e-3, 8e-3, 1e-3)
+
+    def pull(q):
+        force, moment = section.integrate(law, q[0], 180.0 * q[1:])
+        return force + 200.0 * (moment[0] + 2.0 * moment[1])
+
+    for at in ([0.1, 0.2, 0.3], [0.1, 0.0, 0.0]):
+        at, step = jnp.asarray(at), 1e-5 * np.eye(3)
+        for first, second in ((jax.grad(pull), jax.hessian(pull)), (jax.hessian(pull), jax.jacfwd(jax.hessian(pull)))):
+            first, second = jax.jit(first), jax.jit(second)
+            differences = np.stack([(first(at + h) - first(at - h)) / 2e-5 for h in step], axis=-1)
+            np.testing.assert_allclose(second(at), differences, atol=1e-6 * np.abs(differences).max())
+
+
+def test_what_make_actuator_is_told_acts_and_contradictions_are_refused():
+    usual, less = pj.make_actuator("pneusma1"), pj.make_actuator("pneusma1", prestrain=0.1)
+    bend = [float(pj.solve(b, 30e3, phases(1.0)).curvature) for b in (usual, less)]
+    assert abs(bend[0] - bend[1]) > 1.0
+    fewer = pj.make_actuator("pneusma1", active_coils=40.0)
+    assert float(fewer.springs[0].geometry.free_length) == pytest.approx(14e-3 * 40.0 / 52.0)
+    with pytest.raises(ValueError, match="coils times pitch"):
+        pj.make_actuator("pneusma1", active_coils=40.0, free_length=14e-3)
+    with pytest.raises(ValueError, match="spring 2 must be between 0 and 1, but it is 1.5"):
+        pj.solve(usual, 30e3, phases(1.5))
+
+
+def test_what_cannot_be_has_a_status_inside_of_a_program():
+    usual = pj.make_actuator("pneusma1")
+    solve = jax.jit(lambda x: pj.solve(usual, 30e3, (pj.MartensiteFraction(x),), throw=False).status)
+    assert int(solve(-0.5)) == pj.Status.fraction_out_of_range
+    wall = jax.jit(lambda w: pj.solve(pj.make_actuator("pneusma1", wall_thickness=w), 1e4, throw=False).status)
+    assert int(wall(1e-3)) == pj.Status.converged and int(wall(6e-3)) == pj.Status.input_not_finite
+    far = pj.solve(usual, 2e6, throw=False)
+    assert pj.Status(int(far.status)) in (pj.Status.beyond_wire, pj.Status.collapsed, pj.Status.no_equilibrium)
+
+
+def test_validity_says_what_lies_beyond_the_tests():
+    usual = pj.make_actuator("pneusma1")
+    assert bool(pj.solve(usual, 5e3, phases(0.9)).validity.good)
+    assert bool(pj.solve(usual, 150e3, phases(1.0)).validity.shear.any())
