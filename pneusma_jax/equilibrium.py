@@ -54,10 +54,14 @@ def solve(
 
     Without loads, given phases have one equilibrium: Newton's method finds it from the start, or from rest
     with pressure, heat and loads brought on in steps. Under loads an unstable one has the status
-    `several_equilibria`, too; `guess` leads to the others. Measured resistances may have several. Then all are
-    looked for, and the one whose hottest spring is the least heated is returned, with the status `several_equilibria`; with
-    one measured spring, that is the first which a heating from rest meets. Derivatives come from the implicit
-    function theorem: of any order for bending in a plane, to the third otherwise.
+    `several_equilibria`, too; `guess` leads to the others.
+
+    Measured resistances may have several. Then all are looked for, and the one whose hottest spring is the
+    least heated is returned, with the status `several_equilibria`. With one measured spring, that is the
+    first which a heating from rest meets.
+
+    Derivatives come from the implicit function theorem: of any order for bending in a plane, to the third
+    otherwise.
 
     Args:
         actuator: what is loaded.

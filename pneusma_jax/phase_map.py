@@ -33,6 +33,8 @@ the grid coarse for all others; they are solved apart."""
 MARGIN = 0.1
 """Minimum ratio of the smallest to the largest slope determinant of a cell's corners. Below it a fold may lie
 within the cell."""
+WIDER = 0.25
+"""Part of its range over a cell by which the map may bend between the corners, where two zeros would hide."""
 FRACTIONS = { 1: 17, 2: 12, 3: 7}
 """Number of fractions of each spring, by the number of springs."""
 
@@ -191,6 +193,8 @@ def _cells(wider: Array, size: int) -> tuple[Array, Array]:
     lowest = jnp.min(jnp.stack(list(corners.values())), axis=0)
     highest = jnp.max(jnp.stack(list(corners.values())), axis=0)
     holds = jnp.all((lowest <= 0.0) & (highest >= 0.0), axis=0).reshape(-1)
+    spare = WIDER * (highest - lowest)
+    may_hold = jnp.all((lowest <= spare) & (highest >= -spare), axis=0).reshape(-1)
 
     def slope_at(up: tuple[int, ...]) -> Array:
         """Slopes along the edges at a corner, shape (misses, axes, cells)."""
@@ -209,4 +213,4 @@ def _cells(wider: Array, size: int) -> tuple[Array, Array]:
     shape = [size + 1] * count
     cell = jnp.stack(jnp.unravel_index(best, shape)).astype(float)
     place = jnp.clip((cell - 0.5 + jnp.clip(step[:, best], -0.5, 0.5)) / (size - 1), 0.0, 1.0)
-    return 1.0 - (1.0 - place) ** DENSER, jnp.any(holds) & ~jnp.any(holds & turned)
+    return 1.0 - (1.0 - place) ** DENSER, jnp.any(holds) & ~jnp.any(may_hold & turned)
