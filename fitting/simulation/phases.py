@@ -1,8 +1,9 @@
 """Martensite fractions of an actuator's springs from their measured resistances, all rows together.
 
-The fractions wander slowly and the resistances are noisy. So the trajectory of all fractions is smoothed about
-the answer of the whole actuator: a heated spring pulls the other one longer, and both resistances change. A
-row by itself may have several equilibria or, with noise, none. A trajectory has one most likely course.
+The fractions wander slowly and the resistances are noisy. So the trajectory of all fractions is smoothed
+about the answer of the whole actuator: a heated spring pulls the other one longer, and both resistances
+change. A row by itself may have several equilibria or, with noise, none. A trajectory has one most likely
+course.
 """
 
 from collections.abc import Mapping, Sequence
