@@ -20,6 +20,7 @@ help:
 	@echo "make proof-full the same on 814, hours; interrupt it and run it again at will -> out/proof"
 	@echo "make test       the tests (warnings are errors)"
 	@echo "make test-slow  the long ones, too"
+	@echo "make bench      speed of the core: ratios, compile times, memory; half an hour -> out/bench (BENCH=--quick: less)"
 	@echo "make lint       style of the code"
 	@echo "make clean      remove .venv and out"
 
@@ -92,6 +93,11 @@ test: $(READY)
 
 test-slow: $(READY)
 	OPENBLAS_NUM_THREADS=1 NPROC=1 $(BIN)/python -m pytest -n 2 --dist loadfile
+
+# BENCH=--quick stops at 10^5 rows
+.PHONY: bench
+bench: $(READY)
+	$(BIN)/python -m benchmarks.core_speed --out out/bench $(BENCH)
 
 lint: $(LINT_READY)
 	$(BIN)/ruff check .

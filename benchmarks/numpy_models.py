@@ -16,6 +16,7 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 HALF_WIDTH, LOWER, UPPER, LEAST = 0.02, -0.54, 1.5, 50e3
 CUTS = np.array([LOWER, -HALF_WIDTH, HALF_WIDTH, UPPER])
 OUTER, LENGTH, ATTACHED, FREE = 5e-3, 56e-3, 56e-3, 14e-3
+FIRST_BEND = 10.0 / 56.0  # sides at +5 and -5 mm of 56 mm: the source's first trial
 WIRE, MANDREL, PITCH, POISSON, PRESTRAIN = 0.25e-3, 0.9e-3, 0.269e-3, 0.33, 0.1924
 
 
@@ -85,7 +86,7 @@ def spring_force(gamma, xi0, prestrain, constants):
     return np.pi * WIRE**2 * stress / (8.0 * index * wahl)
 
 
-def _balance(z, stiffness, wall, constants, pressure, xi0_1, xi0_2):
+def balance(z, stiffness, wall, constants, pressure, xi0_1, xi0_2):
     """Scaled force and moment on the end cap of PneuSMA2; z is elongation over length and bend times radius
     over it."""
     strain, gradient = z[0], z[1] / OUTER
@@ -104,9 +105,9 @@ def _balance(z, stiffness, wall, constants, pressure, xi0_1, xi0_2):
 def curvatures(values, rows):
     """Curvature of the centre line [1/m] of every row, solved one after the other."""
     stiffness, wall, constants = values[0], values[1], {"G_m": values[2], "G_a": values[3]}
-    found, guess = np.empty(len(rows["pressure"])), np.array([0.0, 10.0 / 56.0 / 2.0])
+    found, guess = np.empty(len(rows["pressure"])), np.array([0.0, 0.5 * FIRST_BEND])
     for k, row in enumerate(zip(rows["pressure"], rows["xi0_1"], rows["xi0_2"], strict=True)):
-        solution = root(_balance, guess, (stiffness, wall, constants, *row), method="hybr", tol=1e-10)
+        solution = root(balance, guess, (stiffness, wall, constants, *row), method="hybr", tol=1e-10)
         if not solution.success:
             return np.full(len(found), np.nan)
         guess = solution.x

@@ -1,0 +1,512 @@
+"""What `core_speed` measures: each case in a process of its own, named on the command line.
+
+Every case is a function of a number of rows (or segments) that returns what is called and timed. All use
+PneuSMA2 and the same random rows: pressures of 0 to 50 kPa and both martensite fractions from 0 to 1, uniform;
+resistances are those that the model has there.
+"""
+
+import argparse
+import dataclasses
+import json
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy.optimize import minimize, root
+
+import pneusma_jax as pj
+from benchmarks import numpy_models
+from pneusma_jax.balance import Problem, residual
+from pneusma_jax.equilibrium import BLOCK
+
+SEED = 35
+FLOOR_ROWS = 10_000
+FINER = 140
+"""Gauss nodes of a panel for the reference, ten times those of the model."""
+FLAT = 1.0
+"""Curvature [1/m] below which an error is not divided by the row's own curvature but by this one."""
+WRONG = 0.01
+"""Error of curvature [1/m] from which a row counts as another equilibrium; noise of cameras is larger."""
+PULSE = 0.1
+"""Interval between rows of a history driven by current [s], a tenth of the wire's time constant."""
+
+Call = Callable[[], object]
+
+
+@dataclasses.dataclass(frozen=True)
+class Rows:
+    """Random rows, and one history.
+
+    Attributes:
+        pressure: [Pa], shape (rows,).
+        xi0, resistance: of both springs [1, ohm], shape (rows, 2).
+        unknowns: scaled configuration of the solution [1], shape (rows, 2).
+        curvature: of the solution [1/m], shape (rows,).
+        history_pressure, history_xi0, history_resistance: the same of a history [Pa, 1, ohm].
+    """
+
+    pressure: np.ndarray
+    xi0: np.ndarray
+    resistance: np.ndarray
+    unknowns: np.ndarray
+    curvature: np.ndarray
+    history_pressure: np.ndarray
+    history_xi0: np.ndarray
+    history_resistance: np.ndarray
+
+    def phases(self, n: int) -> tuple:
+        """Activations of the first rows by their phases."""
+        return tuple(pj.MartensiteFraction(self.xi0[:n, k]) for k in range(2))
+
+    def resistances(self, n: int) -> tuple:
+        """Activations of the first rows by their resistances."""
+        return tuple(pj.Resistance(self.resistance[:n, k]) for k in range(2))
+
+
+def prepared(rows: int, history: int) -> Rows:
+    """Rows and a history solved by phase, so that their resistances are consistent."""
+    actuator, random = pj.make_actuator("pneusma2"), np.random.default_rng(SEED)
+    pressure, xi0 = random.uniform(0.0, 50e3, rows), random.uniform(0.0, 1.0, (rows, 2))
+    phases = tuple(pj.MartensiteFraction(xi0[:, k]) for k in range(2))
+    found = pj.solve_batch(actuator, pressure, phases)
+    good = np.asarray(found.converged)
+    if not good.all():
+        raise RuntimeError(f"{np.sum(~good)} of {rows} rows by phase have no equilibrium.")
+    turn = np.linspace(0.0, 4.0 * np.pi, history)
+    p, warm = 25e3 - 15e3 * np.cos(turn), 0.5 + 0.5 * np.cos(0.5 * turn)
+    cycle = pj.simulate_history(
+        actuator, p, (pj.MartensiteFraction(warm), pj.MartensiteFraction(np.ones(history)))
+    )
+    ohm = lambda found: np.stack([np.asarray(s.resistance) for s in found.springs], axis=1)  # noqa: E731
+    return Rows(
+        pressure, xi0, ohm(found), np.asarray(found.unknowns), np.asarray(found.curvature),
+        p, np.stack([warm, np.ones(history)], axis=1), ohm(cycle.rows),
+    )  # fmt: skip
+
+
+def wait(result: object) -> object:
+    """The result, once it is there."""
+    return jax.block_until_ready(eqx.filter(result, eqx.is_array))
+
+
+# --- one evaluation -------------------------------------------------------------------------------------
+
+
+@eqx.filter_jit
+def _residuals(actuator: pj.Actuator, rows: tuple, block: int) -> jax.Array:
+    return jax.lax.map(lambda row: _residual(actuator, row, row[2]), rows, batch_size=block)
+
+
+@eqx.filter_jit
+def _floor(actuator: pj.Actuator, rows: tuple, block: int) -> tuple:
+    def one(row: tuple) -> tuple:
+        def twice(z: jax.Array) -> tuple:
+            value = _residual(actuator, row, z)
+            return value, value
+
+        slope, value = jax.jacfwd(twice, has_aux=True)(row[2])
+        return value, slope
+
+    return jax.lax.map(one, rows, batch_size=block)
+
+
+def _residual(actuator: pj.Actuator, row: tuple, z: jax.Array) -> jax.Array:
+    pressure, xi0, _ = row
+    phases = tuple(pj.MartensiteFraction(xi0[k]) for k in range(2))
+    return residual(z, Problem(actuator, pressure, phases, actuator.fresh_states()), 1)
+
+
+def evaluation(data: Rows, function: Callable) -> Callable[[int], Call]:
+    """Balance of all rows at their solutions."""
+    actuator = pj.make_actuator("pneusma2")
+
+    def prepare(n: int) -> Call:
+        rows = jax.tree.map(jnp.asarray, (data.pressure[:n], data.xi0[:n], data.unknowns[:n]))
+        return lambda: function(actuator, rows, min(BLOCK, n))
+
+    return prepare
+
+
+def residual_alone(data: Rows) -> Callable[[int], Call]:
+    return evaluation(data, _residuals)
+
+
+def floor(data: Rows) -> Callable[[int], Call]:
+    return evaluation(data, _floor)
+
+
+# --- batches and their gradients ------------------------------------------------------------------------
+
+
+def by_phase(data: Rows) -> Callable[[int], Call]:
+    actuator = pj.make_actuator("pneusma2")
+    return lambda n: lambda: pj.solve_batch(actuator, data.pressure[:n], data.phases(n))
+
+
+def by_resistance(data: Rows) -> Callable[[int], Call]:
+    actuator = pj.make_actuator("pneusma2")
+    return lambda n: lambda: pj.solve_batch(actuator, data.pressure[:n], data.resistances(n))
+
+
+def _summed(actuator: pj.Actuator, pressure: jax.Array, activations: tuple) -> jax.Array:
+    return jnp.nansum(pj.solve_batch(actuator, pressure, activations).curvature)
+
+
+@eqx.filter_jit
+def _by_inputs(actuator: pj.Actuator, pressure: jax.Array, activations: tuple) -> tuple:
+    return eqx.filter_grad(lambda given: _summed(actuator, *given))((pressure, activations))
+
+
+@eqx.filter_jit
+def _by_numbers(actuator: pj.Actuator, pressure: jax.Array, activations: tuple) -> pj.Actuator:
+    return eqx.filter_grad(_summed)(actuator, pressure, activations)
+
+
+def gradient(function: Callable, drive: str) -> Callable[[Rows], Callable[[int], Call]]:
+    def of(data: Rows) -> Callable[[int], Call]:
+        actuator = pj.make_actuator("pneusma2")
+
+        def prepare(n: int) -> Call:
+            given = jax.tree.map(jnp.asarray, (data.pressure[:n], getattr(data, drive)(n)))
+            return lambda: function(actuator, *given)
+
+        return prepare
+
+    return of
+
+
+# --- histories ------------------------------------------------------------------------------------------
+
+
+def history(drive: str) -> Callable[[Rows], Callable[[int], Call]]:
+    """The same course in any number of rows: two turns of pressure while spring 1 heats and cools."""
+
+    def of(data: Rows) -> Callable[[int], Call]:
+        actuator = pj.make_actuator("pneusma2")
+        length = len(data.history_pressure)
+
+        def prepare(n: int) -> Call:
+            if drive == "current":
+                turn = np.linspace(0.0, 4.0 * np.pi * n / FLOOR_ROWS, n)
+                heated = pj.Heating(0.25 * (1.0 - np.cos(0.5 * turn)))
+                given = (heated, pj.Heating(np.zeros(n)))
+                pressure = 25e3 - 15e3 * np.cos(turn)
+                return lambda: pj.simulate_history(actuator, pressure, given, time=PULSE * np.arange(n))
+            kept = np.linspace(0, length - 1, n).astype(int)
+            kind, values = {
+                "phase": (pj.MartensiteFraction, data.history_xi0),
+                "resistance": (pj.Resistance, data.history_resistance),
+            }[drive]
+            given = tuple(kind(values[kept, k]) for k in range(2))
+            return lambda: pj.simulate_history(actuator, data.history_pressure[kept], given)
+
+        return prepare
+
+    return of
+
+
+def coupon(data: Rows) -> Callable[[int], Call]:
+    law = pj.load_silicone()
+    return lambda n: lambda: pj.simulate_coupon(law, 0.5 - 0.5 * np.cos(np.linspace(0.0, 6.0, n)))
+
+
+def tube(data: Rows) -> Callable[[int], Call]:
+    body = pj.make_tube(pj.Geometry(), pj.load_silicone())
+    return lambda n: lambda: pj.simulate_tube(body, np.linspace(0.0, 30e3, n))
+
+
+def wire(data: Rows) -> Callable[[int], Call]:
+    specimen = pj.load_wire()
+
+    def prepare(n: int) -> Call:
+        temperature = 50.0 + 40.0 * np.cos(np.linspace(0.0, 4.0 * np.pi, n))
+        return lambda: pj.simulate_wire(specimen, stress=jnp.asarray(150e6), temperature=temperature)
+
+    return prepare
+
+
+def spring(data: Rows) -> Callable[[int], Call]:
+    dimensions = pj.SpringGeometry(0.25e-3, 0.9e-3, 0.269e-3, 52.0, 14e-3)
+    specimen = pj.Spring(dimensions, pj.load_alloy("krl35"), 14e-3)
+    warm = pj.MartensiteFraction(0.6)
+    return lambda n: lambda: pj.simulate_spring(
+        specimen, 20e-3 - 20e-3 * np.cos(np.linspace(0.0, 4.0 * np.pi, n)), warm
+    )
+
+
+# --- chains ---------------------------------------------------------------------------------------------
+
+
+def chain(loaded: bool) -> Callable[[Rows], Callable[[int], Call]]:
+    """Segments in series that are all alike, one spring of each warm; under weight and a tip force or not."""
+
+    def of(data: Rows) -> Callable[[int], Call]:
+        actuator = pj.make_actuator("pneusma2")
+
+        def prepare(n: int) -> Call:
+            segments = pj.chain_of(actuator, n)
+            if loaded:
+                heavy = pj.chain_weight(segments.segments, 1070.0, pj.gravity_vector("horizontal"))
+                segments = segments.with_loads(heavy, pj.PointLoad([0.0, 1e-3, 0.0]))
+            drive = ((pj.MartensiteFraction(0.6), pj.MartensiteFraction(1.0)),) * n
+            return lambda: pj.solve_chain(segments, 10e3, drive)
+
+        return prepare
+
+    return of
+
+
+# --- other methods --------------------------------------------------------------------------------------
+
+NOMINAL = (1.0, 1e-3)
+"""Scale of the silicone's stress [1] and wall [m] of PneuSMA2 in `numpy_models`."""
+
+
+def _numpy_rows(data: Rows, n: int, one: Callable) -> np.ndarray:
+    """Curvature [1/m] of rows solved one after the other, each from the source's first trial."""
+    found = np.empty(n)
+    first = np.array([0.0, 0.5 * numpy_models.FIRST_BEND])
+    for k in range(n):
+        z = one(first, (*NOMINAL, {}, data.pressure[k], *data.xi0[k]))
+        found[k] = z[1] / numpy_models.OUTER / (1.0 + z[0]) if z is not None else np.nan
+    return found
+
+
+def _hybrid(first: np.ndarray, arguments: tuple) -> np.ndarray | None:
+    found = root(numpy_models.balance, first, arguments, method="hybr", tol=1e-10)
+    return found.x if found.success else None
+
+
+def _simplex(first: np.ndarray, arguments: tuple) -> np.ndarray | None:
+    size = lambda z: np.sum(numpy_models.balance(z, *arguments) ** 2)  # noqa: E731
+    ends = {"xatol": 1e-10, "fatol": 1e-20, "maxiter": 2000, "maxfev": 4000}
+    found = minimize(size, first, method="Nelder-Mead", options=ends)
+    return found.x if found.success else None
+
+
+def scipy_root(data: Rows) -> Callable[[int], Call]:
+    return lambda n: lambda: _numpy_rows(data, n, _hybrid)
+
+
+def nelder_mead(data: Rows) -> Callable[[int], Call]:
+    return lambda n: lambda: _numpy_rows(data, n, _simplex)
+
+
+# --- all of them ----------------------------------------------------------------------------------------
+
+
+BESIDE = {
+    "resistance": "phase", "inputs": "phase", "numbers": "phase", "inputs_resistance": "resistance",
+    "history": "phase", "history_resistance": "resistance",
+}  # fmt: skip
+"""Cases that are timed in turn with another one, at the same number of rows."""
+CASES: dict[str, Callable[[Rows], Callable[[int], Call]]] = {
+    "residual": residual_alone,
+    "floor": floor,
+    "phase": by_phase,
+    "resistance": by_resistance,
+    "current": history("current"),
+    "inputs": gradient(_by_inputs, "phases"),
+    "numbers": gradient(_by_numbers, "phases"),
+    "inputs_resistance": gradient(_by_inputs, "resistances"),
+    "history": history("phase"),
+    "history_resistance": history("resistance"),
+    "chain": chain(False),
+    "loaded_chain": chain(True),
+    "coupon": coupon,
+    "tube": tube,
+    "wire": wire,
+    "spring": spring,
+    "scipy_root": scipy_root,
+    "nelder_mead": nelder_mead,
+}
+CHECKS = ("accuracy", "command")
+
+
+class Compiled:
+    """How many programs were compiled, and how long that took [s] from tracing to machine code."""
+
+    def __init__(self) -> None:
+        self.programs, self.seconds = 0, 0.0
+        jax.monitoring.register_event_duration_secs_listener(self._heard)
+
+    def _heard(self, event: str, duration: float, **_: object) -> None:
+        if event == "/jax/core/compile/backend_compile_duration":
+            self.programs += 1
+            self.seconds += duration
+
+
+def peak_memory() -> float:
+    """Largest memory that this process has had so far [MB]."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / (1e6 if sys.platform == "darwin" else 1e3 / 1.024)
+
+
+def seconds(call: Call) -> float:
+    """How long a call takes until its result is there [s]."""
+    began = time.perf_counter()
+    wait(call())
+    return time.perf_counter() - began
+
+
+def measured(name: str, data: Rows, sizes: tuple[int, ...], patience: float, longest: float) -> list[dict]:
+    """One line per size of a case.
+
+    First every size is called once, the smallest first, and memory is read after each. Then each is called again
+    and again, in turn with the floor and the cases beside it, so that a busy machine slows all of them alike.
+
+    Args:
+        name: of `CASES`.
+        data: rows.
+        sizes: ascending.
+        patience: time for the repeats of one size [s]; three are made at least.
+        longest: time that the first call of a size may be expected to take [s]; larger sizes are left out.
+    """
+    compiled, prepare, lines = Compiled(), CASES[name](data), []
+    begin = peak_memory()
+    per_row = 0.0
+    for n in sizes:
+        if per_row * n > longest:
+            lines.append(dict(size=n, left_out=f"it would take about {per_row * n:.0f} s a call"))
+            continue
+        call = prepare(n)
+        programs, spent = compiled.programs, compiled.seconds
+        cold = seconds(call)
+        lines.append(
+            dict(
+                size=n, cold_s=cold, programs=compiled.programs - programs,
+                compiler_s=compiled.seconds - spent, peak_MB=peak_memory(), before_MB=begin,
+            )  # fmt: skip
+        )
+        per_row = seconds(call) / n
+    rows = min(FLOOR_ROWS, len(data.pressure))
+    floor_call = floor(data)(rows)
+    beside = {BESIDE[name]: CASES[BESIDE[name]](data)} if name in BESIDE else {}
+    wait(floor_call())
+    for line in lines:
+        n = line["size"]
+        if "left_out" in line:
+            continue
+        calls = {"own": prepare(n), "floor": floor_call} | {k: make(n) for k, make in beside.items()}
+        for call in calls.values():
+            wait(call())
+        times = {key: [] for key in calls}
+        began = time.perf_counter()
+        while len(times["own"]) < 3 or (
+            time.perf_counter() - began < patience and len(times["own"]) < 50
+        ):
+            for key, call in calls.items():
+                times[key].append(seconds(call))
+        warm = {key: statistics.median(spent) for key, spent in times.items()}
+        floor_row = warm["floor"] / rows
+        line |= dict(
+            warm_s=warm["own"], repeats=len(times["own"]), row_us=1e6 * warm["own"] / n,
+            floor_row_us=1e6 * floor_row, over_floor=warm["own"] / n / floor_row,
+            compile_s=max(line["cold_s"] - warm["own"], 0.0),
+        )  # fmt: skip
+        line["over"] = {other: warm["own"] / warm[other] for other in beside}
+    return lines
+
+
+# --- checks beside the times ----------------------------------------------------------------------------
+
+
+def _errors(found: np.ndarray, exact: np.ndarray) -> dict:
+    error = np.abs(found - exact) / np.maximum(np.abs(exact), FLAT)
+    return dict(rows=len(exact), largest=float(np.max(error)), median=float(np.median(error)))
+
+
+def accuracy(data: Rows, rows: int, few: int) -> dict:
+    """Relative errors of curvature against ten times finer quadrature, and roots that were missed.
+
+    Args:
+        data: rows.
+        rows: that are solved.
+        few: that the simplex solves.
+    """
+    actuator = pj.make_actuator("pneusma2")
+    fine = eqx.tree_at(
+        lambda a: a.section, actuator, dataclasses.replace(actuator.section, nodes=FINER)
+    )
+    pressure = data.pressure[:rows]
+    curvature = lambda body, drive: np.asarray(pj.solve_batch(body, pressure, drive).curvature)  # noqa: E731
+    exact = curvature(fine, data.phases(rows))
+    found = {"by phase": _errors(curvature(actuator, data.phases(rows)), exact)}
+    # resistances of the finer model, whose own phases are the truth of both
+    finer = pj.solve_batch(fine, pressure, data.phases(rows))
+    drive = tuple(pj.Resistance(np.asarray(s.resistance)) for s in finer.springs)
+    own = pj.solve_batch(actuator, pressure, drive)
+    alone = np.asarray(own.status) == int(pj.Status.converged)
+    found["by resistance"] = _errors(np.asarray(own.curvature)[alone], exact[alone])
+    found["SciPy root (hybr)"] = _errors(_numpy_rows(data, few, _hybrid), exact[:few])
+    found["Nelder-Mead"] = _errors(_numpy_rows(data, few, _simplex), exact[:few])
+    more = pj.solve_batch(actuator, data.pressure, data.resistances(len(data.pressure)))
+    alone = np.asarray(more.status) == int(pj.Status.converged)
+    wrong = np.abs(np.asarray(more.curvature) - data.curvature) > WRONG
+    return dict(
+        errors=found,
+        by_resistance=dict(
+            rows=len(alone), failed=int(np.sum(~np.asarray(more.converged))),
+            several=int(np.sum(np.asarray(more.status) == int(pj.Status.several_equilibria))),
+            another_without_a_word=int(np.sum(alone & wrong)),
+        ),
+        steps_by_phase=float(np.mean(pj.solve_batch(actuator, pressure, data.phases(rows)).steps)),
+    )  # fmt: skip
+
+
+def command() -> dict:
+    """Wall-clock times of `pneusma simulate` from an empty compilation cache, and again [s]."""
+    given = ["simulate", "--design", "pneusma2", "--pressure-kPa", "30", "--xi0-2", "0.4"]
+    start = "import os, sys; from fitting.cli import main; sys.exit(main())"
+    with tempfile.TemporaryDirectory() as cache:
+        times = []
+        for _ in range(3):
+            began = time.perf_counter()
+            subprocess.run(
+                ["env", f"PNEUSMA_CACHE={cache}", sys.executable, "-c", start, *given],
+                check=True, capture_output=True,
+            )  # fmt: skip
+            times.append(time.perf_counter() - began)
+    return dict(cold_s=times[0], again_s=min(times[1:]))
+
+
+def main() -> None:
+    """Measure one case and print it as JSON."""
+    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    arguments.add_argument("case", choices=["prepare", *CASES, *CHECKS])
+    arguments.add_argument("rows", type=Path, help="file of the rows, which `prepare` writes")
+    arguments.add_argument("--sizes", type=json.loads, default=[])
+    arguments.add_argument("--patience", type=float, default=4.0)
+    arguments.add_argument("--longest", type=float, default=60.0)
+    given = arguments.parse_args()
+    pj.enable_float64(cache=False)
+    if given.case == "command":
+        print(json.dumps(command()))
+        return
+    if given.case == "prepare":
+        np.savez(given.rows, **dataclasses.asdict(prepared(*given.sizes)))
+        print("{}")
+        return
+    with np.load(given.rows) as kept:
+        data = Rows(**kept)
+    if given.case == "accuracy":
+        most, rows, few = given.sizes
+        data = dataclasses.replace(
+            data, **{k: getattr(data, k)[:most] for k in ("pressure", "xi0", "resistance", "curvature")}
+        )
+        print(json.dumps(accuracy(data, rows, few)))
+        return
+    print(json.dumps(measured(given.case, data, tuple(given.sizes), given.patience, given.longest)))
+
+
+if __name__ == "__main__":
+    main()
