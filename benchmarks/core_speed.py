@@ -70,7 +70,7 @@ def main(arguments: list[str] | None = None) -> None:
 def measured(names: list[str], quick: bool = False, tiny: bool = False) -> dict:
     """Figures of the cases, with machine, versions and date."""
     most = TINY if tiny else MOST if quick else 1_000_000
-    patience, longest = (0.2, 5.0) if tiny else (2.0, 30.0) if quick else (6.0, 120.0)
+    patience, longest = (0.2, 5.0) if tiny else (1.0, 30.0) if quick else (6.0, 120.0)
     head = machine()
     with tempfile.TemporaryDirectory() as folder:
         rows = Path(folder) / "rows.npz"
