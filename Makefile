@@ -75,7 +75,7 @@ real-proof: $(READY)
 # PROOF_SEED, and PROOF_LABEL for a changed tool on campaigns that are sealed already; docs/proof.md
 PROOF_SEED ?= 20261121
 PROOF_LABEL ?=
-PROOF = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.blind.proof
+PROOF = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m validation.blind.proof
 PROOF_RUN = --seed $(PROOF_SEED) --label "$(PROOF_LABEL)" --out out/proof
 
 .PHONY: proof proof-full

@@ -1,8 +1,8 @@
 """What `core_speed` measures: each case in a process of its own, named on the command line.
 
 Every case is a function of a number of rows (or segments) that returns what is called and timed. All use
-PneuSMA2 and the same random rows: pressures of 0 to 50 kPa and both martensite fractions from 0 to 1, uniform;
-resistances are those that the model has there.
+PneuSMA2 and the same random rows: pressures of 0 to 50 kPa and both martensite fractions from 0 to 1,
+uniform; resistances are those that the model has there.
 """
 
 import argparse
@@ -25,8 +25,8 @@ from scipy.optimize import minimize, root
 
 import pneusma_jax as pj
 from benchmarks import numpy_models
-from pneusma_jax.balance import Problem, residual
-from pneusma_jax.equilibrium import BLOCK
+from pneusma_jax.actuator.balance import Problem, residual
+from pneusma_jax.actuator.equilibrium import BLOCK
 
 SEED = 35
 FLOOR_ROWS = 10_000
@@ -361,8 +361,9 @@ def seconds(call: Call) -> float:
 def measured(name: str, data: Rows, sizes: tuple[int, ...], patience: float, longest: float) -> list[dict]:
     """One line per size of a case.
 
-    First every size is called once, the smallest first, and memory is read after each. Then each is called again
-    and again, in turn with the floor and the cases beside it, so that a busy machine slows all of them alike.
+    First every size is called once, the smallest first, and memory is read after each. Then each is called
+    again and again, in turn with the floor and the cases beside it, so that a busy machine slows all of them
+    alike.
 
     Args:
         name: of `CASES`.

@@ -2,10 +2,10 @@
 
     python -m benchmarks.core_speed [--quick] [--out out/bench] [--only CASE ...]
 
-Every case of `core_cases` runs in a process of its own, without the compilation cache on disk: so its compile time
-and its peak memory are its own. Times are medians of repeats, taken in turn with the floor, the evaluation of
-residual and Jacobian of 10,000 rows in blocks of 64: on a busy machine ratios hold where times do not. Left in
-the folder are `core_speed.txt`, `core_speed.json` and `core_speed.png`.
+Every case of `core_cases` runs in a process of its own, without the compilation cache on disk: so its compile
+time and its peak memory are its own. Times are medians of repeats, taken in turn with the floor, the
+evaluation of residual and Jacobian of 10,000 rows in blocks of 64: on a busy machine ratios hold where times
+do not. Left in the folder are `core_speed.txt`, `core_speed.json` and `core_speed.png`.
 """
 
 import argparse
@@ -119,7 +119,9 @@ def machine() -> dict:
     except (OSError, StopIteration):
         processor = platform.processor()
     revision = subprocess.run(
-        ["git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty"], capture_output=True, text=True
+        ["git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty"],
+        capture_output=True,
+        text=True,
     )
     return dict(
         date=f"{datetime.datetime.now(datetime.UTC):%Y-%m-%d %H:%M} UTC",
@@ -161,7 +163,12 @@ def goals(found: dict) -> list[tuple[str, float | None, str, bool | None]]:
     solve = of("phase", "over_floor")
     add("batched solve / residual and Jacobian", solve, 8)
     add("by resistance / by phase", over("resistance", "phase"), 2)
-    add("Nelder-Mead / batched solve", ratio(of("nelder_mead", "over_floor", CASES["nelder_mead"][1][0]), solve), 30_000, least=True)
+    add(
+        "Nelder-Mead / batched solve",
+        ratio(of("nelder_mead", "over_floor", CASES["nelder_mead"][1][0]), solve),
+        30_000,
+        least=True,
+    )
     add("solve and gradient by inputs / solve", over("inputs", "phase"), 1.2)
     add("solve and gradient by every number / solve", over("numbers", "phase"), 1.5)
     first = found["cases"].get("phase", [None])[0]
@@ -218,9 +225,14 @@ def table(found: dict) -> str:
                 f"{line['over_floor']:10.2f} {line['before_MB']:4.0f} MB {line['peak_MB']:5.0f} MB"
             )
     if "accuracy" in found:
-        out += ["", "Errors of curvature, relative (over 1 1/m where the curvature is less), against 140 Gauss nodes a panel"]
+        out += [
+            "",
+            "Errors of curvature, relative (over 1 1/m where the curvature is less), against 140 Gauss nodes a panel",
+        ]
         for way, error in found["accuracy"]["errors"].items():
-            out.append(f"  {way:20} {error['rows']:6d} rows  largest {error['largest']:.1e}  median {error['median']:.1e}")
+            out.append(
+                f"  {way:20} {error['rows']:6d} rows  largest {error['largest']:.1e}  median {error['median']:.1e}"
+            )
         roots = found["accuracy"]["by_resistance"]
         out.append(
             f"  {roots['rows']} consistent rows by resistance: {roots['failed']} fail, {roots['several']} are said to "
@@ -251,7 +263,9 @@ def plot(found: dict, path: Path) -> None:
         )  # fmt: skip
     for axis, unit in zip(axes, drawn, strict=True):
         axis.axhline(1.0, color="black", linewidth=1.0, zorder=0)
-        axis.set(xlabel=f"{unit} in a call", ylabel=f"cost of one of the {unit} / residual and Jacobian of a row")
+        axis.set(
+            xlabel=f"{unit} in a call", ylabel=f"cost of one of the {unit} / residual and Jacobian of a row"
+        )
         axis.grid(alpha=0.3)
         if drawn[unit]:
             axis.legend(fontsize=8)

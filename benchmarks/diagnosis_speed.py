@@ -40,10 +40,10 @@ def runs(campaign: Path) -> None:
     from pneusma_jax import enable_float64
 
     enable_float64()
-    from fitting.diagnosis.evaluate.program import Program
-    from fitting.diagnosis.evaluate.side_by_side import side_by_side
-    from fitting.models.registry import kind_of
-    from fitting.recordings import read_campaign
+    from fitting.data.recordings import read_campaign
+    from fitting.diagnose.evaluate.program import Program
+    from fitting.inference.parallel import run_parallel
+    from fitting.specimens.registry import kind_of
 
     recordings = read_campaign(campaign)
     program = Program.of(recordings, kind_of(recordings))
@@ -74,7 +74,7 @@ def runs(campaign: Path) -> None:
     list(map(timed, jobs))
     alone = time.perf_counter() - began
     began = time.perf_counter()
-    side_by_side(timed, jobs)
+    run_parallel(timed, jobs)
     together = time.perf_counter() - began
     print(f"the same runs in one thread and in one for each core: ratio {alone / together:.1f}")
 

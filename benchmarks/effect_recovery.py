@@ -19,18 +19,18 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 import pneusma_jax as pj
-from fitting.diagnosis.evaluate.evaluation import courses_of, with_courses
-from fitting.diagnosis.evaluate.noise import noise_of
-from fitting.diagnosis.evaluate.program import Program
-from fitting.diagnosis.fit.misfit import reduced
-from fitting.diagnosis.fit.refit import Refitter
-from fitting.diagnosis.fit.screen import screen
-from fitting.diagnosis.fit.settled import settled_fit
-from fitting.diagnosis.fit.trials import trials_of
-from fitting.models.rows import numbers
-from fitting.models.spring import spring_of
-from fitting.models.with_effects import LETTERS
-from fitting.recordings import Campaign, read_campaign
+from fitting.data.recordings import Campaign, read_campaign
+from fitting.diagnose.evaluate.evaluation import trajectories_of, with_trajectories
+from fitting.diagnose.evaluate.noise import noise_of
+from fitting.diagnose.evaluate.program import Program
+from fitting.diagnose.fit.base_fit import base_fit
+from fitting.diagnose.fit.candidates import candidate_fits
+from fitting.diagnose.fit.misfit import reduced
+from fitting.diagnose.fit.refit import Refitter
+from fitting.diagnose.fit.score_test import score_effects
+from fitting.specimens.rows import numbers
+from fitting.specimens.spring import spring_of
+from fitting.specimens.with_effects import LETTERS
 from pneusma_jax import enable_float64
 from pneusma_jax.units import from_si, unit_of_column
 
@@ -39,15 +39,16 @@ TRACE = 1.0
 """Length of a signature in standard deviations of the noise, below which nothing can be recovered."""
 WITHIN = 3.0
 SMOOTH = 3.0
-"""Rows over which the examples' hidden courses are smoothed: memories would keep the peaks of their noise."""
+"""Rows over which the examples' latent trajectories are smoothed: memories would keep the peaks of their
+noise."""
 
 
 def simulated(program: Program, u: np.ndarray) -> list[list[np.ndarray]]:
     """Outputs at `u`, SI, by recording and channel; fractions follow smooth courses near those recorded."""
     nothing = program.unknowns.base[:0]
     if program.pace.shape[1]:
-        smooth = gaussian_filter1d(courses_of(program.stacked), SMOOTH, axis=-1, mode="nearest")
-        stacked = with_courses(program.stacked, np.clip(smooth, 0.0, 1.0))
+        smooth = gaussian_filter1d(trajectories_of(program.stacked), SMOOTH, axis=-1, mode="nearest")
+        stacked = with_trajectories(program.stacked, np.clip(smooth, 0.0, 1.0))
         return program.evaluate(u, nothing, stacked).predicted
     if program.kind != "spring":
         return program.evaluate(u, nothing).predicted
@@ -94,9 +95,9 @@ def recovered(campaign: Campaign, program: Program, slug: str, rng: np.random.Ge
     size = float(np.sqrt(sum(np.sum((a - b) ** 2) for a, b in zip(*pair, strict=True))))
     if not size >= TRACE:
         return "no trace", 0.0
-    made, base = settled_fit(Program.of(concealed(campaign, program, u, rng), program.kind))
-    found = screen(Refitter(made), base, [slug], rng)
-    trials = trials_of(made, base, found, lambda _: None, 1)
+    made, base = base_fit(Program.of(concealed(campaign, program, u, rng), program.kind))
+    found = score_effects(Refitter(made), base, [slug], rng)
+    trials = candidate_fits(made, base, found, lambda _: None, 1)
     if not trials:
         return "not seen" + "".join(f" (p = {score.p_value:.2g})" for score in found.scores), np.inf
     fit = trials[0].fit

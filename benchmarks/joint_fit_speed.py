@@ -57,11 +57,11 @@ def main() -> None:
 
 def spring_problem():
     """The shipped campaign as the joint fit sees it, at the values that its recordings state."""
-    from fitting.characterise.spring.pipeline import _problem
-    from fitting.characterise.spring.stand_tests import classify
-    from fitting.models import priors
-    from fitting.models.spring import ALLOY
-    from fitting.recordings import read_campaign
+    from fitting.calibrate.spring.pipeline import _problem
+    from fitting.calibrate.spring.stand_tests import classify
+    from fitting.data.recordings import read_campaign
+    from fitting.specimens import priors
+    from fitting.specimens.spring import ALLOY
     from pneusma_jax.nitinol import Alloy
 
     campaign = read_campaign(Path(str(resources.files("calibration_data"))) / "examples" / "spring")
@@ -82,8 +82,8 @@ def objective_of(problem, values):
     import jax
     import jax.numpy as jnp
 
-    from fitting.characterise.spring.problem import residual, values_of
-    from fitting.models.spring import decided
+    from fitting.calibrate.spring.problem import residual, values_of
+    from fitting.specimens.spring import decided
 
     data = problem.data()
     data["rows"] = decided(values_of(problem.parameters, values), data["rows"])

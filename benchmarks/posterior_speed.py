@@ -50,7 +50,7 @@ def actuator_case() -> Case:
     import jax
 
     from pneusma_jax import make_actuator
-    from pneusma_jax.equilibrium import solve_batch
+    from pneusma_jax.actuator.equilibrium import solve_batch
     from pneusma_jax.nitinol import SpringState, load_alloy
     from pneusma_jax.nitinol.spring import MartensiteFraction
     from pneusma_jax.silicone import load_silicone
@@ -117,10 +117,10 @@ def their_log_probability(point: np.ndarray) -> tuple[float, float]:
 
 def race(case: Case, runs: int, steps: int) -> None:
     """Sample once for the autocorrelation time, check that both sides agree, then time both in turn."""
-    from fitting.parameters import Parameter, Parameters, Prior
-    from fitting.posterior import Settings, Target, sample
-    from fitting.posterior.settings import moves
-    from fitting.posterior.target import Evaluator
+    from fitting.inference.parameters import Parameter, Parameters, Prior
+    from fitting.sample import Settings, Target, sample
+    from fitting.sample.settings import moves
+    from fitting.sample.target import Evaluator
 
     truth, sd = np.array(case.truth), np.array(case.prior_sd)
     exact = np.asarray(case.ours(dict(zip(case.names, truth, strict=True)), case.rows))

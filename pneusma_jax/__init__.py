@@ -10,14 +10,12 @@ Call `enable_float64()` once, then:
 """
 
 from .actuator import Actuator, Geometry, Layout, build_actuator, round_actuator
+from .actuator.designs import design_geometry, design_section, fresh_states, layout, make_actuator
+from .actuator.equilibrium import Equilibrium, Status, Validity, solve, solve_all, solve_batch
+from .actuator.loads import Gravity, Load, TipForce, gravity_vector
+from .actuator.weight import chain_weight, mass_of, weight
 from .calibration import available, load_calibration
-from .chain_loads import ChainLoad, ChainWeight, LineLoad, PointLoad
-from .coupon import CouponHistory, simulate_coupon
-from .designs import design_geometry, design_section, fresh_states, layout, make_actuator
-from .equilibrium import Equilibrium, Status, Validity, solve, solve_all, solve_batch
 from .errors import InputError
-from .history import History, SpringHistory, simulate_history, simulate_spring
-from .loads import Gravity, Load, TipForce, gravity_vector
 from .nitinol import (
     Alloy,
     MartensiteFraction,
@@ -36,8 +34,9 @@ from .nitinol import (
 from .nitinol.thermal import Heating
 from .precision import enable_float64
 from .section import Section, annulus
-from .section_kinds import polygon, rectangle, semicircle
-from .segments import (
+from .section.kinds import polygon, rectangle, semicircle
+from .serial_chain.loads import ChainLoad, ChainWeight, LineLoad, PointLoad
+from .serial_chain.segments import (
     ChainEquilibrium,
     ChainHistory,
     SegmentChain,
@@ -46,8 +45,9 @@ from .segments import (
     solve_chain,
 )
 from .silicone import load_silicone, load_silicone_test, tube_length
-from .tube_history import TubeHistory, make_tube, simulate_tube
-from .weight import chain_weight, mass_of, weight
+from .simulate.coupon import CouponHistory, simulate_coupon
+from .simulate.history import History, SpringHistory, simulate_history, simulate_spring
+from .simulate.tube import TubeHistory, make_tube, simulate_tube
 
 __all__ = [
     "Actuator", "Alloy", "ChainEquilibrium", "ChainHistory", "ChainLoad", "ChainWeight", "CouponHistory",

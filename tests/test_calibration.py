@@ -11,12 +11,12 @@ from pathlib import Path
 import pytest
 
 import pneusma_jax
-from pneusma_jax import calibration_keys as keys
 from pneusma_jax.calibration import (
     Calibration,
     Prior,
     Quantity,
     available,
+    keys,
     load_calibration,
     write_calibration,
 )

@@ -7,10 +7,10 @@ from typing import Any
 
 import click
 
-from fitting.augmented import AugmentedModel, load_model
-from fitting.simulation.specimen import BASE
-from pneusma_jax.chain_designs import describes_chain, load_chain
+from fitting.specimens.model_objects import BASE
+from fitting.specimens.saved_models import AugmentedModel, load_model
 from pneusma_jax.errors import InputError
+from pneusma_jax.serial_chain.designs import describes_chain, load_chain
 
 from ._common import csv_text, done, notice, table_argument, words_table
 from ._drives import Said, of_segment
@@ -44,8 +44,8 @@ def overrides(options: dict[str, Any], model: AugmentedModel, design: bool = Tru
 
 def state(said: list[Said], options: dict[str, Any]) -> None:
     """One state, of an actuator or of a chain."""
-    from fitting.simulation.chain_state import chain_state
-    from fitting.simulation.state import actuator_state, described_actuator
+    from fitting.simulate.chain_state import chain_state
+    from fitting.simulate.state import actuator_state, described_actuator
 
     model = model_of(options)
     known = overrides(options, model)
@@ -92,7 +92,7 @@ def _of_segments(said: list[Said], known: dict[str, str]) -> list[dict[str, floa
 
 
 def _check_out(folder: Path) -> None:
-    from fitting.report.files import check_folder
+    from fitting.data.files import check_folder
 
     check_folder(folder)
 
@@ -133,10 +133,10 @@ def _write_state(found: Any, options: dict[str, Any]) -> list[Path]:
     import jax
 
     import pneusma_jax as pj
+    from fitting.data.files import result_folder, write_whole
     from fitting.report.figures import save_figure
-    from fitting.report.files import result_folder, write_whole
-    from fitting.report.shape_figure import chain_figure
-    from pneusma_jax.segments import chain_shape
+    from fitting.report.figures.shape import chain_figure
+    from pneusma_jax.serial_chain.segments import chain_shape
 
     folder = result_folder(options["out"])
     written = [write_whole(folder / "state.json", json.dumps(found.contract(), indent=1) + "\n")]
@@ -155,10 +155,10 @@ def _write_state(found: Any, options: dict[str, Any]) -> list[Path]:
 
 def protocol(options: dict[str, Any]) -> None:
     """A protocol done to an actuator, a chain, a spring or a tube."""
-    from fitting.protocols import load_protocol
+    from fitting.data.files import result_folder, write_whole
+    from fitting.data.protocols import load_protocol
     from fitting.report.figures import save_figure
-    from fitting.report.files import result_folder, write_whole
-    from fitting.report.protocol_figure import protocol_figure
+    from fitting.report.figures.protocol import protocol_figure
 
     _check_out(options["out"])
     model = model_of(options)
@@ -177,9 +177,9 @@ def protocol(options: dict[str, Any]) -> None:
 
 
 def _course(told: Any, options: dict[str, Any], model: AugmentedModel) -> Any:
-    from fitting.protocols import run_chain_protocol, run_protocol
-    from fitting.simulation.chain_state import build_chain, chain_specimens
-    from fitting.simulation.state import described_specimen
+    from fitting.simulate.chain_state import build_chain, chain_specimens
+    from fitting.simulate.protocol import run_chain_protocol, run_protocol
+    from fitting.simulate.state import described_specimen
 
     known = overrides(options, model)
     if describes_chain(known.get("design", "")):
@@ -205,8 +205,8 @@ def _write_chain(course: Any, folder: Path, animate: bool) -> list[Path]:
     import numpy as np
 
     from fitting.report.figures import save_figure
-    from fitting.report.shape_figure import chain_figure, write_animation
-    from pneusma_jax.segments import ChainEquilibrium
+    from fitting.report.figures.shape import chain_figure, write_animation
+    from pneusma_jax.serial_chain.segments import ChainEquilibrium
 
     chain, history = course.chain
     good = np.flatnonzero(np.asarray(history.converged))
@@ -238,11 +238,11 @@ def _ends(course: Any) -> str:
 
 def recording(path: Path, options: dict[str, Any]) -> None:
     """The model beside a recording."""
-    from fitting.recordings import read_campaign
+    from fitting.data.files import result_folder, write_whole
+    from fitting.data.recordings import read_campaign
     from fitting.report.figures import recording_figure, save_figure
-    from fitting.report.files import result_folder, write_whole
-    from fitting.simulation import predict
-    from fitting.simulation.state import read_geometry
+    from fitting.simulate import predict
+    from fitting.simulate.state import read_geometry
 
     if path.is_dir():
         raise click.UsageError(f"{path} is a folder; name one recording's CSV in it")

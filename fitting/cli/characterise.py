@@ -56,12 +56,12 @@ def characterise_command(
     augmented.toml holds them. Writes alloy.toml or material.toml, report.json,
     report.html, parameters.csv and figures.
     """
-    from fitting.augmented import load_model
-    from fitting.characterise.registry import characterise, pipeline_of
+    from fitting.calibrate.registry import characterise, pipeline_of
     from fitting.cli._common import done, notice, prepare, table_argument
-    from fitting.recordings import read_campaign
-    from fitting.report.publish import check_free
-    from fitting.told import Steps
+    from fitting.data.publish import check_free
+    from fitting.data.recordings import read_campaign
+    from fitting.inference.progress import Steps
+    from fitting.specimens.saved_models import load_model
 
     recordings = read_campaign(campaign)
     pipeline_of(recordings)

@@ -21,10 +21,10 @@ def characterise_batch_command(campaigns, out, seed, force) -> None:
     """
     from tqdm import tqdm
 
-    from fitting.characterise.batch import Member, characterise_batch
+    from fitting.calibrate.batch import Member, characterise_batch
     from fitting.cli._common import done, notice, prepare
-    from fitting.report.publish import check_free
-    from fitting.told import PlainLines
+    from fitting.data.publish import check_free
+    from fitting.inference.progress import PlainLines
 
     check_free(out, force)
     prepare()

@@ -16,7 +16,7 @@ def check_command(only_failed: bool) -> None:
     absolute where zero is expected) beside its limit. Exit code 1 if anything fails.
     """
     prepare()
-    from fitting.selfcheck import run
+    from validation.self_check import run
 
     click.echo(f"{'':4}  {'value':>16} {'expected':>16} {'error':>8} {'limit':>8}  claim")
     group, count, failed = "", 0, 0

@@ -38,25 +38,25 @@ def diagnose_command(
     report.json, augmented.toml (a model that every other command takes with --model) and figures; where a law
     of the silicone was fitted first, material.toml, too.
     """
-    from fitting.augmented.files import load_model, render_model
     from fitting.cli._common import done, notice, prepare, table_argument
-    from fitting.recordings import read_campaign
-    from fitting.report.publish import check_free, publish
-    from fitting.told import Steps
+    from fitting.data.publish import check_free, publish
+    from fitting.data.recordings import read_campaign
+    from fitting.inference.progress import Steps
+    from fitting.specimens.saved_models.files import load_model, render_model
 
     named = {key: table_argument(x) for key, x in (("alloy", alloy), ("material", material)) if x}
     recordings = read_campaign(campaign)
     check_free(out, force)
     prepare()
 
-    from fitting.diagnosis import diagnose
-    from fitting.diagnosis.check import with_tables
-    from fitting.diagnosis.judge.words import verdict_sentences
-    from fitting.diagnosis.report.document import model_of, report_of
-    from fitting.diagnosis.report.figures import probability_figure, recordings_figure
-    from fitting.diagnosis.report.page import page_of
+    from fitting.diagnose import diagnose
+    from fitting.diagnose.check import with_tables
+    from fitting.diagnose.verdict.text import verdict_sentences
+    from fitting.report.diagnosis.document import model_of, report_of
+    from fitting.report.diagnosis.figures import probability_figure, recordings_figure
+    from fitting.report.diagnosis.page import page_of
     from fitting.report.figures import png
-    from pneusma_jax.calibration_toml import render_calibration
+    from pneusma_jax.calibration.toml import render_calibration
 
     words = ["pneusma", "diagnose", str(campaign), "--out", str(out), "--seed", str(seed)]
     words += [word for key, x in (("--alloy", alloy), ("--material", material)) if x for word in (key, x)]

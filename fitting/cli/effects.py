@@ -23,7 +23,7 @@ def effects_command(effect, plot, kind, values, out) -> None:
     With --plot, simulates a typical protocol without the effect and with it, and writes EFFECT_KIND.png and
     EFFECT_KIND.csv into the folder of --out.
     """
-    from fitting.effects import catalogue_table, described
+    from fitting.report.effects import catalogue_table, described
 
     from ._common import done, prepare
 
@@ -41,7 +41,7 @@ def effects_command(effect, plot, kind, values, out) -> None:
     if not plot:
         click.echo(text)
         return
-    from fitting.effects import signature
+    from fitting.report.effects import signature
 
     found = signature(effect, LETTERS[kind] if kind else None, values)
     files = _write(found, out)
@@ -53,9 +53,9 @@ def effects_command(effect, plot, kind, values, out) -> None:
 
 def _write(found, out: Path) -> list[Path]:
     """The figure and its numbers."""
-    from fitting.effects.figure import signature_figure
+    from fitting.data.files import result_folder, write_whole
+    from fitting.report.effects.figure import signature_figure
     from fitting.report.figures import save_figure
-    from fitting.report.files import result_folder, write_whole
 
     from ._common import csv_text
 

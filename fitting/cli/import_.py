@@ -95,8 +95,8 @@ def import_command(
     are to be looked at. Nothing is written with --preview, nor if any file cannot be used, nor if an option
     is of use for nothing.
     """
-    from fitting.importers import FORMATS, import_files, make_options, raw_files
-    from fitting.importers.preview import describe
+    from fitting.data.importers import FORMATS, import_files, make_options, raw_files
+    from fitting.data.importers.preview import describe
 
     if list_formats:
         for known in FORMATS:
@@ -122,7 +122,7 @@ def import_command(
 
 def _write_all(recordings: list, out: Path, force: bool) -> list[Path]:
     """Write all recordings, after making sure that each one can be: a folder half filled helps nobody."""
-    from fitting.recordings import target_path, write_recording
+    from fitting.data.recordings import target_path, write_recording
     from pneusma_jax.errors import InputError
 
     for recording in recordings:

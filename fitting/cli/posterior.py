@@ -31,10 +31,10 @@ def posterior_command(campaign, out, model, walkers, ensembles, max_steps, seed,
     with --resume.
     """
     from fitting.cli._common import done, notice, prepare, table_argument
-    from fitting.posterior.campaign import sample_problem
-    from fitting.posterior.command import chain_file, problem_for
-    from fitting.recordings import read_campaign
-    from fitting.report.publish import check_free
+    from fitting.data.publish import check_free
+    from fitting.data.recordings import read_campaign
+    from fitting.sample.campaign import sample_problem
+    from fitting.sample.command import chain_file, problem_for
 
     recordings = read_campaign(campaign)
     check_free(out, force or resume)

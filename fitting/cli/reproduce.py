@@ -17,11 +17,11 @@ def reproduce_command(out: Path, force: bool) -> None:
     from tqdm import tqdm
 
     from fitting.cli._common import done, prepare, words_table
-    from fitting.report.publish import check_free
+    from fitting.data.publish import check_free
 
     check_free(out, force)
     prepare()
-    from fitting.reproduction import ENTRIES, Verdict, reproduce, verdict_sentences
+    from validation.reproduction import ENTRIES, Verdict, reproduce, verdict_sentences
 
     with tqdm(desc="reproducing", total=len(ENTRIES), unit=" figures", leave=False, disable=None) as bar:
 

@@ -64,11 +64,11 @@ def workspace_command(out: Path, designs: tuple[str, ...], **options: Any) -> No
             "pressures must ascend from --pressure-kPa-min to --pressure-kPa-max, between -100 and 1000"
         )
     prepare()
-    from fitting.augmented import load_model
-    from fitting.report.files import check_folder, result_folder
-    from fitting.simulation.specimen import BASE
-    from fitting.workspace import DESIGNS
-    from pneusma_jax.chain_designs import describes_chain, load_chain
+    from fitting.data.files import check_folder, result_folder
+    from fitting.simulate.workspace import DESIGNS
+    from fitting.specimens.model_objects import BASE
+    from fitting.specimens.saved_models import load_model
+    from pneusma_jax.serial_chain.designs import describes_chain, load_chain
 
     check_folder(out)
     model = BASE if options["model"] is None else load_model(options["model"])
@@ -89,7 +89,7 @@ def _computed(designs: list[str], chains: list, options: dict[str, Any], model: 
     import numpy as np
     from tqdm import tqdm
 
-    from fitting.workspace import compute_chain_reach, compute_workspace
+    from fitting.simulate.workspace import compute_chain_reach, compute_workspace
 
     pressure = 1e3 * np.linspace(options["pressure_min"], options["pressure_max"], options["pressures"])
     xi0 = np.linspace(1.0, options["xi0_min"], options["activations"])
@@ -110,10 +110,10 @@ def _computed(designs: list[str], chains: list, options: dict[str, Any], model: 
 
 def _written(folder: Path, spaces: list) -> list[Path]:
     """Files of actuators, and their ranges as a table on stdout."""
+    from fitting.data.files import write_whole
     from fitting.report.figures import save_figure
-    from fitting.report.files import write_whole
-    from fitting.report.workspace_figure import activation_figure, direction_figure, workspace_figure
-    from fitting.workspace import join_columns
+    from fitting.report.figures.workspace import activation_figure, direction_figure, workspace_figure
+    from fitting.simulate.workspace import join_columns
 
     if not spaces:
         return []
@@ -134,9 +134,9 @@ def _written_reaches(folder: Path, reaches: list) -> list[Path]:
     """Files of chains, and how far their tips reach."""
     import numpy as np
 
+    from fitting.data.files import write_whole
     from fitting.report.figures import save_figure
-    from fitting.report.files import write_whole
-    from fitting.report.workspace_figure import reach_figure
+    from fitting.report.figures.workspace import reach_figure
 
     written, rows = [], []
     for reach in reaches:

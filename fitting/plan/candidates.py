@@ -7,7 +7,7 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array
 
-from fitting.characterise.spring.reach import HOT_STEPS, STEPS
+from fitting.calibrate.spring.reach import HOT_STEPS, STEPS
 
 SHARES = tuple(k / 8.0 for k in range(1, 8))  # of the way from the hot to the cold resistance at rest
 HOT_SHARE = 0.45  # below it a spring whose resistance is held may be heated through at high strain

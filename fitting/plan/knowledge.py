@@ -11,9 +11,9 @@ import jax.numpy as jnp
 import numpy as np
 
 import pneusma_jax as pj
-from fitting.models.priors import NEW_ALLOY, PER_LENGTH, REFERENCE_WIRE
+from fitting.specimens.priors import NEW_ALLOY, PER_LENGTH, REFERENCE_WIRE
 from pneusma_jax.calibration import Calibration, load_calibration, unknown
-from pneusma_jax.calibration_model import Prior
+from pneusma_jax.calibration.records import Prior
 from pneusma_jax.errors import InputError
 
 CONSTANTS = tuple(field.name for field in dataclasses.fields(pj.Alloy) if field.name != "name")

@@ -9,10 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 
 import pneusma_jax as pj
-from fitting.characterise.identifiability import identifiability
-from fitting.characterise.spring.reach import steps_of
-from fitting.recordings import Recording
-from fitting.simulation.specimen import geometry_of
+from fitting.calibrate.identifiability import identifiability
+from fitting.calibrate.spring.reach import steps_of
+from fitting.data.recordings import Recording
+from fitting.specimens.model_objects import geometry_of
 from fitting.synthesise.spring import NOISE
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.units import from_si
@@ -107,7 +107,7 @@ class Plan:
 
     def report(self) -> str:
         """The protocol in words."""
-        from .words import report
+        from fitting.report.plan.text import report
 
         return report(self)
 
@@ -117,7 +117,7 @@ class Plan:
         Raises:
             InputError: if the folder holds results and `force` is off, or cannot be written.
         """
-        from .documents import save
+        from fitting.report.plan.documents import save
 
         return save(self, folder, force)
 

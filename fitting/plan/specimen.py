@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import Any
 
-from fitting.models.priors import FIT
-from fitting.recordings.sidecar import read_toml
-from fitting.simulation.state import read_geometry
+from fitting.data.recordings.sidecar import read_toml
+from fitting.simulate.state import read_geometry
+from fitting.specimens.priors import FIT
 from pneusma_jax.calibration import available, unknown
 from pneusma_jax.errors import InputError, nearest
 

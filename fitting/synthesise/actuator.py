@@ -7,8 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 
 import pneusma_jax as pj
-from fitting.recordings import Recording
-from fitting.recordings.nominal import nominal_geometry
+from fitting.data.recordings import Recording
+from fitting.data.recordings.nominal import nominal_geometry
 from pneusma_jax.calibration import load_calibration
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import from_si

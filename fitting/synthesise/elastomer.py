@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fitting.recordings import Recording, write_recording
+from fitting.data.recordings import Recording, write_recording
 from pneusma_jax.precision import enable_float64
 from pneusma_jax.silicone import Ogden, SiliconeLaw
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.recordings import schema
+from fitting.data.recordings import schema
 from pneusma_jax.errors import InputError, nearest
 
 from .wishes import Wishes, stream

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import tomlkit
 
-from fitting.recordings import write_recording
-from fitting.report.publish import check_free, publish
+from fitting.data.publish import check_free, publish
+from fitting.data.recordings import write_recording
 from pneusma_jax.errors import InputError, nearest
 
 from . import elastomer

@@ -8,9 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 
 import pneusma_jax as pj
-from fitting.models.priors import NEW_ALLOY
-from fitting.recordings import Recording
-from fitting.recordings.nominal import nominal_geometry
+from fitting.data.recordings import Recording
+from fitting.data.recordings.nominal import nominal_geometry
+from fitting.specimens.priors import NEW_ALLOY
 from pneusma_jax.calibration import load_calibration
 
 from .controller import STEP_S, TRICKLE, build_stand, rest_resistances, run_stand, steps_of, travel_profile

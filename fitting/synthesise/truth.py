@@ -4,9 +4,9 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from fitting.recordings import schema
+from fitting.data.recordings import schema
 from pneusma_jax.calibration import Calibration
-from pneusma_jax.calibration_keys import QUANTITIES
+from pneusma_jax.calibration.keys import QUANTITIES
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.units import TEMPERATURE_DIFFERENCE, from_si, to_si
 

@@ -8,8 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 
 import pneusma_jax as pj
-from fitting.recordings import Recording
-from fitting.recordings.nominal import nominal_geometry
+from fitting.data.recordings import Recording
+from fitting.data.recordings.nominal import nominal_geometry
 
 from .instruments import Instruments
 from .truth import Unknowns

@@ -5,7 +5,7 @@ import dataclasses
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.recordings import Recording
+from fitting.data.recordings import Recording
 from pneusma_jax.calibration import load_calibration
 from pneusma_jax.nitinol import WireAlloy, simulate_wire
 

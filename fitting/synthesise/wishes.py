@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting.recordings import Campaign, Recording
+from fitting.data.recordings import Campaign, Recording
 
 SPREADS = ("tolerance", "prior", "none")
 

@@ -8,8 +8,8 @@ A module in this folder joins the catalogue by being there: every `Effect` in it
 import importlib
 import pkgutil
 
-from ..chain import Effect
 from ..errors import InputError, nearest
+from ..pipeline import Effect
 from ._spec import Spec, specs_of
 
 CATALOGUE: dict[str, type[Effect]] = {}

@@ -6,7 +6,7 @@ from typing import Any
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from ..chain import Known
+from ..pipeline import Known
 
 AMBIENT = 22.0  # degC, where no temperature was recorded
 FARTHEST = 6.0  # widths of the reversible curve beyond which a fraction no longer tells a temperature

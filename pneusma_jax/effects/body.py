@@ -6,8 +6,8 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from ..chain import Effect, Known
-from ..loads import STANDARD_GRAVITY, centred_weight
+from ..actuator.loads import STANDARD_GRAVITY, centred_weight
+from ..pipeline import Effect, Known
 from ._spec import Spec
 
 UP = (0.0, 1.0)  # the plane of sides 1 and 2

@@ -6,9 +6,9 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from .._numerics import safe_divide
-from ..chain import Effect, Known
 from ..nitinol.thermal import next_temperature
+from ..numerics.safe import safe_divide
+from ..pipeline import Effect, Known
 from ._spec import Spec
 from ._springs import AMBIENT, each, law_of, solved_springs, temperature_of, zeros
 

@@ -7,9 +7,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from .._numerics import unit_power
-from ..chain import Effect, Known
 from ..nitinol import Alloy, SpringState
+from ..numerics.safe import unit_power
+from ..pipeline import Effect, Known
 from ._spec import Spec
 from ._springs import arrived, each, solved_springs, zeros
 

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from ..chain import Effect, Known
+from ..pipeline import Effect, Known
 from ._saturation import settled
 from ._spec import Spec
 from ._springs import branch, each, law_of, law_stress, solved_springs, zeros

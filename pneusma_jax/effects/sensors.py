@@ -6,7 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from ..chain import Effect, Known
+from ..pipeline import Effect, Known
 from ._spec import Spec
 
 

@@ -6,8 +6,8 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from ..chain import Effect, Known
 from ..nitinol.geometry import coil_slope
+from ..pipeline import Effect, Known
 from ._spec import Spec
 
 

@@ -6,7 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from ..chain import Effect, Known
+from ..pipeline import Effect, Known
 from ..silicone.hyperelastic import first_invariant, neo_hookean_stress, yeoh_stress
 from ._spec import Spec
 

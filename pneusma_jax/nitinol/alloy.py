@@ -8,8 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from .._numerics import is_concrete
 from ..calibration import Calibration, load_calibration
+from ..numerics.safe import is_concrete
 from . import detwinning, residual_strain, resistivity, stress
 from .residual_strain import SpringState, hottest
 from .resistivity import PhaseReading

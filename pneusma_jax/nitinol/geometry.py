@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from .._numerics import is_concrete
+from ..numerics.safe import is_concrete
 
 POISSON_RATIO = 0.33  # of nitinol, used throughout the source
 MOST_STEPS = 60  # of Newton in `spring_strain`; 4 to 12 are taken over shear strains from -0.1 to 10

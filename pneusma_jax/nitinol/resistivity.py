@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool
 
-from .._numerics import chord_power, complement_power, safe_divide, unit_power
+from ..numerics.safe import chord_power, complement_power, safe_divide, unit_power
 from .detwinning import signed_algebraic_sigmoid
 
 DEGENERATE_CONTRAST = 0.02  # ohm/m, about a thousandth of a phase's resistivity

@@ -7,8 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from .._numerics import is_concrete
-from ..chain import PLAIN, Chain
+from ..numerics.safe import is_concrete
+from ..pipeline import PLAIN, Chain
 from .alloy import Alloy
 from .geometry import SpringGeometry
 from .residual_strain import SpringState

@@ -14,9 +14,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Int
 
-from .._numerics import is_concrete, safe_divide
 from ..calibration import Calibration, load_calibration
-from ..chain import PLAIN, Chain
+from ..numerics.safe import is_concrete, safe_divide
+from ..pipeline import PLAIN, Chain
 from . import detwinning, residual_strain, stress
 from .residual_strain import SpringState
 

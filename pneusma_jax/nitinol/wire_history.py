@@ -5,8 +5,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .._numerics import begun_as, safe_divide
-from ..chain import Chain, Effect, Known, as_recorded
+from ..numerics.safe import begun_as, safe_divide
+from ..pipeline import Chain, Effect, Known, as_recorded
 from .residual_strain import SpringState
 from .wire import WireAlloy, WireResponse, WireStatus
 

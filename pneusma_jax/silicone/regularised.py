@@ -10,7 +10,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from .._numerics import smoothstep
+from ..numerics.safe import smoothstep
 from .laws import SiliconeLaw
 from .polynomial import polynomial_slope, polynomial_stress
 

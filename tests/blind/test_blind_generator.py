@@ -9,17 +9,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.blind import cases as blind_cases
-from tests.blind.cases import Case, case_list, write_case
-from tests.blind.generator import actuator, nitinol, numbers, registry, section, silicone, stand
-from tests.blind.generator.bench import Bench, Take
-from tests.blind.generator.building import Specimen, build
-from tests.blind.generator.hidden import HiddenJudge
-from tests.blind.generator.plans import PLANS, plan, true_numbers
-from tests.blind.generator.readout import READOUTS, read_out
-from tests.blind.seal import open_seals, seal
+from validation.blind import cases as blind_cases
+from validation.blind.cases import Case, case_list, write_case
+from validation.blind.generator import actuator, nitinol, numbers, registry, section, silicone, stand
+from validation.blind.generator.bench import Bench, Take
+from validation.blind.generator.building import Specimen, build
+from validation.blind.generator.hidden import HiddenJudge
+from validation.blind.generator.plans import PLANS, plan, true_numbers
+from validation.blind.generator.readout import READOUTS, read_out
+from validation.blind.seal import open_seals, seal
 
-HERE = Path(__file__).parent
+HERE = Path(blind_cases.__file__).parent
 ROWS = {"actuator": "pressure_kPa", "spring": "elongation_mm", "wire": "temperature_degC", "elastomer": "strain", "tube": "pressure_kPa"}
 
 
@@ -29,7 +29,7 @@ def oracle(shared):
 
 
 def test_it_shares_no_code_with_the_tool():
-    allowed = {"numpy", "scipy", "dataclasses", "pathlib", "hashlib", "json", "shutil", "tests"}
+    allowed = {"numpy", "scipy", "dataclasses", "pathlib", "hashlib", "json", "shutil", "validation"}
     for path in [*HERE.glob("generator/*.py"), HERE / "cases.py", HERE / "seal.py"]:
         for node in ast.walk(ast.parse(path.read_text())):
             names = [a.name for a in node.names] if isinstance(node, ast.Import) else []

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from tests.blind.proof import ledger
+from validation.blind.proof import ledger
 
 NAME = "06_proof_story"
 

@@ -9,15 +9,15 @@ from concurrent.futures.process import BrokenProcessPool
 import numpy as np
 import pytest
 
-from fitting.models.channels import Channel
-from tests.blind.cases import Case
-from tests.blind.proof import __main__ as command
-from tests.blind.proof import baselines, ledger, score, worker
-from tests.blind.proof import run as running
-from tests.blind.proof.figures import draw
-from tests.blind.proof.judge import holds, judge
-from tests.blind.proof.places import Places, read
-from tests.blind.proof.regressors import GaussianProcess, SparseRegression
+from fitting.inference.channels import Channel
+from validation.blind.cases import Case
+from validation.blind.proof import __main__ as command
+from validation.blind.proof import baselines, ledger, score, worker
+from validation.blind.proof import run as running
+from validation.blind.proof.figures import draw
+from validation.blind.proof.judge import holds, judge
+from validation.blind.proof.places import Places, read
+from validation.blind.proof.regressors import GaussianProcess, SparseRegression
 
 
 def _truth(name="c1", group="single", slugs=("gravity",), log_bayes=100.0, **more):
@@ -200,7 +200,7 @@ def small(monkeypatch):
     """Four cases whose campaigns cost nothing."""
     cases = [Case(f"c{n}", kind, "null", (), None, n) for n, kind in enumerate(("wire", "tube", "wire", "actuator"))]
     monkeypatch.setattr(running, "case_list", lambda plan, seed: cases)
-    monkeypatch.setattr("tests.blind.seal.write_case", _write_campaign)
+    monkeypatch.setattr("validation.blind.seal.write_case", _write_campaign)
     monkeypatch.setattr(running, "truth_of", lambda case: {"name": case.name} | _truth(case.name, "null", ()))
     return cases
 
@@ -293,7 +293,7 @@ def test_a_case_that_cannot_be_made_is_left_out(tmp_path, small, monkeypatch):
             raise ArithmeticError("no equilibrium")
         return _write_campaign(case, folder)
 
-    monkeypatch.setattr("tests.blind.seal.write_case", write)
+    monkeypatch.setattr("validation.blind.seal.write_case", write)
     for _ in range(2):
         done = running.run(small, Places(tmp_path), diagnose=functools.partial(_made_up, [None] * 2))
         assert [case.name for case in done] == ["c0", "c1", "c3"]
@@ -324,7 +324,7 @@ class _Program:
     free: float = 1.0
 
     def free_share(self, k):
-        """Part of recording k's values that no hidden course takes up."""
+        """Part of recording k's values that no latent trajectory takes up."""
         return self.free
 
 

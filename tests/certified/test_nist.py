@@ -10,8 +10,8 @@ import jax.numpy as jnp
 import nist_strd
 import pytest
 
-from fitting.least_squares import fit_least_squares
-from fitting.parameters import Parameter, Parameters
+from fitting.inference.least_squares import fit_least_squares
+from fitting.inference.parameters import Parameter, Parameters
 
 pytestmark = pytest.mark.skipif(
     not nist_strd.folder().is_dir(),

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 import pneusma_jax as pj
-from fitting.recordings import Recording
+from fitting.data.recordings import Recording
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "calibration_data" / "examples" / "elastomer" / "pull_1.csv"
 

@@ -6,7 +6,7 @@ from cli_samples import heated_recording
 from click.testing import CliRunner, Result
 
 from fitting.cli import main
-from fitting.recordings import write_recording
+from fitting.data.recordings import write_recording
 
 
 @pytest.fixture

@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from fitting import selfcheck
-from fitting.selfcheck import silicone, springs
 from pneusma_jax.nitinol import geometry
 from pneusma_jax.silicone import hyperelastic
+from validation import self_check
+from validation.self_check import silicone, springs
 
 
 @pytest.mark.slow
@@ -28,14 +28,14 @@ def test_the_model_passes(run):
 def test_a_broken_law_fails(monkeypatch, module, name, room):
     law = getattr(module, name)
     monkeypatch.setattr(module, name, lambda *a: 1.001 * law(*a))
-    assert any(not outcome.passed for outcome in selfcheck.run(list(room.claims())))
+    assert any(not outcome.passed for outcome in self_check.run(list(room.claims())))
 
 
 def test_a_law_that_raises_fails_and_stops_nothing(monkeypatch, run):
     def broken(*_):
         raise RuntimeError("no such law")
 
-    monkeypatch.setattr(selfcheck, "all_claims", lambda: list(silicone.claims()))
+    monkeypatch.setattr(self_check, "all_claims", lambda: list(silicone.claims()))
     monkeypatch.setattr(hyperelastic, "neo_hookean_stress", broken)
     result = run("check", "--failed")
     assert result.exit_code == 1
@@ -51,12 +51,12 @@ def test_a_room_that_cannot_be_set_up_fails(monkeypatch):
         raise RuntimeError("no such alloy")
 
     monkeypatch.setattr(springs.pj, "load_alloy", broken)
-    outcomes = list(selfcheck.run(selfcheck.claims_of(springs)))
+    outcomes = list(self_check.run(self_check.claims_of(springs)))
     assert [o.problem for o in outcomes if not o.passed] == ["RuntimeError: no such alloy"]
 
 
 def test_what_is_not_a_number_never_passes():
-    claim = selfcheck.Claim("", "", lambda: (0.0, 0.0))
-    assert not selfcheck.Outcome(claim, math.nan, 1.0).passed
-    assert not selfcheck.Outcome(claim, 1.0, math.inf).passed
-    assert selfcheck.Outcome(claim, 0.0, 0.0).passed
+    claim = self_check.Claim("", "", lambda: (0.0, 0.0))
+    assert not self_check.Outcome(claim, math.nan, 1.0).passed
+    assert not self_check.Outcome(claim, 1.0, math.inf).passed
+    assert self_check.Outcome(claim, 0.0, 0.0).passed

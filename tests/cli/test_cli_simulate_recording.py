@@ -9,8 +9,8 @@ import pytest
 from cli_samples import EXAMPLE, heated_recording
 
 import pneusma_jax as pj
-from fitting.recordings import Recording, write_recording
-from fitting.simulation import predict
+from fitting.data.recordings import Recording, write_recording
+from fitting.simulate import predict
 from pneusma_jax.effects import find_effect
 
 

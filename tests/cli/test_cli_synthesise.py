@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from fitting.recordings import read_campaign
+from fitting.data.recordings import read_campaign
 
 
 def test_a_campaign_is_written_with_its_truth(run, tmp_path):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pneusma_jax as pj
-from fitting.workspace import compute_workspace, grid
+from fitting.simulate.workspace import compute_workspace, grid
 
 COARSE = ("--pressures", 4, "--activations", 3)
 

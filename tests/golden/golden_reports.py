@@ -53,7 +53,7 @@ def campaign_of(name: str, campaigns: Path) -> Path:
     folder = campaigns / case
     if not folder.exists():
         sys.path.insert(0, str(ROOT))
-        from tests.blind.cases import case_list, write_case
+        from validation.blind.cases import case_list, write_case
 
         found = next(known for known in case_list("fixed", SEED) if known.name == case)
         write_case(found, folder.with_suffix(".part"))

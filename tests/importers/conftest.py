@@ -1,6 +1,6 @@
 import pytest
 
-from fitting.recordings import recordings_folder
+from fitting.data.recordings import recordings_folder
 
 
 @pytest.fixture
@@ -57,7 +57,7 @@ def follow(tmp_path):
     from click.testing import CliRunner
 
     from fitting.cli.import_ import import_command
-    from fitting.recordings import read_campaign
+    from fitting.data.recordings import read_campaign
 
     def options_in(text):
         """Options that a message names with a value, as a person would copy them."""

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fitting.importers import import_file, make_options
-from fitting.importers.circuit import nitinol_resistance
+from fitting.data.importers import import_file, make_options
+from fitting.data.importers.circuit import nitinol_resistance
 from pneusma_jax.errors import InputError
 
 OHMS = np.array([3.9, 3.7, 3.5, 3.4, 3.45])

@@ -4,7 +4,7 @@ import pytest
 from click.testing import CliRunner
 
 from fitting.cli.import_ import import_command
-from fitting.recordings import read_recording
+from fitting.data.recordings import read_recording
 from pneusma_jax.errors import InputError
 
 GOOD = "Time (s),Strain,Stress (kPa)\n0,0,0\n1,0.1,1\n2,0.2,2\n"

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from fitting.importers import import_tests, make_options
-from fitting.models.wire import rows_for
-from fitting.recordings import read_campaign
+from fitting.data.importers import import_tests, make_options
+from fitting.data.recordings import read_campaign
+from fitting.specimens.wire import rows_for
 from pneusma_jax.errors import InputError
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fitting.importers import import_file, import_files, make_options, raw_files
-from fitting.recordings import read_campaign, write_recording
+from fitting.data.importers import import_file, import_files, make_options, raw_files
+from fitting.data.recordings import read_campaign, write_recording
 from pneusma_jax.errors import InputError
 
 FOREIGN = (

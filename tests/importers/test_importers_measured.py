@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fitting.importers import import_file, make_options
-from fitting.recordings import read_recording, recordings_folder, write_recording
+from fitting.data.importers import import_file, make_options
+from fitting.data.recordings import read_recording, recordings_folder, write_recording
 from pneusma_jax.errors import InputError
 
 

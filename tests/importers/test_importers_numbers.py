@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from fitting.importers import import_file, make_options
-from fitting.importers.numerals import clock_seconds, to_number
-from fitting.importers.spelling import parse_heading, unit_name
-from fitting.importers.words import heading_of, meaning
+from fitting.data.importers import import_file, make_options
+from fitting.data.importers.numerals import clock_seconds, to_number
+from fitting.data.importers.spelling import parse_heading, unit_name
+from fitting.data.importers.words import heading_of, meaning
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import to_si
 

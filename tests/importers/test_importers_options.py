@@ -5,7 +5,7 @@ import pytest
 from click.testing import CliRunner
 
 from fitting.cli import main
-from fitting.importers import import_file, import_files, make_options
+from fitting.data.importers import import_file, import_files, make_options
 from pneusma_jax.errors import InputError
 
 PRESS = "Time (s),Position (mm),Load (N)\n" + "".join(f"{i},{0.1 * i:.1f},{0.6 * i * (1 + 0.02 * i):.4f}\n" for i in range(31))
@@ -262,7 +262,7 @@ def test_a_load_in_the_name_of_a_sheet_or_file_is_read(put, put_sheet):
     rows = [[30 + 2 * i, 4 / (1 + np.exp((30 + 2 * i - 60) / 4))] for i in range(40)]
     head = ["Temperature (°C)", "Strain (%)"]
     path = put_sheet("cycles.xlsx", {"100 MPa": [head, *rows], "200 MPa": [head, *rows]})
-    from fitting.importers import import_tests
+    from fitting.data.importers import import_tests
 
     assert [set(r.columns["stress_MPa"]) for r in import_tests(path)] == [{100.0}, {200.0}]
     first, second = import_tests(path, make_options(constants=["stress_MPa=100"]))

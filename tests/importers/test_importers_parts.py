@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fitting.importers import import_file, import_tests, make_options
+from fitting.data.importers import import_file, import_tests, make_options
 from pneusma_jax.errors import InputError
 
 STRAIN = np.linspace(0.0, 1.0, 21)

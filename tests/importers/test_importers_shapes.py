@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from fitting.importers import FORMATS, detect, import_file, make_options
-from fitting.importers.parts import samples_of
-from fitting.importers.raw import open_raw
-from fitting.recordings import read_recording, write_recording
+from fitting.data.importers import FORMATS, detect, import_file, make_options
+from fitting.data.importers.parts import samples_of
+from fitting.data.importers.raw import open_raw
+from fitting.data.recordings import read_recording, write_recording
 from pneusma_jax.errors import InputError
 
 STRETCH = np.linspace(1.0, 2.0, 21)

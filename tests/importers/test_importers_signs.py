@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fitting.importers import import_file, make_options
-from fitting.importers.slack import find_slack
+from fitting.data.importers import import_file, make_options
+from fitting.data.importers.slack import find_slack
 from pneusma_jax.errors import InputError
 
 MU = 200.0

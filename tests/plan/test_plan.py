@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 import pneusma_jax as pj
-from fitting.characterise.spring.reach import PUBLISHED, STEPS, steps_of
+from fitting.calibrate.spring.reach import PUBLISHED, STEPS, steps_of
 from fitting.cli import main
 from fitting.plan import plan_campaign
 from fitting.plan.candidates import (

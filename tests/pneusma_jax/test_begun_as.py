@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pneusma_jax._numerics import begun_as
+from pneusma_jax.numerics.safe import begun_as
 
 
 def test_values_types_and_shapes_stay_even_beside_nan():

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import pneusma_jax as pj
-from pneusma_jax.chain import Effect
 from pneusma_jax.effects import CATALOGUE, register
+from pneusma_jax.pipeline import Effect
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "effects.md"
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pneusma_jax as pj
-from pneusma_jax.equilibrium import Problem, imbalance
+from pneusma_jax.actuator.equilibrium import Problem, imbalance
 from pneusma_jax.silicone import SiliconeLaw
 
 

@@ -8,11 +8,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from pneusma_jax._numerics import complement_power
 from pneusma_jax.calibration import load_calibration, unknown
 from pneusma_jax.errors import InputError
 from pneusma_jax.nitinol import load_alloy
 from pneusma_jax.nitinol.resistivity import mixing_fraction
+from pneusma_jax.numerics.safe import complement_power
 
 XI0 = np.linspace(0.0, 1.0, 21)
 STRAINS = (0.0, 0.03, 0.12)

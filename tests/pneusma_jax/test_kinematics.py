@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import expm
 
 import pneusma_jax as pj
-from pneusma_jax import kinematics as kin
+from pneusma_jax.serial_chain import kinematics as kin
 
 BENDS = [(0.0, 0.0), (1e-9, -2e-9), (0.3, 0.0), (0.0, 0.999), (0.0, 1.001), (-1.1, 2.3), (4.0, -3.0)]
 L0, RADIUS = 56e-3, 5e-3

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 import pneusma_jax as pj
-from pneusma_jax import calibration_keys as keys
-from pneusma_jax.calibration import examples, load_calibration, write_calibration
+from pneusma_jax.calibration import examples, keys, load_calibration, write_calibration
 
 EXAMPLES = ["orthogonal_pair", "pneuflex_weighed", "rectangular", "semicircular", "triangular"]
 
@@ -63,7 +62,7 @@ def test_a_held_triad_takes_the_projection_of_what_pulls_aside():
     held = built(dataclasses.replace(pj.layout("triad"), bending_plane=90.0))
     found = pj.solve(held, 20e3, phases(0.9, 0.6, 0.3))
     assert float(found.bend[0]) == 0.0
-    from pneusma_jax.equilibrium import Problem, imbalance
+    from pneusma_jax.actuator.equilibrium import Problem, imbalance
 
     fresh = tuple(pj.SpringState.fresh(0.1924) for _ in range(3))
     force, moment = imbalance(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from pneusma_jax.train import strain_in_train
+from pneusma_jax.simulate.load_train import strain_in_train
 
 RECORDED = jnp.linspace(0.0, 2.0, 7)
 STIFFENING = 0.2

@@ -9,13 +9,13 @@ import pytest
 from rods import rod
 
 import pneusma_jax as pj
-from pneusma_jax.chain_loads import ChainWeight, LineLoad, PointLoad, generalised_forces
-from pneusma_jax.chain_shape import place_segments
-from pneusma_jax.kinematics import arc_frame, side_points, transform
-from pneusma_jax.loads import Load
-from pneusma_jax.segments import simulate_chain_history, solve_chain
+from pneusma_jax.actuator.loads import Load
+from pneusma_jax.actuator.weight import chain_weight, with_bodies
+from pneusma_jax.serial_chain.kinematics import arc_frame, side_points, transform
+from pneusma_jax.serial_chain.loads import ChainWeight, LineLoad, PointLoad, generalised_forces
+from pneusma_jax.serial_chain.segments import simulate_chain_history, solve_chain
+from pneusma_jax.serial_chain.shape import place_segments
 from pneusma_jax.silicone import SiliconeLaw
-from pneusma_jax.weight import chain_weight, with_bodies
 
 MODULUS = 2e5
 

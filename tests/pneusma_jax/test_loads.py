@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import pneusma_jax as pj
-from pneusma_jax.equilibrium import Problem, imbalance
-from pneusma_jax.kinematics import arc_points, bend_rotation
-from pneusma_jax.loads import ORIENTATIONS, STANDARD_GRAVITY, fibre_end, fibre_mean, stumpff
+from pneusma_jax.actuator.equilibrium import Problem, imbalance
+from pneusma_jax.actuator.loads import ORIENTATIONS, STANDARD_GRAVITY, fibre_end, fibre_mean, stumpff
+from pneusma_jax.serial_chain.kinematics import arc_points, bend_rotation
 from pneusma_jax.silicone import SiliconeLaw
 
 MODULUS = 2e5

@@ -7,9 +7,9 @@ import pytest
 from scipy.integrate import quad
 
 import pneusma_jax as pj
-from pneusma_jax.outline import Outline
 from pneusma_jax.section import NODES, Disc, Section
-from pneusma_jax.section_kinds import STRAIGHT_NODES, hollow
+from pneusma_jax.section.kinds import STRAIGHT_NODES, hollow
+from pneusma_jax.section.outline import Outline
 from pneusma_jax.silicone import SiliconeLaw
 
 MODULUS = 2e5

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import pneusma_jax as pj
-from pneusma_jax import kinematics
-from pneusma_jax.section_kinds import rectangle
-from pneusma_jax.segments import (
+from pneusma_jax.section.kinds import rectangle
+from pneusma_jax.serial_chain import kinematics
+from pneusma_jax.serial_chain.segments import (
     SegmentChain,
     chain_of,
     chain_shape,

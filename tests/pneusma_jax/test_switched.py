@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from effect_programs import TIME, UP_AND_DOWN, coupon, specimen, stand
 
-from pneusma_jax.chain import Switched
 from pneusma_jax.effects import CATALOGUE, specs_of
+from pneusma_jax.pipeline import Switched
 
 SLUGS = {
     "E": ("mullins_softening", "viscoelastic_relaxation", "load_train_compliance", "channel_lag"),

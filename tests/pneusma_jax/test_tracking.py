@@ -7,7 +7,7 @@ import pytest
 
 import pneusma_jax as pj
 from pneusma_jax.effects import CATALOGUE
-from pneusma_jax.tracking import track_history
+from pneusma_jax.simulate.tracking import track_history
 
 ROWS = 60
 TIME = np.linspace(0.0, 60.0, ROWS)

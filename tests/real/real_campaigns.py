@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fitting.importers import import_file, make_options
-from fitting.recordings import Recording, recordings_folder, write_recording
+from fitting.data.importers import import_file, make_options
+from fitting.data.recordings import Recording, recordings_folder, write_recording
 
 FOLDERS = ("viscoelastic", "soft_robotics_materials", "tissue_phantoms", "sma_react")
 KEPT_OUT = (2, 4, 6)

@@ -15,7 +15,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-NOTEBOOK = Path(__file__).resolve().parents[2] / "notebooks" / "05_own_base_model.ipynb"
+NOTEBOOK = Path(__file__).resolve().parents[2] / "notebooks" / "05_custom_model.ipynb"
 MISSING = """No real recordings here. Put these repositories' data into one folder, under these names, and run
     make real-proof PNEUSMA_RECORDINGS=FOLDER
 viscoelastic             xlsx files of uniaxial-loading-unloading-test, https://github.com/Chongran-Zhao/Viscoelastic-fitting

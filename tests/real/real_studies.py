@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from real_campaigns import Case, loading_unloading, tension, thermal_cycles, two_laboratories
 
-from fitting.diagnosis import Conclusion, diagnose
-from fitting.diagnosis.evaluate.program import Program
-from fitting.recordings import read_campaign, schema
+from fitting.data.recordings import read_campaign, schema
+from fitting.diagnose import Conclusion, diagnose
+from fitting.diagnose.evaluate.program import Program
 from pneusma_jax.units import from_si
 
 CONFIDENT = 0.8

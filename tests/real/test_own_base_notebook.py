@@ -2,9 +2,9 @@
 
 import pytest
 
-from fitting.recordings import recordings_folder
+from fitting.data.recordings import recordings_folder
 
-NAME = "05_own_base_model"
+NAME = "05_custom_model"
 
 
 def test_notebook_is_stripped_and_its_code_parses(notebook):
@@ -15,7 +15,7 @@ def test_without_recordings_it_says_where_they_are(notebook, monkeypatch, capsys
     import matplotlib
 
     matplotlib.use("Agg")
-    monkeypatch.setattr("fitting.recordings.recordings_folder", lambda: None)
+    monkeypatch.setattr("fitting.data.recordings.recordings_folder", lambda: None)
     space = {}
     for source in notebook(NAME).code():
         exec(compile(source, "notebook", "exec"), space)

@@ -8,7 +8,7 @@ import pytest
 from real_campaigns import available, loading_unloading, tension, thermal_cycles, two_laboratories
 from real_studies import STUDIES, answer
 
-from fitting.recordings import read_campaign
+from fitting.data.recordings import read_campaign
 
 needs_recordings = pytest.mark.skipif(
     not available(), reason="measured recordings are not here (PNEUSMA_RECORDINGS, or ../shared/recordings)"

@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting.recordings import Recording, recordings_folder
+from fitting.data.recordings import Recording, recordings_folder
 
 ROOT = Path(__file__).resolve().parents[2]
 

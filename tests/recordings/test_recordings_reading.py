@@ -7,7 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting.recordings import read_campaign, read_recording, recordings_folder, resistance_range, wire_length
+from fitting.data.recordings import (
+    read_campaign,
+    read_recording,
+    recordings_folder,
+    resistance_range,
+    wire_length,
+)
 from pneusma_jax.errors import InputError
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -218,7 +224,7 @@ def test_reading_needs_no_jax():
     code = (
         "import sys, types; front = types.ModuleType('pneusma_jax'); "
         f"front.__path__ = [{str(ROOT / 'pneusma_jax')!r}]; sys.modules['pneusma_jax'] = front; "
-        "import fitting.recordings, fitting.importers; print([m for m in sys.modules if m.split('.')[0] == 'jax'])"
+        "import fitting.data.recordings, fitting.data.importers; print([m for m in sys.modules if m.split('.')[0] == 'jax'])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
     assert done.stdout.strip() == "[]"

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fitting.recordings import read_campaign, read_recording
+from fitting.data.recordings import read_campaign, read_recording
 from pneusma_jax.errors import InputError
 
 STAND = "time_s,elongation_mm,force_N,resistance_ohm\n"

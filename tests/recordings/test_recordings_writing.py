@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from fitting.recordings import read_campaign, read_recording, write_recording
+from fitting.data.recordings import read_campaign, read_recording, write_recording
 from pneusma_jax.errors import InputError
 
 

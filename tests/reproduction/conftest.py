@@ -1,6 +1,6 @@
 import pytest
 
-from fitting.reproduction import Bench, judge, statements
+from validation.reproduction import Bench, judge, statements
 
 
 @pytest.fixture(scope="session")

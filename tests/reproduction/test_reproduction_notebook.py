@@ -8,7 +8,7 @@ NAME = "03_reproduction"
 def test_notebook_is_stripped_and_its_code_parses(notebook):
     book = notebook(NAME)
     book.check()
-    assert any("from fitting.reproduction import" in source for source in book.code())
+    assert any("from validation.reproduction import" in source for source in book.code())
 
 
 @pytest.mark.slow

@@ -12,12 +12,12 @@ import pytest
 from click.testing import CliRunner
 
 from fitting.cli import main
-from fitting.reproduction import ENTRIES, reproduce
-from fitting.reproduction.isoresistive import controlled, phase_fractions, setpoints
-from fitting.reproduction.loading import isoresistive_stress
-from fitting.reproduction.silicone_laws import PRESSURES, tube_lengths
 from pneusma_jax import tube_length
 from pneusma_jax.errors import InputError
+from validation.reproduction import ENTRIES, reproduce
+from validation.reproduction.isoresistive import controlled, phase_fractions, setpoints
+from validation.reproduction.loading import isoresistive_stress
+from validation.reproduction.silicone_laws import PRESSURES, tube_lengths
 
 QUICK = tuple(entry for entry in ENTRIES if entry.number in ("2.5", "2.10", "3.4"))
 

@@ -5,8 +5,17 @@ import math
 
 import pytest
 
-from fitting.reproduction import ENTRIES, Bench, Interval, Near, Verdict, judge, statements, verdict_sentences
-from fitting.reproduction.run import Reproduction
+from validation.reproduction import (
+    ENTRIES,
+    Bench,
+    Interval,
+    Near,
+    Verdict,
+    judge,
+    statements,
+    verdict_sentences,
+)
+from validation.reproduction.run import Reproduction
 
 pytestmark = pytest.mark.slow
 

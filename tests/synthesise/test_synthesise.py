@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import pneusma_jax as pj
-from fitting.recordings import check_recording, read_campaign
-from fitting.simulation.denoise import denoised
+from fitting.data.recordings import check_recording, read_campaign
+from fitting.inference.latent_trajectory.denoise import denoised
 from fitting.synthesise import CAMPAIGNS, synthesise, write_synthetic
 from fitting.synthesise.examples import EXAMPLES
 from fitting.synthesise.instruments import correlated, wander

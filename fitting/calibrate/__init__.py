@@ -1,0 +1,13 @@
+"""Staged pipelines that turn a campaign into a characterised material, one for each kind of specimen.
+
+>>> from fitting.calibrate import characterise
+>>> fit = characterise("campaign_folder")
+>>> print(fit.report())
+>>> fit.save("results")
+"""
+
+from .batch import Batch, characterise_batch
+from .registry import PIPELINES, characterise
+from .result import Characterisation, Estimate
+
+__all__ = ["PIPELINES", "Batch", "Characterisation", "Estimate", "characterise", "characterise_batch"]

@@ -1,0 +1,205 @@
+"""Many campaigns, one after the other: a table over specimens and what they say together.
+
+A campaign that cannot be used, or whose fit fails in any way, is reported beside the others and stops none.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from fitting.data.recordings import read_campaign
+from fitting.specimens import spring, tube
+from fitting.specimens.rows import MARK
+from pneusma_jax.errors import InputError
+from pneusma_jax.units import from_si
+
+from .pooling import Pooled, pool, without_priors
+from .registry import characterise
+from .result import Characterisation
+
+OWN = {*tube.GEOMETRY, *spring.GEOMETRY, "prestrain"}
+"""Constants of a specimen; all others are of the material, whose prior every specimen shares."""
+
+
+@dataclass(frozen=True)
+class Member:
+    """One campaign of a batch.
+
+    Attributes:
+        name: of its folder, made unique.
+        path: of the campaign.
+        kind: of its recordings; empty where they could not be read.
+        result: of its fit; None where there is none.
+        problem: why there is none, or why its files could not be written, in a line; empty otherwise.
+    """
+
+    name: str
+    path: Path
+    kind: str
+    result: Characterisation | None
+    problem: str
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Characterised campaigns.
+
+    Attributes:
+        members: in the order given.
+        pooled: every constant that two or more specimens of one law inform, by name; with the law behind it
+            where specimens follow several.
+        left_out: why estimates do not take part in `pooled`, a line each.
+    """
+
+    members: tuple[Member, ...]
+    pooled: dict[str, Pooled]
+    left_out: tuple[str, ...]
+
+    @property
+    def done(self) -> list[Member]:
+        """Members with a result."""
+        return [member for member in self.members if member.result is not None]
+
+    def report(self) -> str:
+        """The whole result as plain text."""
+        from fitting.report.batch import text
+
+        return text(self)
+
+    def plot(self) -> dict[str, Figure]:
+        """Figures by name: `specimens`."""
+        from fitting.report.batch import figures
+
+        return figures(self)
+
+    def documents(self) -> dict[str, str | bytes]:
+        """Content of the files about all of them, by file name; each member's own are in its folder."""
+        from fitting.report.batch import documents
+
+        return documents(self)
+
+    def save(self, folder: str | Path, force: bool = False) -> list[Path]:
+        """Write the table and summary; they appear together or not at all."""
+        from fitting.data.publish import publish
+
+        return publish(folder, self.documents, force)
+
+
+def characterise_batch(
+    campaigns: Sequence[str | Path],
+    finished: Callable[[Member], None] = lambda _: None,
+    progress: Callable[[str], None] = lambda _: None,
+    **options: Any,
+) -> Batch:
+    """Characterise campaigns one after the other; float64 must be on.
+
+    Args:
+        campaigns: folders or single CSVs.
+        finished: called with each member as it is done, such as to save it.
+        progress: called with a word for each step of each fit.
+        **options: of the pipelines; those that a kind does not know are left out for it.
+
+    Raises:
+        InputError: if none could be characterised; names the first reason.
+    """
+    names = _names([Path(path) for path in campaigns])
+    members = []
+    for name, path in zip(names, campaigns, strict=True):
+        member = _member(name, Path(path), progress, options)
+        try:
+            finished(member)
+        except Exception as error:  # noqa: BLE001  what cannot be written of one stops no other
+            member = replace(member, problem=f"its files could not be written: {_line(error)}")
+        members.append(member)
+    if not any(member.result is not None for member in members):
+        raise InputError(
+            f"none of {len(members)} campaigns could be characterised; {members[0].path}: "
+            f"{members[0].problem}"
+        )
+    pooled, left_out = _pooled([member for member in members if member.result is not None])
+    return Batch(tuple(members), pooled, tuple(left_out))
+
+
+def _names(paths: Sequence[Path]) -> list[str]:
+    names: list[str] = []
+    for path in paths:
+        own = path.resolve().stem if path.is_file() else path.resolve().name
+        count = sum(known == own or known.rpartition("_")[0] == own for known in names)
+        names.append(own if not count else f"{own}_{count + 1}")
+    return names
+
+
+def _member(name: str, path: Path, progress: Callable[[str], None], options: dict[str, Any]) -> Member:
+    kind = ""
+    try:
+        campaign = read_campaign(path)
+        kind = campaign.kinds[0]
+        result = characterise(campaign, progress=lambda word: progress(f"{name}: {word}"), **options)
+        return Member(name, path, kind, result, "")
+    except Exception as error:  # noqa: BLE001  one bad specimen never stops the others
+        return Member(name, path, kind, None, _line(error))
+
+
+def _line(error: Exception) -> str:
+    words = " ".join(str(error).split()) or type(error).__name__
+    return words if isinstance(error, InputError) else f"{type(error).__name__}: {words}"
+
+
+def _pooled(done: Sequence[Member]) -> tuple[dict[str, Pooled], list[str]]:
+    """Constants by name, each over the specimens that inform it under the same law."""
+    columns: dict[tuple[str, str], dict[str, tuple[float, float]]] = {}
+    units: dict[str, str] = {}
+    left_out = []
+    for member in done:
+        told, law = _told(member.result), member.result.law
+        told |= dict.fromkeys(getattr(member.result, "unseen", {}), (np.nan, np.nan))
+        for name, estimate in member.result.parameters.items():
+            stem, _, number = name.partition(MARK)
+            specimen = f"{member.name} {number}".strip()
+            value, sd = told.get(name, (estimate.value, estimate.sd))
+            if estimate.at_bound or not np.isfinite(sd) or not sd > 0.0:
+                why = "at a bound" if estimate.at_bound else "not informed by the data alone"
+                left_out.append(f"{specimen}: {stem} is {why}")
+                continue
+            columns.setdefault((law, stem), {})[specimen] = value, sd
+            units[stem] = estimate.unit
+    laws: dict[str, set[str]] = {}
+    for law, stem in columns:
+        laws.setdefault(stem, set()).add(law)
+    pooled = {}
+    for (law, stem), found in columns.items():
+        if len(found) > 1:
+            name = stem if len(laws[stem]) == 1 else f"{stem} ({law})"
+            pooled[name] = pool(list(found), *np.array(list(found.values())).T, units[stem])
+        elif len(laws[stem]) > 1:
+            left_out.append(f"{next(iter(found))}: {stem} is of {law}, which no other specimen follows")
+    return pooled, left_out
+
+
+def _told(result: Characterisation) -> dict[str, tuple[float, float]]:
+    """Value and error without the priors that specimens share, by name, in the unit of files.
+
+    Those of a specimen's own dimensions are measurements of that specimen, and stay.
+    """
+    fitted = getattr(result, "fitted", {})
+    entries = [entry for entry in fitted.values() if entry.standard_error] if fitted else []
+    shared = lambda entry: entry.prior and entry.name.partition(MARK)[0] not in OWN  # noqa: E731
+    if not any(shared(entry) for entry in entries):
+        return {}
+    sd = np.array([entry.standard_error for entry in entries])
+    correlation = [[1.0 if a is b else a.correlations.get(b.name, 0.0) for b in entries] for a in entries]
+    found = without_priors(
+        np.array([entry.value for entry in entries]),
+        np.array(correlation) * np.outer(sd, sd),
+        np.array([entry.prior.mean if shared(entry) else entry.value for entry in entries]),
+        np.array([entry.prior.sd if shared(entry) else np.inf for entry in entries]),
+    )
+    told = {}
+    for entry, value, error in zip(entries, *found, strict=True):
+        at = float(from_si(value, entry.unit, entry.unit == "K"))
+        told[entry.name] = at, float(from_si(error, entry.unit, difference=True))
+    return told

@@ -1,0 +1,142 @@
+"""Fits a law to any part of the samples, over and over, with one compiled program for each law."""
+
+import functools
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.inference.least_squares import fit_least_squares
+from fitting.inference.parameters import Parameter, Parameters, Prior
+from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.units import to_si
+
+from .fit import FACTOR, LawFit, describe, inflation_of
+from .laws import LAWS, CurveLaw, Start
+from .samples import Samples
+
+CUT = 4.0  # sigma, where a tolerance's prior ends
+STARTS = 3  # fresh ones, where no fit to more samples is at hand
+ROUNDS = 2  # of weighting the specimens' prior against the misfit
+
+
+class Engine:
+    """Fits laws to parts of one stack of samples; every part has the same shape, so a law is compiled once.
+
+    Args:
+        samples: all of them.
+        adjust: changes to constants by name, each a mapping with any of `value`, `min`, `max` (in the unit of
+            files), `vary` and `tie`, as lmfit understands them.
+        seed: of the starting points that are scattered.
+
+    Raises:
+        InputError: if a name of `adjust` is no constant of any law.
+    """
+
+    def __init__(
+        self, samples: Samples, adjust: Mapping[str, Mapping[str, Any]] | None = None, seed: int = 0
+    ):
+        self.samples = samples
+        self.seed = seed
+        self.adjust = dict(adjust or {})
+        unknown = [name for name in self.adjust if not any(name in law.names for law in LAWS.values())]
+        if unknown:
+            names = [name for law in LAWS.values() for name in law.names]
+            raise InputError(f"no law has a constant {unknown[0]!r}, {nearest(unknown[0], names)}")
+        self.specimens = samples.specimens() if samples.batch > 0.0 and len(samples.specimens()) > 1 else []
+        index = {name: k + 1 for k, name in enumerate(self.specimens)}
+        self._specimen = np.array([index.get(curve.specimen, 0) for curve in samples.curves])[samples.owner]
+
+    def fit(
+        self, law: CurveLaw, mask: np.ndarray, near: LawFit | None = None, errors: bool = False
+    ) -> LawFit:
+        """Fit a law to the masked samples.
+
+        Args:
+            law: which.
+            mask: samples to fit, shape (n,).
+            near: a fit to more samples whose constants are tried as one start, and whose inflation is taken
+                over.
+            errors: find the inflation; without it, standard errors are those of independent samples.
+        """
+        fit = self._solve(law, mask, near.inflation if near else 1.0, near)
+        for _ in range((ROUNDS if self.specimens else 1) if errors else 0):
+            fit = self._solve(law, mask, inflation_of(fit, self.samples), fit, fresh=False)
+        return fit
+
+    def _solve(
+        self, law: CurveLaw, mask: np.ndarray, inflation: float, near: LawFit | None, fresh: bool = True
+    ) -> LawFit:
+        """Fit from the constants of `near`, if given, and from fresh starts, if asked for."""
+        samples, strain = self.samples, self.samples.strain[mask]
+        data = {
+            "strain": samples.strain,
+            "stress": samples.stress,
+            "weight": np.where(mask, 1.0 / (samples.spread * inflation), 0.0),
+            "specimen": self._specimen,
+        }
+        starts = [law.start_at(near.values, strain)] if near else []
+        if fresh:
+            most = 1 if near else STARTS
+            starts += law.starts(strain, samples.stress[mask], samples.spread[mask], self.seed, most)
+        results = [
+            fit_least_squares(
+                _residual(law.name, len(self.specimens)),
+                self._parameters(law, start),
+                data=data,
+                use_priors=bool(self.specimens),
+                scale_covariance=False,
+                observations=int(mask.sum()),
+            )
+            for start in starts
+        ]
+        misfits = [np.inf if r.chi_square is None else r.chi_square for r in results]
+        best = min(range(len(results)), key=lambda k: (not results[k].success, misfits[k]))
+        return describe(law, samples, mask, results[best], self.specimens, inflation)
+
+    def _parameters(self, law: CurveLaw, start: Start) -> Parameters:
+        parameters = Parameters()
+        for constant, value, low, high in zip(
+            law.constants, start.values, start.lower, start.upper, strict=True
+        ):
+            entry = Parameter(
+                constant.name, value=float(value), min=float(low), max=float(high), unit=constant.unit
+            )
+            parameters.add(entry)
+        for name, change in self.adjust.items():
+            if name in parameters:
+                _apply(parameters[name], change)
+        for k in range(len(self.specimens)):
+            batch = self.samples.batch
+            prior = Prior(1.0, batch, max(1.0 - CUT * batch, 1e-3), 1.0 + CUT * batch)
+            parameters.add(Parameter(f"{FACTOR}{k + 1}", value=1.0, prior=prior))
+        return parameters
+
+
+@functools.cache
+def _residual(name: str, specimens: int) -> Callable:
+    """The residual function of a law: one object for each, so that it is compiled once."""
+    law = LAWS[name]
+
+    def residual(values, data):
+        constants = jnp.stack([values[key] for key in law.names])
+        factors = jnp.stack([jnp.ones(()), *(values[f"{FACTOR}{k + 1}"] for k in range(specimens))])
+        model = factors[data["specimen"]] * law.stress(data["strain"], constants)
+        return (model - data["stress"]) * data["weight"]
+
+    return residual
+
+
+def _apply(parameter: Parameter, change: Mapping[str, Any]) -> None:
+    """Change a constant; numbers come in the unit of files."""
+    fields = {
+        key: to_si(value, parameter.unit) if key in ("value", "min", "max") else value
+        for key, value in change.items()
+    }
+    value = fields.get("value", parameter.value)
+    low, high = fields.get("min", parameter.min), fields.get("max", parameter.max)
+    if "value" in change and not low <= value <= high:
+        # A bound of ours gives way to a value that is asked for.
+        low, high = min(low, value), max(high, value)
+    parameter.set(**{**fields, "min": low, "max": high, "value": float(np.clip(value, low, high))})

@@ -1,0 +1,190 @@
+"""A fitted law: its constants, standard errors that know about misfit and serial correlation, its curve."""
+
+import functools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.inference.least_squares import FitResult
+from fitting.inference.noise import correlation_time, lag_one
+from fitting.inference.parameters import Parameters
+from pneusma_jax.units import from_si
+
+from .laws import LAWS, CurveLaw
+from .samples import Samples
+
+FACTOR = "stiffness_"
+"""Stem of the parameters that multiply the stress of each specimen."""
+
+
+@dataclass(frozen=True)
+class LawFit:
+    """A law with its constants found.
+
+    Attributes:
+        law: which.
+        values: constants [SI], shape (k,).
+        sd: their standard errors [SI], shape (k,); NaN where the data do not determine one or it sits at a
+            bound.
+        covariance: of the constants [SI], shape (k, k); zero where there is no standard error.
+        sd_within: standard errors for the specimens as they are, their spread left out [SI], shape (k,).
+        at_bound: sentence end for each constant that stopped at a bound.
+        factors: stiffness of each specimen over the material's, and its standard error.
+        mask: samples that were fitted, shape (n,).
+        mean_square: of the residuals over their spread.
+        lag_one: correlation of neighbouring residuals.
+        correlation_time: samples that make one independent one.
+        inflation: factor on the standard errors for misfit and serial correlation.
+        result: the engine's own result.
+    """
+
+    law: CurveLaw
+    values: np.ndarray
+    sd: np.ndarray
+    covariance: np.ndarray
+    sd_within: np.ndarray
+    at_bound: dict[str, str]
+    factors: dict[str, tuple[float, float]]
+    mask: np.ndarray
+    mean_square: float
+    lag_one: float
+    correlation_time: float
+    inflation: float
+    result: FitResult
+
+    @property
+    def independent(self) -> float:
+        """Number of independent samples that were fitted."""
+        return float(self.mask.sum() / self.correlation_time)
+
+    @property
+    def free(self) -> list[int]:
+        """Indices of the constants that have a standard error."""
+        return [k for k in range(len(self.values)) if self.covariance[k, k] > 0.0]
+
+    def stress(self, strain: np.ndarray) -> np.ndarray:
+        """Engineering stress of the material [Pa] at strains [1] of any one-dimensional shape."""
+        return np.asarray(_compiled(self.law.name).stress(np.asarray(strain, float), self.values))
+
+    def gradient(self, strain: np.ndarray) -> np.ndarray:
+        """Derivative of the stress by the constants, shape (strains, k)."""
+        return np.asarray(_compiled(self.law.name).gradient(np.asarray(strain, float), self.values))
+
+    def shear_modulus(self) -> tuple[float, float]:
+        """Shear modulus at rest (a third of the slope; every law has one) and its standard error [Pa]."""
+        modulus, gradient = _compiled(self.law.name).modulus(self.values)
+        return float(modulus), float(np.sqrt(gradient @ self.covariance @ gradient))
+
+    def predict(self, samples: Samples) -> np.ndarray:
+        """Engineering stress of every sample [Pa], with its specimen's factor where that was fitted."""
+        factors = np.array([self.factors.get(curve.specimen, (1.0, 0.0))[0] for curve in samples.curves])
+        return factors[samples.owner] * self.stress(samples.strain)
+
+
+def describe(
+    law: CurveLaw,
+    samples: Samples,
+    mask: np.ndarray,
+    result: FitResult,
+    specimens: Sequence[str],
+    used: float,
+) -> LawFit:
+    """What the result of a fit says about a law.
+
+    Args:
+        law: that was fitted.
+        samples: all of them.
+        mask: those that were fitted.
+        result: of residuals over `used` times their spread.
+        specimens: those that have a factor of their own.
+        used: inflation of the standard errors.
+    """
+    series = samples.series(result.residual * used, mask)
+    values = np.array([result.values[name] for name in law.names])
+    covariance, sd, within = _constants(law, result)
+    bounds, errors = _bounds(law, result.parameters), result.standard_errors
+    names = [f"{FACTOR}{k + 1}" for k in range(len(specimens))]
+    asked = any(not result.parameters[name].free for name in law.names)
+    order = np.arange(len(values)) if asked else law.order(values)
+    return LawFit(
+        law=law,
+        values=values[order],
+        sd=sd[order],
+        covariance=covariance[np.ix_(order, order)],
+        sd_within=within[order],
+        at_bound={law.names[k]: bounds[law.names[i]] for k, i in enumerate(order) if law.names[i] in bounds},
+        factors={s: (result.values[n], errors[n] or np.nan) for s, n in zip(specimens, names, strict=True)},
+        mask=mask,
+        mean_square=float(np.sum(np.concatenate(series) ** 2) / mask.sum()),
+        lag_one=lag_one(series),
+        correlation_time=correlation_time(series),
+        inflation=used,
+        result=result,
+    )
+
+
+def inflation_of(fit: LawFit, samples: Samples) -> float:
+    """Factor on standard errors that the residuals of a fit ask for.
+
+    The root of their mean square, per degree of freedom, and of the number of samples that repeat each other.
+    A noise that somebody stated is not shrunk.
+    """
+    count = fit.mask.sum()
+    free = sum(fit.result.parameters[name].free for name in fit.law.names)
+    misfit = fit.mean_square * count / max(count - free, 1)
+    if any(curve.noise_stated for curve in samples.curves):
+        misfit = max(misfit, 1.0)
+    return float(np.sqrt(misfit * fit.correlation_time))
+
+
+@dataclass(frozen=True)
+class _Compiled:
+    """A law's compiled functions: stress, its derivative by the constants, modulus with derivative."""
+
+    stress: Callable
+    gradient: Callable
+    modulus: Callable
+
+
+@functools.cache
+def _compiled(name: str) -> _Compiled:
+    law = LAWS[name]
+    slope = jax.grad(lambda strain, values: law.stress(strain[None], values)[0] / 3.0)
+    modulus = jax.value_and_grad(lambda values: slope(jnp.zeros(()), values))
+    return _Compiled(jax.jit(law.stress), jax.jit(jax.jacfwd(law.stress, argnums=1)), jax.jit(modulus))
+
+
+def _constants(law: CurveLaw, result: FitResult) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Covariance of the constants, standard errors, and these with the specimens' factors held."""
+    known, everything = result.uncertainty.names, result.uncertainty.covariance
+    places = [(i, known.index(name)) for i, name in enumerate(law.names) if name in known]
+    rows, own = [i for i, _ in places], [a for _, a in places]
+    others = [k for k in range(len(known)) if k not in own]
+    joint, cross = everything[np.ix_(own, own)], everything[np.ix_(own, others)]
+    conditional = (
+        joint - cross @ np.linalg.solve(everything[np.ix_(others, others)], cross.T) if others else joint
+    )
+    covariance = np.zeros((len(law.names),) * 2)
+    covariance[np.ix_(rows, rows)] = joint
+    parameters, errors = result.parameters, result.standard_errors
+    held = {name for name in law.names if not parameters[name].free and parameters[name].tie is None}
+    sd = np.array(
+        [0.0 if name in held else np.nan if errors[name] is None else errors[name] for name in law.names]
+    )
+    within = sd.copy()
+    within[rows] = np.sqrt(np.maximum(np.diag(conditional), 0.0))
+    return covariance, sd, within
+
+
+def _bounds(law: CurveLaw, parameters: Parameters) -> dict[str, str]:
+    found = {}
+    for constant in law.constants:
+        entry = parameters[constant.name]
+        if entry.free and entry.at_bound:
+            lower = abs(entry.value - entry.min) <= abs(entry.value - entry.max)
+            bound = from_si(entry.min if lower else entry.max, constant.unit)
+            found[constant.name] = f"its {'lower' if lower else 'upper'} bound {bound:.4g} {constant.unit}"
+    return found

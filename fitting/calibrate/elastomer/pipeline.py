@@ -1,0 +1,189 @@
+"""From a campaign of elastomer recordings to a characterised material."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from fitting.calibrate.result import Characterisation, Estimate
+from fitting.data.recordings import Campaign
+from pneusma_jax.calibration.records import Calibration
+from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.precision import require_float64
+from pneusma_jax.units import from_si
+
+from .analysis import Analysis, analyse
+from .engine import Engine
+from .fit import LawFit
+from .held_out import MARGIN
+from .laws import LAWS, MOST_TERMS, CurveLaw
+from .next_test import NextTest, next_test
+from .samples import FEWEST_SAMPLES, WEIGHTINGS, Samples, stack
+from .stability import ACTUATOR_STRAIN
+
+if TYPE_CHECKING:
+    from fitting.sample.problem import Problem
+
+EVERY_LAW = "all"
+LAW_WORDS = (*dict.fromkeys(law.law for law in LAWS.values()), EVERY_LAW)
+
+
+@dataclass(frozen=True)
+class ElastomerCharacterisation(Characterisation):
+    """Hyperelastic laws of an elastomer, and which one to use.
+
+    Attributes:
+        title: of the campaign.
+        samples: what was fitted and scored.
+        whole: every law on all the samples.
+        actuator: every law on an actuator's strains; the same object as `whole` if the samples end there.
+        next_test: which further test would help most.
+        seed: of the scattered starting points.
+    """
+
+    title: str
+    samples: Samples
+    whole: Analysis
+    actuator: Analysis
+    next_test: NextTest
+    seed: int
+
+    @property
+    def best(self) -> LawFit:
+        """The law that was taken, fitted to everything with `role = fit`."""
+        return self.whole.best
+
+    @property
+    def law(self) -> str:
+        """Name of the law that was taken."""
+        return self.best.law.name
+
+    @property
+    def verdict(self) -> list[str]:
+        """What was found, in a few sentences."""
+        from fitting.report.elastomer.text import verdict
+
+        return verdict(self)
+
+    @property
+    def parameters(self) -> dict[str, Estimate]:
+        """Constants of the law that was taken, in the unit of files."""
+        return estimates(self.best)
+
+    def report(self) -> str:
+        """The whole result as plain text."""
+        from fitting.report.elastomer.text import text_report
+
+        return text_report(self)
+
+    def plot(self) -> dict[str, Figure]:
+        """Figures by name: `fit`, `residuals`, `drift`, `held_out`."""
+        from fitting.report.elastomer.figures import figures
+
+        return figures(self)
+
+    def sampling_problem(self, model: Calibration | None = None) -> "Problem":
+        """The law that was taken, with its constants and the specimens' stiffness."""
+        from fitting.sample.elastomer import problem_of
+
+        return problem_of(self, model)
+
+    def documents(self) -> dict[str, str | bytes]:
+        """Content of every file of the result, by file name."""
+        from fitting.report.elastomer.documents import documents
+
+        return documents(self)
+
+
+def estimates(fit: LawFit) -> dict[str, Estimate]:
+    """Constants of a fit in the unit of files."""
+    return {
+        constant.name: Estimate(
+            float(from_si(value, constant.unit)),
+            float(from_si(sd, constant.unit)),
+            constant.unit,
+            constant.name in fit.at_bound,
+        )
+        for constant, value, sd in zip(fit.law.constants, fit.values, fit.sd, strict=True)
+    }
+
+
+def chosen_laws(law: str = EVERY_LAW, terms: int | None = None) -> list[CurveLaw]:
+    """Laws that a word of the command line stands for.
+
+    Args:
+        law: one of `LAW_WORDS`.
+        terms: of Ogden's law, 1 to 3; None tries every number of them.
+
+    Raises:
+        InputError: if there is no such law or number of terms.
+    """
+    if law not in LAW_WORDS:
+        raise InputError(f"there is no law {law!r}, {nearest(law, LAW_WORDS)}")
+    if terms is not None and not 1 <= terms <= MOST_TERMS:
+        raise InputError(f"terms = {terms} must be 1 to {MOST_TERMS}")
+    if terms is not None and law not in ("ogden", EVERY_LAW):
+        raise InputError(f"terms = {terms} is about Ogden's law; {law} has none")
+    words = [law] if law != EVERY_LAW else LAW_WORDS
+    skipped = {f"ogden_{k}" for k in range(1, MOST_TERMS + 1) if terms is not None and k != terms}
+    return [entry for entry in LAWS.values() if entry.law in words and entry.name not in skipped]
+
+
+def characterise_elastomer(
+    campaign: Campaign,
+    *,
+    law: str = EVERY_LAW,
+    terms: int | None = None,
+    max_strain: float | None = None,
+    weighting: str = "absolute",
+    adjust: Mapping[str, Mapping[str, Any]] | None = None,
+    seed: int = 0,
+    progress: Callable[[str], None] = lambda _: None,
+) -> ElastomerCharacterisation:
+    """Fit hyperelastic laws to a campaign of elastomer recordings.
+
+    Args:
+        campaign: recordings of kind `elastomer`.
+        law: one of `LAW_WORDS`.
+        terms: of Ogden's law; None tries 1 to 3.
+        max_strain: engineering strain beyond which samples are left out; None for all.
+        weighting: `absolute` divides residuals by the instrument's noise, so that every sample of a recording
+            counts alike; `relative` adds 5 % of the stress to it.
+        adjust: changes to constants by name, each a mapping with any of `value`, `min`, `max` (in the unit of
+            files), `vary` and `tie`, as lmfit understands them: `{"p_5": {"value": 0, "vary": False}}`.
+        seed: of the scattered starting points.
+        progress: called with the label of each law when it is done.
+
+    Raises:
+        InputError: if the recordings or options cannot be used, in one line.
+    """
+    require_float64()
+    laws = chosen_laws(law, terms)
+    if weighting not in WEIGHTINGS:
+        raise InputError(f"there is no weighting {weighting!r}, {nearest(weighting, WEIGHTINGS)}")
+    if max_strain is not None and not max_strain > 0.0:
+        raise InputError(f"max-strain = {max_strain:g} must be more than 0; 1.5 is a stretch of 2.5")
+    samples = stack(campaign.of_kind("elastomer"), max_strain, weighting)
+    engine = Engine(samples, adjust, seed)
+    narrow = samples.fitted & (samples.strain >= ACTUATOR_STRAIN[0]) & (samples.strain <= ACTUATOR_STRAIN[1])
+    whole = analyse(engine, laws, samples.fitted, not _goes_past(samples, narrow), progress)
+    actuator = analyse(engine, laws, narrow, True, progress) if _goes_past(samples, narrow) else whole
+    weights = {ranked.name: ranked.weight for ranked in actuator.choice.ranked}
+    chosen = actuator.choice.chosen
+    possible = {
+        name: fit
+        for name, fit in actuator.fits.items()
+        if name == chosen or name not in actuator.choice.unfit
+    }
+    further = next_test(samples, possible, weights, chosen, actuator.held[chosen].extrapolation)
+    return ElastomerCharacterisation(campaign.title, samples, whole, actuator, further, seed)
+
+
+def _goes_past(samples: Samples, narrow: np.ndarray) -> bool:
+    """The samples go well past an actuator's strains, and enough of them lie within."""
+    stretch = samples.stretch[samples.fitted]
+    low, high = 1.0 + ACTUATOR_STRAIN[0], 1.0 + ACTUATOR_STRAIN[1]
+    past = bool(stretch.max() > high * MARGIN or stretch.min() < low / MARGIN)
+    return past and int(narrow.sum()) >= FEWEST_SAMPLES

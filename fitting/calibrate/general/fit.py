@@ -1,0 +1,289 @@
+"""Least squares of a campaign of any kind: from several starts, with errors that know about misfit."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.calibrate.profile_likelihood import ALIKE
+from fitting.calibrate.soft_constraints import constrained_residual_of, constraint_table
+from fitting.data.recordings import Recording
+from fitting.inference.least_squares import FitResult, Status, fit_least_squares
+from fitting.inference.noise import correlation_time, inflation_of
+from fitting.inference.parameters import Parameters
+from fitting.specimens import Model, Rows, model_of, observations, predictor_of, silenced, stack
+
+RTOL = 1e-4
+MAX_STEPS = 300
+MISFIT = 1.3
+"""Reduced chi-square from which what is left is more than noise."""
+OVERSTATED = 0.5
+"""The same from which noise that is stated is larger than what recordings scatter by."""
+ROUNDS = 5
+DRAWS = 3
+"""Further draws of starts, at most, where the best fit misfits or stopped at a kink."""
+NEAR = 0.1
+"""Standard deviations of the priors by which starts are scattered about a fit that stopped at a kink."""
+SAME = 0.05
+"""Change of chi-square below which two rounds of decisions agree."""
+PINNED = 0.01
+"""1-sigma of a pin, as a share of the parameter's standard error."""
+
+
+@dataclass(frozen=True)
+class GeneralFit:
+    """A fitted campaign.
+
+    Attributes:
+        recordings: all of them.
+        rows: the same as arrays, decided at the values found, noise as it was stated.
+        model: what predicts them.
+        result: the fit, noise as it was taken.
+        starts: chi-square that each start ended with; NaN where it failed.
+        reduced_chi_square: of the noise as stated.
+        inflation: factor on the noise, and so on the standard errors.
+        correlation_time: samples of misfit that make one independent one.
+    """
+
+    recordings: tuple[Recording, ...]
+    rows: tuple[Rows, ...]
+    model: Model
+    result: FitResult
+    starts: tuple[float, ...]
+    reduced_chi_square: float
+    inflation: float
+    correlation_time: float
+
+    @property
+    def kind(self) -> str:
+        """Of the recordings."""
+        return self.recordings[0].kind
+
+    @property
+    def used(self) -> list[Rows]:
+        """Recordings as they were fitted: those held out say nothing, and noise is as it was taken."""
+        return inflated(fitted_only(self.recordings, self.rows), self.inflation)
+
+    def predict(self, values: Mapping[str, float] | None = None) -> list[dict[str, np.ndarray]]:
+        """Outputs of every recording at values, those of the fit by default; SI, without padding."""
+        values = self.result.values if values is None else values
+        found = jax.device_get(predictor_of(self.model)(arrays(values), stack(self.rows)))
+        return [
+            {name: column[k][: len(rows.mask)] for name, column in found.items()}
+            for k, rows in enumerate(self.rows)
+        ]
+
+
+def arrays(values: Mapping[str, float]) -> dict[str, jax.Array]:
+    """Values of parameters as arrays."""
+    return {name: jnp.asarray(float(value)) for name, value in values.items()}
+
+
+def fitted_only(recordings: Sequence[Recording], rows: Sequence[Rows]) -> list[Rows]:
+    """The same recordings, of which those with another role than `fit` say nothing."""
+    pairs = zip(recordings, rows, strict=True)
+    return [r if recording.role == "fit" else silenced(r) for recording, r in pairs]
+
+
+def inflated(rows: Sequence[Rows], factor: float) -> list[Rows]:
+    """The same recordings with noise `factor` times what is stated."""
+    return [
+        eqx.tree_at(lambda x: x.weight, r, {name: np.asarray(w) / factor for name, w in r.weight.items()})
+        for r in rows
+    ]
+
+
+def fit_campaign(
+    recordings: Sequence[Recording],
+    rows: Sequence[Rows],
+    parameters: Parameters,
+    starts: int,
+    seed: int,
+    progress: Callable[[str], None],
+    model: Model | None = None,
+) -> GeneralFit:
+    """Fit all free parameters to all recordings with `role = fit`.
+
+    Args:
+        recordings: of one kind.
+        rows: each as arrays.
+        parameters: free numbers with priors; their values are the first start.
+        starts: in all; the others are scattered over the priors.
+        seed: of those.
+        progress: called with a word for each fit that is done.
+        model: what predicts; that of the kind by default.
+    """
+    recordings, rows, parameters = tuple(recordings), list(rows), parameters.copy()
+    model = model or model_of(recordings[0].kind)
+    result = _fit(model, recordings, rows, parameters, starts, seed)
+    progress("fit")
+    further = (starts, seed, progress)
+    ends = tuple(float(x) for x in result.start_chi_squares)
+    more: tuple[float, ...] = ()
+    undecided, first = rows, result
+    rows, result = _decided(model, recordings, undecided, first)
+    if missed(result):  # noise of drivers does not explain it; and at false values it is not known, either
+        result, more = _searched(model, recordings, undecided, first, *further)
+        rows, result = _decided(model, recordings, undecided, result)
+    if result.status is Status.STALLED:
+        result, near = _searched(model, recordings, rows, result, *further)
+        more += near
+    return _settled(model, recordings, rows, result, ends + more, progress)
+
+
+def fit_pinned(fit: GeneralFit, values: Mapping[str, float], pins: Mapping[str, float]) -> FitResult:
+    """The fit from other values on with some parameters held, noise and decisions as they were at it.
+
+    Args:
+        fit: any.
+        values: to start from, SI; what is missing starts from the fit.
+        pins: parameters that are held, with their values, SI; they have a standard error.
+    """
+    rows, known = inflated(fit.rows, fit.inflation), fit.result.parameters
+    held = {name: (value, PINNED * known[name].standard_error) for name, value in pins.items()}
+    return _fit(fit.model, fit.recordings, rows, known.at({**values, **pins}), 1, 0, held)
+
+
+def gone_on(
+    fit: GeneralFit, values: Mapping[str, float], progress: Callable[[str], None] = lambda _: None
+) -> GeneralFit:
+    """The fit from other values on, decided and with errors anew; the same where it ends no lower.
+
+    Args:
+        fit: any.
+        values: to start from, SI.
+        progress: called with a word for each fit that is done.
+    """
+    rows = list(fit.rows)
+    result = _fit(fit.model, fit.recordings, rows, fit.result.parameters.at(values), 1, 0)
+    before = _fit(fit.model, fit.recordings, rows, fit.result.parameters.at(fit.result.values), 1, 0)
+    ends = (*fit.starts, float(np.nan if result.chi_square is None else result.chi_square))
+    progress("fit from elsewhere")
+    if not (result.chi_square or np.inf) < (before.chi_square or np.inf) - ALIKE:
+        return replace(fit, starts=ends)
+    rows, result = _decided(fit.model, fit.recordings, rows, result)
+    return _settled(fit.model, fit.recordings, rows, result, ends, progress)
+
+
+def _settled(
+    model: Model,
+    recordings: tuple[Recording, ...],
+    rows: Sequence[Rows],
+    result: FitResult,
+    ends: tuple[float, ...],
+    progress: Callable[[str], None],
+) -> GeneralFit:
+    """A fit with errors that know about misfit and serial correlation."""
+    reduced = float(result.reduced_chi_square or np.nan)
+    fit = GeneralFit(recordings, tuple(rows), model, result, ends, reduced, 1.0, 1.0)
+    misfits = _misfits(fit)
+    fit = replace(fit, correlation_time=correlation_time(misfits))
+    factor = inflation_of(reduced, misfits)
+    if factor > 1.0:
+        begin = result.parameters.at(result.values)
+        result = _fit(model, recordings, inflated(rows, factor), begin, 1, 0)
+        fit = replace(fit, result=result, inflation=factor)
+        progress("errors")
+    return fit
+
+
+def missed(result: FitResult) -> bool:
+    """Whether what is left is more than noise."""
+    return (result.reduced_chi_square or np.inf) > MISFIT
+
+
+def _searched(
+    model: Model,
+    recordings: tuple[Recording, ...],
+    rows: list[Rows],
+    result: FitResult,
+    starts: int,
+    seed: int,
+    progress: Callable[[str], None],
+) -> tuple[FitResult, tuple[float, ...]]:
+    """The best minimum after further starts, and where those ended.
+
+    While what is left is more than noise they are scattered over the priors; while the best fit has stopped
+    at a kink of the law's memory, about that fit. Every draw has as many starts as the first fit (so that
+    nothing compiles anew), one of them the best so far.
+    """
+    ends: list[float] = []
+    for draw in range(1, DRAWS + 1):
+        astray = missed(result)
+        if starts < 2 or not (astray or result.status is Status.STALLED):
+            break
+        begin = result.parameters.at(result.values)
+        fresh = starts if astray else _about(result, starts - 1, seed + draw)
+        other = _fit(model, recordings, rows, begin, fresh, seed + draw)
+        ends += [float(x) for x in other.start_chi_squares[1:]]
+        progress("further starts")
+        if (other.chi_square or np.inf) < (result.chi_square or np.inf):
+            result = other
+    return result, tuple(ends)
+
+
+def _about(result: FitResult, count: int, seed: int) -> list[dict[str, float]]:
+    """Starts near a fit, scattered by a part of what is known of each parameter."""
+    random = np.random.default_rng(seed)
+    spread = {
+        name: NEAR * p.prior.sd for name, p in result.parameters.items() if p.free and p.prior is not None
+    }
+    return [
+        {
+            name: float(np.clip(p.value + spread[name] * random.standard_normal(), p.min, p.max))
+            for name, p in result.parameters.items()
+            if name in spread
+        }
+        for _ in range(count)
+    ]
+
+
+def _decided(
+    model: Model, recordings: tuple[Recording, ...], rows: list[Rows], result: FitResult
+) -> tuple[list[Rows], FitResult]:
+    """Rounds of deciding what depends on the parameters without being smooth in them, and fitting again."""
+    if not hasattr(model, "decides") or not model.decides(rows):
+        return rows, result
+    for _ in range(ROUNDS):
+        rows = model.decided(result.values, rows)
+        before, result = result, _fit(model, recordings, rows, result.parameters.at(result.values), 1, 0)
+        if before.chi_square is None or abs((result.chi_square or 0.0) - before.chi_square) < SAME:
+            break
+    return rows, result
+
+
+def _fit(
+    model: Model,
+    recordings: tuple[Recording, ...],
+    rows: Sequence[Rows],
+    parameters: Parameters,
+    starts: int | Sequence[Mapping[str, float]],
+    seed: int,
+    held: Mapping[str, tuple[float, float]] | None = None,
+) -> FitResult:
+    used = fitted_only(recordings, rows)
+    return fit_least_squares(
+        constrained_residual_of(model),
+        parameters,
+        data={"rows": stack(used), "pins": constraint_table(parameters, held)},
+        use_priors=True,
+        observations=getattr(model, "observations", observations)(used),
+        rtol=RTOL,
+        max_steps=MAX_STEPS,
+        starts=None if starts == 1 else starts,
+        seed=seed,
+    )
+
+
+def _misfits(fit: GeneralFit) -> list[np.ndarray]:
+    """Misfit over its noise of every output of every fitted recording, in the order of sampling."""
+    series = []
+    for recording, rows, found in zip(fit.recordings, fit.rows, fit.predict(), strict=True):
+        for name, weight in rows.weight.items():
+            held = (np.asarray(weight) > 0.0) & np.isfinite(found[name])
+            if recording.role == "fit" and held.sum() > 2:
+                series.append((weight * (found[name] - rows.measured[name]))[held])
+    return series

@@ -1,0 +1,370 @@
+"""From a campaign of wires, tubes or actuators to their constants."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from fitting.calibrate.profile_likelihood import Profile, lower_end
+from fitting.calibrate.result import Characterisation, Estimate
+from fitting.calibrate.spring.alloy_table import KELVIN, estimate
+from fitting.calibrate.spring.information import Information, with_errors
+from fitting.data.recordings import Campaign, Recording
+from fitting.inference.parameters import Parameters
+from fitting.specimens import Model, model_of, priors, spring_by_temperature, wire
+from fitting.specimens.refitted import refitted
+from fitting.specimens.saved_models import AugmentedModel
+from fitting.specimens.with_saved_model import Augmented, Held
+from pneusma_jax.calibration import Calibration
+from pneusma_jax.calibration.records import Quantity
+from pneusma_jax.errors import InputError
+from pneusma_jax.precision import require_float64
+from pneusma_jax.units import from_si, to_si
+
+from .fit import GeneralFit, fit_campaign, gone_on, missed
+from .information import Repeat, cannot_tell, held_back, informed, repeats
+from .profiles import profiles, worth_profiling
+from .scores import Score, scores
+
+if TYPE_CHECKING:
+    from fitting.sample.problem import Problem as SamplingProblem
+
+STARTS = 3
+WIRE_STARTS = 8
+"""A wire whose constants are all open has minima of its own beside every kink of its residual strain."""
+PROFILES = {"wire": 3, "tube": 2, "actuator": 0, "spring": 0, "elastomer": 0}
+"""Loosest parameters whose profiles are made by default: each takes four more fits."""
+
+
+@dataclass(frozen=True)
+class GeneralCharacterisation(Characterisation):
+    """Constants of wires, tubes or actuators, identified or adjusted within their tolerances.
+
+    Attributes:
+        campaign: what was measured.
+        identify: an alloy or material was to be identified.
+        fit: the fit.
+        start: values of the free parameters before it, SI.
+        told: what the recordings say.
+        identifiability: what they do not say, in words.
+        profiles: profile likelihoods by parameter.
+        scores: every recording beside its prediction.
+        repeats: what measuring each once more would add.
+        options: tables that the campaign was fitted from.
+        seed: of the scattered starts.
+        model: the model on disk that was fitted; None for the base model.
+    """
+
+    campaign: Campaign
+    identify: bool
+    fit: GeneralFit
+    start: dict[str, float]
+    told: Information
+    identifiability: list[dict[str, Any]]
+    profiles: dict[str, Profile]
+    scores: tuple[Score, ...]
+    repeats: tuple[Repeat, ...]
+    options: dict[str, str | Path]
+    seed: int
+    model: Augmented | None = None
+
+    @property
+    def title(self) -> str:
+        """Of the campaign."""
+        return self.campaign.title
+
+    @property
+    def kind(self) -> str:
+        """Of the recordings."""
+        return self.fit.kind
+
+    @property
+    def real(self) -> bool | None:
+        """Measured (True), simulated (False), or nobody said (None)."""
+        stated = [recording.real for recording in self.fit.recordings]
+        return False if False in stated else None if None in stated else True
+
+    @property
+    def fitted(self) -> Parameters:
+        """Free parameters at the values found, in SI, with standard errors and correlations."""
+        return self.fit.result.parameters
+
+    @property
+    def verdict(self) -> list[str]:
+        """What was found, in a few sentences."""
+        from fitting.report.general.text import verdict
+
+        return verdict(self)
+
+    @property
+    def parameters(self) -> dict[str, Estimate]:
+        """Everything that was free, and what was held because no recording shows it, with the error of its
+        prior; in the unit of files."""
+        return {name: estimate(entry) for name, entry in self.fitted.items()} | {
+            name: Estimate(
+                float(from_si(q.value, q.unit, q.unit == KELVIN)),
+                float(from_si(np.hypot(q.prior.sd, q.value - q.prior.mean), q.unit, True)),
+                q.unit,
+                False,
+            )
+            for name, q in self.unseen.items()
+        }
+
+    @property
+    def unseen(self) -> dict[str, Quantity]:
+        """Constants that no recording shows, held at their table's values, by name; SI."""
+        found = wire.unseen(self.campaign, self.options.get("base")) if self.kind == "wire" else {}
+        return {name: q for name, q in found.items() if name not in self.fitted}
+
+    def report(self) -> str:
+        """The whole result as plain text."""
+        from fitting.report.general.report import report_of
+
+        return report_of(self).text()
+
+    def plot(self) -> dict[str, Figure]:
+        """Figures by name: `fit`, `residuals`, `parameters`, `profiles`."""
+        from fitting.report.general.figures import captioned
+
+        return {name: figure for name, (figure, _) in captioned(self).items()}
+
+    def documents(self) -> dict[str, str | bytes]:
+        """Content of every file of the result, by file name."""
+        from fitting.report.general.report import report_of
+
+        return report_of(self).documents()
+
+    def tables(self) -> dict[str, Calibration]:
+        """Constants that simulations load, by file name."""
+        from .tables import tables
+
+        return tables(self)
+
+    def held(self) -> list[Held]:
+        """What the model on disk states and this fit left as it is; nothing for the base model."""
+        return [] if self.model is None else self.model.held(self.campaign, self.fitted)
+
+    def augmented(self) -> AugmentedModel | None:
+        """The model on disk with the numbers found; None for the base model."""
+        if self.model is None:
+            return None
+        return refitted(self.model, self.campaign, self.fitted, f"Fitted to {self.title}")
+
+    def sampling_problem(self, model: Calibration | None = None) -> "SamplingProblem":
+        """The joint posterior, from the fit's own values, its priors and its noise."""
+        from fitting.sample.models import model_problem
+
+        if model is not None:
+            raise InputError(f"{model.name}: priors of this kind come from the campaign, not from a table")
+        from .fit import inflated
+
+        rows = inflated(self.fit.rows, self.fit.inflation)
+        return model_problem(self.title, self.fit.recordings, rows, self.fitted, model=self.fit.model)
+
+
+def characterise_general(
+    campaign: Campaign,
+    kind: str,
+    *,
+    adjust: Mapping[str, Mapping[str, Any]] | None = None,
+    starts: int = STARTS,
+    profile: int | Sequence[str] = 0,
+    seed: int = 0,
+    progress: Callable[[str], None] = lambda _: None,
+    model: Augmented | None = None,
+    predictor: Model | None = None,
+    **options: str | Path,
+) -> GeneralCharacterisation:
+    """Fit a campaign of one kind: priors, least squares from several starts, errors, what stays open.
+
+    Args:
+        campaign: recordings.
+        kind: of those that are fitted.
+        adjust: changes to free parameters by name, in the unit of files; see `characterise_spring`.
+        starts: of the fit in all.
+        profile: parameters to profile, or how many of the loosest that the recordings inform.
+        seed: of the scattered ones.
+        progress: called with a word for each step that is done.
+        model: model on disk, of this kind; the base model by default.
+        predictor: what predicts instead of the kind's own module.
+        **options: tables to start from, as the kind's `rows_for` takes them.
+
+    Raises:
+        InputError: if the recordings or options cannot be used, in one line.
+    """
+    require_float64()
+    recordings = campaign.of_kind(kind)
+    if not any(recording.role == "fit" for recording in recordings):
+        raise InputError(
+            f'{campaign.path}: every recording has role = "validation"; one with role = "fit" is needed'
+        )
+    predictor = model or predictor or model_of(kind)
+    parameters = adjusted(predictor.parameters_for(campaign, **options), adjust or {})
+    if not parameters:
+        raise InputError(
+            f"{campaign.path}: alloy and material are known and the tolerances leave nothing open; "
+            'state "fit" for one of them, or a [tolerance]'
+        )
+    start = {name: entry.value for name, entry in parameters.items()}
+    rows = predictor.rows_for(campaign, **options)
+    if model is not None:
+        rows = model.prepared(start, rows)
+    progress("read")
+    fit = fit_campaign(recordings, rows, parameters, starts, seed, progress, predictor)
+    fit, told, each = _with_information(fit)
+    progress("information")
+    wanted = worth_profiling(fit, told, profile) if isinstance(profile, int) else list(profile)
+    profiled = profiles(fit, wanted)
+    lower = lower_end(profiled)
+    if lower:  # the fit had not reached its end
+        fit, told, each = _with_information(gone_on(fit, lower[1], progress))
+        profiled = profiles(fit, _still_open(fit, wanted))
+    if wanted:
+        progress("profiles")
+    result = GeneralCharacterisation(
+        campaign=campaign,
+        identify=_identifies(recordings),
+        fit=fit,
+        start=start,
+        told=told,
+        identifiability=cannot_tell(
+            told, fit.result.parameters, start, model and model.absent(fit.result.parameters)
+        ),
+        profiles=profiled,
+        scores=tuple(scores(fit)),
+        repeats=tuple(repeats(fit, told, each)),
+        options=dict(options),
+        seed=seed,
+        model=model,
+    )
+    return replace(result, identifiability=[*result.identifiability, *map(held_back, result.unseen)])
+
+
+def _with_information(fit: GeneralFit) -> tuple[GeneralFit, Information, list[np.ndarray]]:
+    """A fit with standard errors, what all its recordings say, and each of them; SI."""
+    told, each = informed(fit)
+    return replace(fit, result=with_errors(fit.result, lambda _: told)), told, each
+
+
+def _still_open(fit: GeneralFit, names: Sequence[str]) -> list[str]:
+    """Parameters that have not stopped at a bound."""
+    return [name for name in names if fit.result.parameters[name].standard_error is not None]
+
+
+def _identifies(recordings: list[Recording]) -> bool:
+    geometry = [recording.full_geometry() for recording in recordings]
+    return any(str(g.get(key)) == priors.FIT for g in geometry for key in ("alloy", "material"))
+
+
+def adjusted(parameters: Parameters, changes: Mapping[str, Mapping[str, Any]]) -> Parameters:
+    """Parameters changed as a user asks, in the unit of files."""
+    in_si = {}
+    for name, change in changes.items():
+        unit = parameters[name].unit if name in parameters else "1"
+        in_si[name] = {
+            key: to_si(value, unit, unit == KELVIN) if key in ("value", "min", "max") else value
+            for key, value in change.items()
+        }
+    return priors.adjusted(parameters, in_si)
+
+
+def characterise_spring_by_temperature(
+    campaign: Campaign,
+    *,
+    base: str | Path | None = None,
+    adjust: Mapping[str, Mapping[str, Any]] | None = None,
+    starts: int = STARTS,
+    profile: int | Sequence[str] = 0,
+    seed: int = 0,
+    progress: Callable[[str], None] = lambda _: None,
+) -> GeneralCharacterisation:
+    """Constants of a spring whose resistance was not measured, its phase from its temperature.
+
+    Args:
+        campaign: recordings of kind spring, with temperature and without resistance.
+        base: alloy to start from where it is to be identified.
+        adjust, starts, profile, seed, progress: as for `characterise_general`.
+    """
+    common = {"adjust": adjust, "starts": starts, "profile": profile, "seed": seed, "progress": progress}
+    given = _given(base=base)
+    return characterise_general(campaign, "spring", predictor=spring_by_temperature, **common, **given)
+
+
+def characterise_wire(
+    campaign: Campaign,
+    *,
+    base: str | Path | None = None,
+    adjust: Mapping[str, Mapping[str, Any]] | None = None,
+    starts: int = WIRE_STARTS,
+    profile: int | Sequence[str] = PROFILES["wire"],
+    seed: int = 0,
+    progress: Callable[[str], None] = lambda _: None,
+) -> GeneralCharacterisation:
+    """Constants of a straight wire, by the reversible base law; arguments as for `characterise_general`.
+
+    Under a steady load a residual strain shows as a loop between heating and cooling. Where the law with it
+    does not hold, that loop stands in for another physics: the wire is fitted without it then.
+
+    Args:
+        campaign: recordings of kind wire, with temperature.
+        base: alloy to start from where it is to be identified.
+        adjust, starts, profile, seed, progress: see there.
+    """
+    common = {"adjust": adjust, "starts": starts, "profile": profile, "seed": seed, "progress": progress}
+    found = characterise_general(campaign, "wire", **common, **_given(base=base))
+    if wire.AMPLITUDE in found.unseen and missed(found.fit.result):
+        progress("without residual strain")
+        plain = wire.without_residual(campaign, base)
+        found = characterise_general(campaign, "wire", base=plain, **common)
+    return found
+
+
+def characterise_tube(
+    campaign: Campaign,
+    *,
+    material: str | Path | None = None,
+    adjust: Mapping[str, Mapping[str, Any]] | None = None,
+    starts: int = STARTS,
+    profile: int | Sequence[str] = PROFILES["tube"],
+    seed: int = 0,
+    progress: Callable[[str], None] = lambda _: None,
+) -> GeneralCharacterisation:
+    """Silicone stiffness and wall of tubes under pressure; arguments as for `characterise_general`.
+
+    Args:
+        campaign: recordings of kind tube.
+        material: silicone to start from.
+        adjust, starts, profile, seed, progress: see there.
+    """
+    common = {"adjust": adjust, "starts": starts, "profile": profile, "seed": seed, "progress": progress}
+    return characterise_general(campaign, "tube", **common, **_given(material=material))
+
+
+def characterise_actuator(
+    campaign: Campaign,
+    *,
+    base: str | Path | None = None,
+    material: str | Path | None = None,
+    adjust: Mapping[str, Mapping[str, Any]] | None = None,
+    starts: int = 1,
+    profile: int | Sequence[str] = PROFILES["actuator"],
+    seed: int = 0,
+    progress: Callable[[str], None] = lambda _: None,
+) -> GeneralCharacterisation:
+    """Silicone, wall, springs and pre-strain of a whole actuator; arguments as for `characterise_general`.
+
+    Args:
+        campaign: recordings of kind actuator, of one design.
+        base: alloy to start from where it is to be identified.
+        material: silicone to start from.
+        adjust, starts, profile, seed, progress: see there.
+    """
+    common = {"adjust": adjust, "starts": starts, "profile": profile, "seed": seed, "progress": progress}
+    return characterise_general(campaign, "actuator", **common, **_given(base=base, material=material))
+
+
+def _given(**options: str | Path | None) -> dict[str, str | Path]:
+    return {name: value for name, value in options.items() if value is not None}

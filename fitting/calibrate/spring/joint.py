@@ -1,0 +1,291 @@
+"""The joint fit of everything to everything, from several starts, with errors that know about misfit."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from fitting.calibrate.profile_likelihood import ALIKE
+from fitting.inference.least_squares import FitResult
+from fitting.inference.noise import correlation_time, inflation_of
+from fitting.inference.parameters import Parameters
+from fitting.specimens import residual_of
+from fitting.specimens.spring import MARGIN, OUTPUTS
+
+from .information import information, with_errors
+from .problem import Problem, values_of
+
+MISFIT = 1.3
+"""Reduced chi-square from which what is left is more than noise."""
+RETRIES = 6
+"""Most fits from what the other tests say."""
+FEWEST = 3
+"""Tests of which one can be left out."""
+LOOSE = 0.15
+"""Part of the residual strain by which turning points may be off the rule at first."""
+LOOSENED = 3
+"""Best fits that are tried so, and how often each while it helps."""
+WANDERS = 2
+"""Rounds of finding how fast the martensite fraction wanders."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where one joint fit began and ended.
+
+    Attributes:
+        name: in words.
+        result: of the fit.
+        problem: where it ended, with what the rule decided there.
+    """
+
+    name: str
+    result: FitResult
+    problem: Problem = field(repr=False)
+
+
+@dataclass(frozen=True)
+class Joint:
+    """The joint fit.
+
+    Attributes:
+        problem: at the values found, its walks and inflation settled.
+        result: the best fit.
+        starts: every fit, the best one first.
+        reduced_chi_square: of the noise as stated, before any inflation.
+        correlation_time: samples of the force's misfit that make one independent one.
+    """
+
+    problem: Problem
+    result: FitResult
+    starts: tuple[Start, ...]
+    reduced_chi_square: float
+    correlation_time: float
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Free parameters at the best fit, in SI."""
+        return self.result.values
+
+    @property
+    def parameters(self) -> Parameters:
+        """Free parameters with values and standard errors, in SI."""
+        return self.result.parameters
+
+    @property
+    def inflation(self) -> float:
+        """Factor on the noise, and so on the standard errors."""
+        return self.problem.inflation
+
+
+def fit_jointly(
+    problem: Problem, staged: Mapping[str, float], progress: Callable[[str], None] = lambda _: None
+) -> Joint:
+    """Fit all free parameters to all tests.
+
+    Args:
+        problem: what is fitted.
+        staged: values to start from, as the stages left them.
+        progress: called with a word for each fit that is done.
+    """
+    values = dict(staged)
+    for _ in range(WANDERS):
+        problem = problem.at(values).wandering(values)
+        result, problem = problem.fitted_with()
+        values = result.values
+        progress("joint fit")
+    return _settled((Start("stages", result, problem),), progress)
+
+
+def try_others(
+    joint: Joint, others: Mapping[str, Mapping[str, float]], progress: Callable[[str], None] = lambda _: None
+) -> Joint:
+    """Fit from further starts too, and keep the best.
+
+    Args:
+        joint: the fit from the stages.
+        others: starts by name, each of them some of the values.
+        progress: called with a word for each fit that is done.
+    """
+    if not others:
+        return joint
+    problem = joint.problem.inflated(1.0)
+    starts = list(joint.starts)
+    for name, other in others.items():
+        starts.append(Start(name, *problem.at({**joint.values, **other}).fitted_with()))
+        progress(f"start from {name}")
+    starts = _ranked(starts)
+    if starts[0] is joint.starts[0]:
+        return replace(joint, starts=tuple(starts))
+    return _settled(tuple(starts), progress)
+
+
+def retried(joint: Joint, progress: Callable[[str], None] = lambda _: None) -> Joint:
+    """Fit again from where the others end without a test that is badly missed, while that helps.
+
+    What the rule decided in a test from rough constants can hold them where they are: its row of memory is
+    wrong, the constants have given way to that, and from there it looks right. The other tests, fitted
+    without it, say better what it has to decide.
+
+    Args:
+        joint: any fit.
+        progress: called with a word for each fit that is done.
+    """
+    tried: set[int] = set()
+    for _ in range(RETRIES):
+        problem, best = joint.starts[0].problem, joint.starts[0].result
+        missed = misfits(problem, best.values)
+        worst = [k for k in sorted(missed, key=lambda k: -missed[k]) if missed[k] > MISFIT and k not in tried]
+        if not worst or len(missed) < FEWEST:
+            break
+        tried.add(worst[0])
+        name = f"the tests without {problem.tests[worst[0]].name}"
+        rest, _ = problem.fitted_with(tests=[k for k in missed if k != worst[0]])
+        start = Start(name, *problem.at(rest.values).fitted_with())
+        progress(f"start from {name}")
+        starts = _ranked([*joint.starts, start])
+        better = starts[0] is start and _cost(start.result) < _cost(best) - ALIKE
+        joint = replace(joint, starts=tuple(starts if better else [*joint.starts, start]))
+        tried = set() if better else tried
+    if joint.starts[0].problem is joint.problem or joint.starts[0].result is joint.result:
+        return joint
+    return _settled(joint.starts, progress)
+
+
+def loosened(joint: Joint, progress: Callable[[str], None] = lambda _: None) -> Joint:
+    """Fit again from where the best fits end, with turning points farther off the rule at first.
+
+    Constants that have given way to one wrong renewal of the memory keep it: by the rule it is right at these
+    constants. The force says otherwise as soon as the rule may be wrong by more.
+
+    Args:
+        joint: with all its starts.
+        progress: called with a word for each fit that is done.
+    """
+    starts = list(joint.starts)
+    for start in joint.starts[:LOOSENED]:
+        known = start
+        for _ in range(LOOSENED):
+            loose = known.problem.loose(LOOSE).fitted_with()[1]
+            name = f"{start.name}, turning points loosened"
+            found = Start(name, *loose.loose(MARGIN).fitted_with())
+            progress(f"start from {name}")
+            if not _cost(found.result) < _cost(known.result) - ALIKE:
+                break
+            known = found
+        if known is not start:
+            starts.append(known)
+    starts = _ranked(starts)
+    if starts[0] is joint.starts[0]:
+        return replace(joint, starts=tuple(starts))
+    return _settled(tuple(starts), progress)
+
+
+def spanned(joint: Joint) -> Joint:
+    """The same fit with errors that span the other fits which are nearly as good.
+
+    With other turning points in the memory other constants fit as well, and the curvature about one of them
+    knows nothing of the others. Every fit counts as likely as its chi-square makes it; the second moment
+    about the best is what is added, and nothing where all starts end at one place. Where no other start ends
+    at the best fit, nobody knows that it is the best, and chi-square counts in units of what it is better by.
+
+    Args:
+        joint: with all its starts.
+    """
+    best = joint.result
+    names = best.uncertainty.names
+    if not names or len(joint.starts) < 2:
+        return joint
+    least = min(_cost(start.result) for start in joint.starts)
+    unit = max(joint.inflation**2, lead(joint))
+    centre = np.array([joint.starts[0].result.values[n] for n in names])
+    more, total = np.zeros((len(names), len(names))), 0.0
+    for start in joint.starts:
+        weight = float(np.exp(-0.5 * (_cost(start.result) - least) / unit))
+        away = np.array([start.result.values[n] for n in names]) - centre
+        more, total = more + weight * np.outer(away, away), total + weight
+    covariance = best.uncertainty.covariance + more / total
+    sd = np.sqrt(np.diag(covariance))
+    parameters, errors = best.parameters.copy(), dict(best.uncertainty.standard_errors)
+    for name, error in zip(names, map(float, sd), strict=True):
+        parameters[name].set(standard_error=error)
+        errors[name] = error
+    wider = replace(
+        best.uncertainty,
+        standard_errors=errors,
+        covariance=covariance,
+        correlation=covariance / np.outer(sd, sd),
+    )
+    return replace(joint, result=replace(best, parameters=parameters, uncertainty=wider))
+
+
+def lead(joint: Joint) -> float:
+    """Chi-square by which the best fit is better than all others; 0 where another start ended there."""
+    costs = sorted(_cost(start.result) for start in joint.starts)
+    return costs[1] - costs[0] if len(costs) > 1 and costs[1] - costs[0] > ALIKE else 0.0
+
+
+def misfits(problem: Problem, values: Mapping[str, float]) -> dict[int, float]:
+    """Mean square of the force's misfit over its noise, of every fitted test, by its index."""
+    series = force_misfit(problem, values)
+    told = [k for k in problem.fitted if np.any(np.asarray(problem.stacked.weight["force"][k]) > 0.0)]
+    return {k: float(np.mean(misfit**2)) for k, misfit in zip(told, series, strict=True)}
+
+
+def _settled(starts: tuple[Start, ...], progress: Callable[[str], None]) -> Joint:
+    """The best fit with errors that know about misfit and serial correlation."""
+    best, problem = starts[0].result, starts[0].problem
+    misfit = force_misfit(problem, best.values)
+    time, reduced = correlation_time(misfit), best.reduced_chi_square or np.nan
+    factor = inflation_of(reduced, misfit)
+    if factor > 1.0:
+        problem = problem.inflated(factor)
+        best, problem = problem.fitted_with()
+        progress("errors")
+    return Joint(problem, with_errors(best, lambda p: information(problem, p)), starts, float(reduced), time)
+
+
+def _ranked(starts: Sequence[Start]) -> list[Start]:
+    """Best first: the smaller chi-square; of alike ones those that converged.
+
+    A fit that stops on a kink of the residual strain is a fit nevertheless, only not as exactly at its end.
+    """
+    least = min(_cost(start.result) for start in starts)
+
+    def rank(start: Start) -> tuple[bool, bool, float]:
+        cost = _cost(start.result)
+        return cost > least + ALIKE, cost <= least + ALIKE and not start.result.success, cost
+
+    return sorted(starts, key=rank)
+
+
+def _cost(result: FitResult) -> float:
+    return np.inf if result.chi_square is None else result.chi_square
+
+
+def force_misfit(problem: Problem, values: Mapping[str, float]) -> list[np.ndarray]:
+    """Misfit of the force over its noise, of every test that is fitted, in the order of sampling."""
+    found = np.asarray(residual_of("spring")(values_of(problem.parameters, values), problem.stacked))
+    size = problem.stacked.mask.shape[1]
+    place = OUTPUTS.index("force")
+    weight = np.asarray(problem.stacked.weight["force"])
+    series = []
+    for k in problem.fitted:
+        held = weight[k] > 0.0
+        if held.any():
+            series.append(found[k, place * size : (place + 1) * size][held])
+    return series
+
+
+def shifted(result: FitResult, sizes: float) -> dict[str, float]:
+    """Values moved along the loosest direction of a fit, by a number of its standard deviations."""
+    names = result.uncertainty.names
+    covariance = result.uncertainty.covariance
+    if not names:
+        return {}
+    scale = np.sqrt(np.diag(covariance))
+    width, axes = np.linalg.eigh(covariance / np.outer(scale, scale))
+    step = sizes * np.sqrt(width[-1]) * axes[:, -1] * scale
+    changes = dict(zip(names, step, strict=True))
+    entries = {name: result.parameters[name] for name in names}
+    return {name: float(np.clip(e.value + changes[name], e.min, e.max)) for name, e in entries.items()}

@@ -1,0 +1,122 @@
+"""Where to start the constants of the residual strain: the best of many trials, each with its own decisions.
+
+The residual strain is the smaller of two curves and is renewed at turning points, so that where the other
+curve is the smaller one, or a memory of the wrong row is kept, its constants have no slope at all: a fit
+leaves them where they began. Trials need no slope.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, PyTree
+from scipy.stats import norm, qmc
+
+from fitting.specimens import residual_of
+from fitting.specimens.spring import decided, undecided
+
+from .problem import Problem, values_of
+from .stages import COLD, UNLOADING
+
+TRIALS = 64
+KEPT = 2
+"""Best trials that are fitted."""
+APART = 0.5
+"""Distance between two of them, in prior 1-sigmas."""
+HEATED = "gR_decay"
+"""The constant that cold tests know nothing of."""
+DECAYS = 16
+
+
+@jax.jit
+def _misfit(values: Mapping[str, Array], rows: PyTree) -> Array:
+    return jnp.sum(residual_of("spring")(values, decided(values, rows)) ** 2)
+
+
+def memory_starts(
+    problem: Problem,
+    values: Mapping[str, float],
+    seed: int,
+    progress: Callable[[str], None] = lambda _: None,
+) -> dict[str, dict[str, float]]:
+    """Further starts by name: the best constants of the residual strain among draws from their priors.
+
+    Some are drawn for all tests. Others are what cold tests alone say, fitted from several trials: their
+    phase is known, so that nothing else bends the constants. How the memory heals is then read off all tests.
+
+    Args:
+        problem: what is fitted.
+        values: of all free parameters; those of the residual strain are drawn anew.
+        seed: of the draws.
+        progress: called with a word for each step that is done.
+    """
+    free = problem.parameters.layout().free
+    names = [n for n in UNLOADING if n in free and problem.parameters[n].prior is not None]
+    if not names:
+        return {}
+    points = _draws(problem, names, seed)
+    kept = _best(problem, values, names, points, problem.fitted, KEPT)
+    starts = {f"trial {k} of the residual strain": {**values, **start} for k, start in enumerate(kept, 1)}
+    progress("trials of the residual strain")
+    cold = [k for k in problem.fitted if problem.tests[k].phase == "cold" and problem.tests[k].unloads]
+    if cold and len(cold) < len(problem.fitted):
+        for k, trial in enumerate(_best(problem, values, names, points, cold, KEPT), 1):
+            starts[f"cold tests alone, trial {k}"] = _from_cold(problem, {**values, **trial}, names, cold)
+        progress("cold tests alone")
+    return starts
+
+
+def _from_cold(
+    problem: Problem, values: Mapping[str, float], names: Sequence[str], cold: Sequence[int]
+) -> dict[str, float]:
+    """All values: what cold tests say by themselves, and how all tests say that the memory heals.
+
+    A hot test shows the residual strain, too, times what heat leaves of it; fitted together with that
+    constant held at a draw, the others give way to it.
+    """
+    start = problem.at(values)
+    seen = {*COLD, *names} - {HEATED}
+    unseen = [n for n in problem.parameters.layout().free if n not in seen]
+    found = start.fit(tests=cold, pins=start.held(unseen))
+    if HEATED not in names:
+        return found.values
+    entry = problem.parameters[HEATED]
+    low, high = max(entry.min, entry.prior.mean - 3 * entry.prior.sd), entry.prior.mean + 3 * entry.prior.sd
+    decays = np.linspace(low, min(high, entry.max), DECAYS)[:, None]
+    (last,) = _best(problem, found.values, [HEATED], decays, problem.fitted, 1)
+    return {**found.values, **last}
+
+
+def _draws(problem: Problem, names: Sequence[str], seed: int) -> np.ndarray:
+    """Trials from the priors, shape (trials, names)."""
+    entries = [problem.parameters[n] for n in names]
+    shares = qmc.Sobol(len(names), rng=np.random.default_rng(seed)).random(TRIALS)
+    mean, sd = (np.array([getattr(e.prior, key) for e in entries]) for key in ("mean", "sd"))
+    drawn = mean + sd * norm.ppf(shares)
+    return np.clip(drawn, [e.min for e in entries], [e.max for e in entries])
+
+
+def _best(
+    problem: Problem,
+    values: Mapping[str, float],
+    names: Sequence[str],
+    points: np.ndarray,
+    tests: Iterable[int],
+    count: int,
+) -> list[dict[str, float]]:
+    """Of trials the best few that are apart, by chi-square of some tests with the priors."""
+    rows, base = undecided(problem.data(tests=tests)["rows"]), values_of(problem.parameters, values)
+    scale = np.array([problem.parameters[n].prior.sd for n in names])
+    mean = np.array([problem.parameters[n].prior.mean for n in names])
+    cost = []
+    for point in points:
+        moved = {**base, **{n: jnp.asarray(x) for n, x in zip(names, point, strict=True)}}
+        cost.append(float(_misfit(moved, rows)) + float(np.sum(((point - mean) / scale) ** 2)))
+    chosen: list[np.ndarray] = []
+    for k in np.argsort(np.nan_to_num(cost, nan=np.inf)):
+        if all(np.max(np.abs(points[k] - other) / scale) > APART for other in chosen):
+            chosen.append(points[k])
+        if len(chosen) == count:
+            break
+    return [{n: float(x) for n, x in zip(names, point, strict=True)} for point in chosen]

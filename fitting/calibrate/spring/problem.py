@@ -1,0 +1,214 @@
+"""A campaign of springs as one least-squares problem that every stage solves: the same program, other
+weights.
+ A stage that looks at some tests silences the others, and holds what it does not look for at its place by a
+pin, one more residual. So staging, multi-start, profiles and the joint fit share one compiled program.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, PyTree
+
+from fitting.calibrate.soft_constraints import constrained_residual_of, constraint_table
+from fitting.inference.least_squares import FitResult, fit_least_squares
+from fitting.inference.parameters import Parameters
+from fitting.specimens import Rows, residual_of, stack
+from fitting.specimens.process_noise import with_process_noise
+from fitting.specimens.spring import decided
+
+from .stand_tests import StandTest
+
+RTOL = 1e-3
+"""A fit has converged when its next step would be this many standard errors."""
+MAX_STEPS = 200
+MOST_ROUNDS = 6
+SAME = 0.05
+"""Change of chi-square below which two rounds of decisions agree."""
+PINNED = 1e-4
+"""1-sigma of a pin, as a share of the parameter's prior."""
+
+
+residual = constrained_residual_of("spring")
+"""Rows of all recordings, then the pins; its data are what `Problem.data` gives."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is fitted.
+
+    Attributes:
+        tests: the recordings, classified, in the order of `rows`.
+        rows: each recording as arrays; those that are not fitted too.
+        stacked: the same along one axis, padded.
+        parameters: free numbers at their starting values, with priors.
+        inflation: factor by which all noise is taken larger than stated, for misfit and serial correlation.
+    """
+
+    tests: tuple[StandTest, ...]
+    rows: tuple[Rows, ...]
+    stacked: Rows
+    parameters: Parameters
+    inflation: float = 1.0
+
+    @classmethod
+    def of(cls, tests: Sequence[StandTest], rows: Sequence[Rows], parameters: Parameters) -> "Problem":
+        """Problem of a campaign."""
+        return cls(tuple(tests), tuple(rows), stack(rows), parameters)
+
+    @property
+    def fitted(self) -> list[int]:
+        """Indices of the tests that may be fitted."""
+        return [k for k, test in enumerate(self.tests) if test.fitted]
+
+    def at(self, values: Mapping[str, float]) -> "Problem":
+        """The same problem started from other values, brought inside the bounds."""
+        known = {name: value for name, value in values.items() if name in self.parameters}
+        return replace(self, parameters=self.parameters.at(known))
+
+    def wandering(self, values: Mapping[str, float]) -> "Problem":
+        """The same problem with the walks of the martensite fraction found anew at these values."""
+        return replace(self, stacked=with_process_noise(values_of(self.parameters, values), self.stacked))
+
+    def loose(self, margin: float) -> "Problem":
+        """The same problem whose turning points may be this part of the residual strain off the rule."""
+        margins = jnp.full(len(self.tests), margin)
+        return replace(self, stacked=eqx.tree_at(lambda r: r.extra["margin"], self.stacked, margins))
+
+    def inflated(self, factor: float) -> "Problem":
+        """The same problem with all noise taken `factor` times what is stated."""
+        return replace(self, inflation=factor)
+
+    def data(
+        self,
+        tests: Iterable[int] | None = None,
+        loading: bool = False,
+        pins: Mapping[str, tuple[float, float]] | None = None,
+    ) -> dict[str, Any]:
+        """Data of the residual.
+
+        Args:
+            tests: indices that count; every fitted one by default.
+            loading: count only rows on which a spring goes further than before.
+            pins: value and 1-sigma of parameters that are held.
+        """
+        chosen = set(self.fitted if tests is None else tests)
+        counts = jnp.asarray([[k in chosen] for k in range(self.stacked.mask.shape[0])])
+        share = counts * (self.stacked.extra["loading"] if loading else 1.0) / self.inflation
+        weight = {name: w * share for name, w in self.stacked.weight.items()}
+        rows = eqx.tree_at(lambda r: (r.weight, r.mask), self.stacked, (weight, self.stacked.mask & counts))
+        return {"rows": rows, "pins": constraint_table(self.parameters, pins)}
+
+    def settled(self, values: Mapping[str, float]) -> list[Rows]:
+        """Every recording with its walk, what the rule decides at these values, and the noise as taken.
+
+        Args:
+            values: free parameters, SI.
+        """
+        found = decided(values_of(self.parameters, values), self.stacked)
+        weight = {name: w / self.inflation for name, w in found.weight.items()}
+        found, size = eqx.tree_at(lambda r: r.weight, found, weight), self.stacked.mask.shape[1]
+
+        def part(k: int, count: int) -> Rows:
+            return jax.tree.map(lambda x: x[k, :count] if x.shape[1:] == (size,) else x[k], found)
+
+        return [part(k, len(rows.mask)) for k, rows in enumerate(self.rows)]
+
+    def held(
+        self, names: Iterable[str], values: Mapping[str, float] | None = None
+    ) -> dict[str, tuple[float, float]]:
+        """Pins that hold parameters at given values, by default at their starting ones."""
+        result = {}
+        for name in names:
+            entry = self.parameters[name]
+            result[name] = ((values or {}).get(name, entry.value), PINNED * scale_of(entry))
+        return result
+
+    def fit(self, **options: Any) -> FitResult:
+        """Fit from the starting values.
+
+        The rule of the residual strain decides at the starting values, then again at what was found, until
+        its decisions change nothing.
+
+        Args:
+            **options: those of `data`.
+        """
+        return self.fitted_with(**options)[0]
+
+    def fitted_with(self, **options: Any) -> tuple[FitResult, "Problem"]:
+        """As `fit`; and the problem at what was found, with the decisions that it was found with."""
+        problem, before = self, None
+        for _ in range(MOST_ROUNDS):
+            result, problem = problem._fit_once(**options)
+            if before is not None and _same(before, result):
+                break
+            before = result
+        return result, problem
+
+    def _fit_once(self, **options: Any) -> tuple[FitResult, "Problem"]:
+        data = self.data(**options)
+        data["rows"] = decided(values_of(self.parameters), data["rows"])
+        result = solve(self.parameters, data)
+        known = {**self.stacked.extra, "decisions": data["rows"].extra["decisions"]}
+        return result, replace(self.at(result.values), stacked=replace(self.stacked, extra=known))
+
+
+def solve(parameters: Parameters, data: PyTree) -> FitResult:
+    """One least-squares fit with everything decided."""
+    rows = data["rows"]
+    count = sum(np.sum(np.asarray(weight) > 0.0) for weight in rows.weight.values())
+    # in each row whose fraction is free and told by resistance, one of the measured values goes into it
+    free = (np.asarray(rows.extra["level_sd"]) > 0.0)[:, None] & (np.asarray(rows.weight["resistance"]) > 0.0)
+    count = max(int(count) - int(np.sum(free)), 1)
+    return fit_least_squares(
+        residual,
+        parameters,
+        data=data,
+        use_priors=True,
+        observations=count,
+        rtol=RTOL,
+        max_steps=MAX_STEPS,
+    )
+
+
+def fit_pinned(problem: Problem, data: PyTree, values: Mapping[str, float]) -> FitResult:
+    """Fit with some parameters held at values, and no others."""
+    held = problem.held(values, values)
+    return solve(problem.at(values).parameters, {**data, "pins": constraint_table(problem.parameters, held)})
+
+
+def values_of(parameters: Parameters, values: Mapping[str, float] | None = None) -> dict[str, Array]:
+    """Values of the free parameters as arrays: their own, or others."""
+    own = parameters.valuesdict() if values is None else values
+    return {name: jnp.asarray(float(own[name])) for name in parameters}
+
+
+def _same(before: FitResult, after: FitResult) -> bool:
+    """Whether two rounds found the same, as far as anyone could tell."""
+    if before.chi_square is None or after.chi_square is None:
+        return True
+    return abs(before.chi_square - after.chi_square) < SAME and after.success
+
+
+def scale_of(entry: Any) -> float:
+    """Natural size of a parameter: the 1-sigma of its prior, else its magnitude."""
+    if entry.prior is not None:
+        return float(entry.prior.sd)
+    return abs(float(entry.value)) or 1.0
+
+
+@jax.jit
+def jacobian(values: Mapping[str, Array], data: PyTree) -> dict[str, Array]:
+    """Derivative of the recordings' rows by every parameter, by name, each of shape (recordings, m)."""
+
+    def rows(values: Mapping[str, Array]) -> Array:
+        return residual_of("spring")(values, data["rows"])
+
+    return jax.jacfwd(rows)(dict(values))
+
+
+Progress = Callable[[str], None]

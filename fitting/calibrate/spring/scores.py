@@ -1,0 +1,117 @@
+"""How far predictions from resistance are from the measured shear stress, test by test and overall."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.inference.metrics import metrics
+from fitting.specimens import Rows
+from fitting.specimens.process_noise import LOOSE
+from fitting.specimens.rows import numbers
+from fitting.specimens.spring import phase_sd, spring_of, trajectory, undecided
+from fitting.specimens.spring_law import Trajectory
+
+from .problem import Problem, values_of
+
+BLIND = 0.05
+"""1-sigma of a martensite fraction read from resistance alone, from which a row counts as hardly informed."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """A test as it is predicted from elongation and resistance alone, by rows that count.
+
+    Attributes:
+        name: of the recording.
+        role: `fit` or `validation`.
+        gamma: shear strain [1]; stress, predicted: measured and predicted shear stress [Pa]; shape (rows,).
+        time [s], xi0, xi0_sd: martensite fraction read from resistance, and how well; shape (rows,).
+        blind: share of the rows whose resistance hardly informs the martensite fraction.
+        resistance_rms: of what a smooth martensite fraction leaves of the resistance, over its noise.
+        force_rms: of the force's misfit over its noise.
+    """
+
+    name: str
+    role: str
+    time: np.ndarray
+    gamma: np.ndarray
+    stress: np.ndarray
+    predicted: np.ndarray
+    xi0: np.ndarray
+    xi0_sd: np.ndarray
+    blind: float
+    resistance_rms: float
+    force_rms: float
+
+    @property
+    def metrics(self) -> dict[str, float]:
+        """MAE and RMSE in MPa, RPD and its signed form as fractions."""
+        return stress_metrics(self.stress, self.predicted)
+
+
+def stress_metrics(stress: np.ndarray, predicted: np.ndarray) -> dict[str, float]:
+    """The source's measures of shear stress [Pa]: `mae_MPa`, `rmse_MPa`, `rpd`, `rpd_signed`."""
+    found = metrics(stress / 1e6, predicted / 1e6)
+    named = {"mae": "mae_MPa", "rmse": "rmse_MPa", "rpd": "rpd", "rpd_signed": "rpd_signed"}
+    return {new: float(found[old]) for old, new in named.items()}
+
+
+@jax.jit
+def _from_resistance(values: Mapping, stacked: Rows) -> tuple[Trajectory, jax.Array, jax.Array]:
+    def one(rows: Rows) -> tuple[Trajectory, jax.Array, jax.Array]:
+        extra = {**undecided(rows).extra, "force_informs": jnp.zeros(())}
+        extra["wander"] = extra["wander"] / LOOSE  # a prediction wants the walk as it looks
+        plain = eqx.tree_at(lambda r: r.extra, undecided(rows), extra)
+        sd = phase_sd(values, plain, by_force=False)
+        area = spring_of(numbers(values, rows)).geometry.force(jnp.ones(()))
+        return trajectory(values, plain), jnp.where(extra["level_sd"] > 0.0, sd, 0.0), area
+
+    return jax.vmap(one)(stacked)
+
+
+def scores(problem: Problem, values: Mapping[str, float]) -> list[Score]:
+    """Every test, those for validation too, predicted from elongation and resistance."""
+    found, sd, area = jax.device_get(
+        _from_resistance(values_of(problem.parameters, values), undecided(problem.stacked))
+    )
+    result = []
+    for k, test in enumerate(problem.tests):
+        weight = {name: np.asarray(w[k]) for name, w in problem.stacked.weight.items()}
+        told = np.asarray(problem.stacked.mask[k]) & (weight["force"] > 0.0)
+        measured = {name: np.asarray(m[k]) for name, m in problem.stacked.measured.items()}
+        misfit = {name: weight[name] * (getattr(found, name)[k] - measured[name]) for name in weight}
+        known = weight["resistance"] > 0.0
+        result.append(
+            Score(
+                name=test.name,
+                role=test.recording.role,
+                time=np.asarray(problem.stacked.time[k])[told],
+                gamma=found.gamma[k][told],
+                stress=measured["force"][told] / area[k],
+                predicted=found.stress[k][told],
+                xi0=found.xi0[k][told],
+                xi0_sd=sd[k][told],
+                blind=float(np.mean(sd[k][told] > BLIND)) if told.any() else 0.0,
+                resistance_rms=_rms(misfit["resistance"][known]),
+                force_rms=_rms(misfit["force"][told]),
+            )
+        )
+    return result
+
+
+def overall(found: list[Score], role: str) -> dict[str, float] | None:
+    """Measures over all tests of a role together; None where there are none."""
+    mine = [score for score in found if score.role == role and score.stress.size]
+    if not mine:
+        return None
+    return stress_metrics(
+        np.concatenate([score.stress for score in mine]), np.concatenate([score.predicted for score in mine])
+    )
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0

@@ -1,0 +1,221 @@
+"""What each test on the stand is: cold, hot or between, how far it goes and whether it comes back.
+ Decided from the recording itself. Resistance tells cold wire apart sharply, hot wire hardly (an exponent
+near eight); stiffness tells hot wire apart, because austenite is the stiffer phase whatever the alloy. So the
+stiffness of the stiffest test marks the hot end, and the resistance at rest that is farthest from its own the
+cold one.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from fitting.data.recordings import Recording
+from fitting.specimens import spring
+from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.nitinol import Alloy
+
+Phase = Literal["cold", "hot", "intermediate"]
+PHASES: tuple[Phase, ...] = ("cold", "hot", "intermediate")
+LEVEL: dict[Phase, float | None] = {"cold": 1.0, "hot": 0.0, "intermediate": None}
+"""Martensite fraction that a test is taken to be at when the alloy is to be identified."""
+BEGINNING = 0.02
+"""Shear strain up to which the first pull is taken as elastic."""
+CONTRAST = 0.001
+"""Least relative difference of the resistances at rest that tells phases apart whose stiffness differs."""
+STIFFER = 1.2
+"""Least ratio of the stiffest test's slope to the softest's for one of them to be hot and the other cold."""
+SAME_RESISTANCE = 0.02
+"""Share of the phases' contrast within which a test is as cold as the coldest, as hot as the hottest."""
+SAME_STIFFNESS = 0.03
+"""Relative slope within which a test is as hot as the stiffest one."""
+COMES_BACK = 0.1
+"""Share of the largest elongation by which a test must come down to count as unloading."""
+HELD_RESISTANCE = 0.002
+"""Relative interquartile range of the resistance below which it was held: an isoresistive test."""
+COLD, HOT = 0.98, 0.4
+"""Martensite fractions at rest from which, and to which, a test of a known alloy is called cold and hot."""
+
+
+@dataclass(frozen=True)
+class StandTest:
+    """One recording of a spring on a stand.
+
+    Attributes:
+        recording: the data.
+        phase: what its wire is taken to be at rest.
+        reason: why, in words.
+        strain: largest spring strain [1]; gamma: largest shear strain [1].
+        slope: of shear stress over shear strain at the beginning [Pa]; NaN where it cannot be told.
+        resistivity: at rest [ohm/m]; NaN where it was not measured.
+        unloads: the spring comes back.
+        isoresistive: the resistance was held, as far as it could be.
+    """
+
+    recording: Recording
+    phase: Phase
+    reason: str
+    strain: float
+    gamma: float
+    slope: float
+    resistivity: float
+    unloads: bool
+    isoresistive: bool
+
+    @property
+    def name(self) -> str:
+        """Of the recording."""
+        return self.recording.name
+
+    @property
+    def fitted(self) -> bool:
+        """Whether it may be fitted."""
+        return self.recording.role == "fit"
+
+    @property
+    def words(self) -> str:
+        """Phase and kind of test: `cold, unloading, to 575 % spring strain`."""
+        kinds = [self.phase]
+        kinds += ["isoresistive"] if self.isoresistive and self.phase == "intermediate" else []
+        kinds += ["with unloading"] if self.unloads else ["loading only"]
+        return f"{', '.join(kinds)}, to {100.0 * self.strain:.0f} % spring strain"
+
+
+@dataclass(frozen=True)
+class _Reading:
+    """Numbers that a recording is classified by."""
+
+    strain: float
+    gamma: float
+    slope: float
+    resistivity: float
+    unloads: bool
+    isoresistive: bool
+
+
+def classify(
+    recordings: Sequence[Recording],
+    stated: Mapping[str, Phase] | None = None,
+    alloy: Alloy | None = None,
+) -> list[StandTest]:
+    """What each recording of a spring is.
+
+    Args:
+        recordings: of kind spring, of one alloy.
+        stated: phase of recordings, by name, that somebody knows better.
+        alloy: the alloy if it is known, whose reading of the resistance at rest then decides; otherwise the
+            tests are compared with each other.
+
+    Raises:
+        InputError: if a stated name or phase is unknown.
+    """
+    stated = dict(stated or {})
+    names = [recording.name for recording in recordings]
+    for name, phase in stated.items():
+        if name not in names:
+            raise InputError(f"no recording is called {name!r}, {nearest(name, names)}")
+        if phase not in PHASES:
+            raise InputError(f"{name}: there is no phase {phase!r}, {nearest(phase, PHASES)}")
+    readings = [_read(recording) for recording in recordings]
+    phases = _phases(readings) if alloy is None else [_by_alloy(alloy, reading) for reading in readings]
+    tests = []
+    for recording, reading, (phase, reason) in zip(recordings, readings, phases, strict=True):
+        if recording.name in stated:
+            phase, reason = stated[recording.name], "stated"
+        tests.append(StandTest(recording, phase, reason, **vars(reading)))
+    return tests
+
+
+def _read(recording: Recording) -> _Reading:
+    elongation, force = recording.si("elongation"), recording.si("force")
+    known = np.isfinite(elongation)
+    geometry = spring.dimensions(recording)
+    gamma = np.asarray(geometry.shear_strain(elongation))
+    stress = force / float(geometry.force(1.0))
+    reached = np.fmax.accumulate(np.where(known, elongation, -np.inf))
+    before = np.concatenate([[-np.inf], reached[:-1]])
+    loading = known & (elongation > before)
+    most = float(np.nanmax(elongation))
+    peak = int(np.nanargmax(elongation))
+    resistance = recording.si("resistance")
+    start = loading & (gamma <= min(BEGINNING, 0.3 * np.nanmax(gamma)))
+    held = resistance[np.isfinite(resistance)]
+    return _Reading(
+        strain=most / float(geometry.free_length),
+        gamma=float(np.nanmax(gamma)),
+        slope=_slope(gamma[start], stress[start]),
+        resistivity=_median(resistance[start]) / float(geometry.wire_length),
+        unloads=bool(np.nanmin(elongation[peak:]) < (1.0 - COMES_BACK) * most),
+        isoresistive=recording.has("setpoint") or _range(held) < HELD_RESISTANCE,
+    )
+
+
+def _range(values: np.ndarray) -> float:
+    """Interquartile range over the median; infinite where nothing was measured."""
+    if values.size == 0:
+        return float("inf")
+    low, middle, high = np.percentile(values, [25.0, 50.0, 75.0])
+    return float((high - low) / middle)
+
+
+def _slope(gamma: np.ndarray, stress: np.ndarray) -> float:
+    known = np.isfinite(gamma) & np.isfinite(stress)
+    if known.sum() < 3 or np.ptp(gamma[known]) == 0.0:
+        return float("nan")
+    return float(np.polyfit(gamma[known], stress[known], 1)[0])
+
+
+def _median(values: np.ndarray) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if known.size else float("nan")
+
+
+def _phases(readings: Sequence[_Reading]) -> list[tuple[Phase, str]]:
+    slopes = np.array([r.slope for r in readings])
+    rho = np.array([r.resistivity for r in readings])
+    if not (np.isfinite(slopes).any() and np.isfinite(rho).any()):
+        return [
+            ("cold", "nothing tells its phase; taken as cold, as the source takes what was not measured")
+        ] * len(readings)
+    coldest, stiffest = int(np.nanargmin(slopes)), int(np.nanargmax(slopes))
+    away = np.abs(rho - rho[stiffest])
+    if np.isfinite(away).any():  # at rest resistance goes one way from hot to cold; stiffness has its noise
+        coldest = int(np.nanargmax(away))
+    contrast = rho[coldest] - rho[stiffest]
+    apart = slopes[stiffest] > STIFFER * slopes[coldest]
+    if not apart or not abs(contrast) > CONTRAST * abs(rho[coldest]):
+        return [("cold", "all tests are alike in stiffness and resistance at rest; taken as cold")] * len(
+            readings
+        )
+    return [_phase(s, r, slopes[stiffest], rho[coldest], contrast) for s, r in zip(slopes, rho, strict=True)]
+
+
+def _by_alloy(alloy: Alloy, reading: _Reading) -> tuple[Phase, str]:
+    if not np.isfinite(reading.resistivity):
+        return "cold", "its resistance was not measured; taken as cold, as the source does"
+    xi0 = float(alloy.martensite_fraction(reading.resistivity, 0.0).xi0)
+    phase: Phase = "cold" if xi0 > COLD else "hot" if xi0 < HOT else "intermediate"
+    blind = "; the resistance of hot wire hardly tells" if phase == "hot" else ""
+    return (
+        phase,
+        f"the alloy's law reads a martensite fraction of {xi0:.2f} from its resistance at rest{blind}",
+    )
+
+
+def _phase(slope: float, rho: float, stiffest: float, cold: float, contrast: float) -> tuple[Phase, str]:
+    share = (rho - (cold - contrast)) / contrast
+    if share > 1.0 - SAME_RESISTANCE:
+        return (
+            "cold",
+            f"its resistance at rest is that of the coldest test (to {100.0 * abs(1.0 - share):.1f} %)",
+        )
+    if slope > (1.0 - SAME_STIFFNESS) * stiffest and share < SAME_RESISTANCE:
+        return (
+            "hot",
+            "no test is stiffer at the beginning, and its resistance at rest is that of the stiffest",
+        )
+    return (
+        "intermediate",
+        f"its resistance at rest is {100.0 * share:.0f} % of the way from the hot to the cold tests'",
+    )

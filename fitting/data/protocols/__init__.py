@@ -1,0 +1,5 @@
+"""Protocols as data: what is done to a specimen over time."""
+
+from .reading import SCHEMA, load_protocol, protocol_examples
+
+__all__ = ["SCHEMA", "load_protocol", "protocol_examples"]

@@ -1,0 +1,327 @@
+"""What a campaign cannot tell, before anything is fitted: in which nothing happens, or which contradicts
+itself.
+
+What cannot be used is refused; what can be used with care becomes a note in the report.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fitting.data.recordings import Campaign, Recording, schema
+from fitting.specimens.wire import by_stress
+from fitting.specimens.with_effects import LETTERS
+from pneusma_jax.effects import find_effect
+from pneusma_jax.errors import InputError
+from pneusma_jax.units import from_si
+
+from .evaluate.noise import noise_of
+from .verdict.text import SEPARATE
+
+if TYPE_CHECKING:
+    from .verdict.conclude import Conclusion
+
+MOVES = 1.5
+"""Ratio of a driver's spread to its fast noise from which it varies."""
+SMALL = {
+    "strain": 0.01, "pressure": 1e3, "elongation": 5e-4, "temperature": 2.0, "stress": 2e6, "current": 0.02,
+}  # fmt: skip
+"""Range up to which a driver of unknown noise may be noise alone, SI; of others `SMALL_SHARE` of its size."""
+SMALL_SHARE = 0.02
+SAME_INPUT = 0.01
+"""Of a driver's range, how far two recordings' drivers may lie apart for the same input."""
+NOISES = 4.0
+"""Standard deviations that noise alone may put between two readings of one value."""
+LENGTH = 0.5
+"""Part of the shorter recording in which the inputs must be the same."""
+REPEATS = 0.02
+"""Of an output's range, what repeated tests of one specimen may differ by beyond their noise."""
+TOLERATED = 4.0
+"""Standard deviations of the tolerances that two specimens may differ by."""
+BODY = (
+    "design", "alloy", "material", "outer_diameter_mm", "wall_thickness_mm", "length_mm", "wire_diameter_mm",
+    "mandrel_diameter_mm", "active_coils",
+)  # fmt: skip
+"""Geometry that one specimen has once."""
+HAVE = {"alloy": ("spring", "wire", "actuator"), "material": ("elastomer", "tube", "actuator")}
+"""Kinds of recordings whose specimens have one."""
+MOST_SAID = 3
+"""Contradictions that are told one by one."""
+
+
+def checked(campaign: Campaign) -> list[str]:
+    """Refuse a campaign that cannot be diagnosed.
+
+    Returns:
+        Sentences about what is to be read with care.
+
+    Raises:
+        InputError: if nothing drives the model anywhere, an output reads the same in every row, or one
+            specimen is stated as two.
+    """
+    for recording in campaign.recordings:
+        if recording.kind == "spring" and not recording.has("resistance"):
+            raise InputError(
+                f"{_place(recording)}: there is no resistance_ohm, and a diagnosis of springs reads the "
+                "phase from it; add the column. `pneusma characterise` takes springs by their temperature"
+            )
+        _check_outputs(recording)
+    _check_bodies(campaign)
+    return [*_still(campaign), *_contradictions(campaign.recordings)]
+
+
+def with_tables(campaign: Campaign, tables: Mapping[str, str]) -> Campaign:
+    """A campaign of another alloy or material than its recordings name.
+
+    Args:
+        campaign: left alone.
+        tables: names or paths by `alloy` and `material`; "fit" for one that is to be identified.
+
+    Raises:
+        InputError: for one that recordings of their kind do not have.
+    """
+    for key in tables:
+        for kind in campaign.kinds:
+            if kind not in HAVE[key]:
+                raise InputError(
+                    f"{campaign.path}: option {key} means nothing for recordings of kind {kind}, which have "
+                    f"no {key}; it is for {', '.join(HAVE[key])}"
+                )
+    recordings = [replace(r, geometry={**r.geometry, **tables}) for r in campaign.recordings]
+    return replace(campaign, recordings=recordings) if tables else campaign
+
+
+def asked_effects(slugs: Sequence[str], kind: str) -> list[str]:
+    """Effects that are asked for by name, each once.
+
+    Raises:
+        InputError: for one that is not in the catalogue, or that recordings of the kind cannot show.
+    """
+    for slug in slugs:
+        effect = find_effect(slug)
+        if LETTERS[kind] not in effect.kinds:
+            shown = ", ".join(name for name, letter in LETTERS.items() if letter in effect.kinds)
+            raise InputError(
+                f"effect {slug!r} cannot be tested with recordings of kind {kind}; it shows in: {shown}"
+            )
+    return list(dict.fromkeys(slugs))
+
+
+def drivers_in(recording: Recording) -> list[str]:
+    """Quantities of a recording that drive the model, time left out."""
+    if recording.kind == "wire":
+        names = ["temperature", "stress" if by_stress(recording) else "strain"]
+    elif recording.kind == "actuator":
+        springs = [f"{stem}_{n}" for n in (1, 2, 3) for stem in ("resistance", "current")]
+        names = ["pressure", *springs, "temperature"]
+    else:
+        names = {"spring": ["elongation", "resistance"], "tube": ["pressure"], "elastomer": ["strain"]}[
+            recording.kind
+        ]
+    return [name for name in names if recording.has(name)]
+
+
+def _place(recording: Recording) -> str:
+    return str(recording.path or recording.name)
+
+
+def _clock(recording: Recording) -> np.ndarray:
+    """Time from the first row [s], or the number of the row."""
+    if not recording.has("time"):
+        return np.arange(len(recording)) * 1.0
+    time = recording.si("time")
+    return time - time[np.isfinite(time)][0]
+
+
+def _check_outputs(recording: Recording) -> None:
+    """Refuse what was not connected, and recordings in which nothing happens at all."""
+    values = {name: recording.columns[name] for name in recording.known_columns if name != "time_s"}
+    values = {name: x[np.isfinite(x)] for name, x in values.items()}
+    if all(x.size < 2 or np.ptp(x) == 0.0 for x in values.values()):
+        raise InputError(
+            f"{_place(recording)}: nothing varies in this recording, so there is nothing to explain"
+        )
+    driven = set(drivers_in(recording))
+    for name in recording.outputs:
+        quantity, x = schema.quantity_and_unit(name)[0], values[name]
+        if quantity in driven or name in recording.noise or x.size < 2 or np.ptp(x) > 0.0:
+            continue
+        raise InputError(
+            f"{_place(recording)}: column {name!r}: {x[0]:g} in every row, as of an instrument that was not "
+            "connected; remove the column, or state its noise in [noise] if that was measured"
+        )
+
+
+def _check_bodies(campaign: Campaign) -> None:
+    """Refuse one specimen that is stated as two."""
+    for specimen, members in campaign.specimens().items():
+        first = members[0]
+        stated = first.full_geometry()
+        for other in members[1:]:
+            for key, value in other.full_geometry().items():
+                if key in BODY and value != stated.get(key, value):
+                    raise InputError(
+                        f"{_place(other)}: {key} is {value} here but {stated[key]} in {_place(first)}, and "
+                        f"both are said to be of specimen {specimen!r}; correct one, or give each its own "
+                        "specimen"
+                    )
+
+
+def _still(campaign: Campaign) -> list[str]:
+    """Note recordings in which nothing drives the model; refuse a campaign of them."""
+    still = [recording for recording in campaign.recordings if not _driven(recording)]
+    fitted = [recording for recording in campaign.recordings if recording.role == "fit"]
+    names = ", ".join(drivers_in(campaign.recordings[0]))
+    if fitted and all(recording in still for recording in fitted) and _alike(fitted):
+        raise InputError(
+            f"{campaign.path}: nothing that drives the model ({names}) varies in the recordings to fit, nor "
+            "between them; record at least two levels"
+        )
+    return [
+        f"{recording.name}: nothing that drives the model ({names}) varies here; it can only show what "
+        "changes by itself"
+        for recording in still
+    ]
+
+
+def _driven(recording: Recording) -> bool:
+    """Whether any driver varies by more than its noise."""
+    for name in drivers_in(recording):
+        values = recording.si(name)
+        values = values[np.isfinite(values)]
+        if values.size < 2 or not np.ptp(values) > 0.0:
+            continue
+        small = SMALL.get(name.partition("_")[0])
+        least = float(np.max(np.abs(values))) * SMALL_SHARE if small is None else small
+        unknown = recording.noise_si(name) is None  # coarse samples of a course look like noise, too
+        if (unknown and np.ptp(values) > least) or np.std(values) > MOVES * noise_of(recording, name):
+            return True
+    return False
+
+
+def _alike(recordings: Sequence[Recording]) -> bool:
+    """Whether still recordings were all made at one level of every driver."""
+    for name in drivers_in(recordings[0]):
+        held = [r for r in recordings if r.has(name)]
+        means = np.array([np.nanmean(r.si(name)) for r in held])
+        noise = max(noise_of(r, name) for r in held)
+        if np.ptp(means) > max(NOISES * noise, SAME_INPUT * float(np.max(np.abs(means)))):
+            return False
+    return True
+
+
+def _contradictions(recordings: Sequence[Recording]) -> list[str]:
+    """Pairs of recordings that answered the same input differently, in words."""
+    found = [said for a, b in combinations(recordings, 2) if (said := _contradiction(a, b))]
+    more = len(found) - MOST_SAID
+    rest = [f"{more} more pairs of recordings contradict each other"] if more > 0 else []
+    return found[:MOST_SAID] + rest
+
+
+def _contradiction(a: Recording, b: Recording) -> str | None:
+    if a.full_geometry() != b.full_geometry() or set(drivers_in(a)) != set(drivers_in(b)):
+        return None
+    time = _common(a, b)
+    if time is None:
+        return None
+    own = a.specimen == b.specimen
+    spread = REPEATS if own else REPEATS + TOLERATED * np.sqrt(2.0) * _tolerance(a)
+    for column in a.outputs:
+        quantity, unit = schema.quantity_and_unit(column)
+        if quantity in drivers_in(a) or column not in b.outputs:
+            continue
+        x, y = _at(a, quantity, time), _at(b, quantity, time)
+        there = np.isfinite(x) & np.isfinite(y)
+        if there.sum() < 8:
+            continue
+        apart = np.abs(x - y)[there]
+        noise = float(np.hypot(noise_of(a, quantity), noise_of(b, quantity)))
+        reach = max(float(np.ptp(x[there])), float(np.ptp(y[there])))
+        if np.median(apart) > NOISES * noise + spread * reach:
+            most = float(np.max(apart))
+            times = f" ({most / noise:.0f} times their noise)" if noise > 0.0 else ""
+            whose = (
+                f"both of specimen {a.specimen!r}: one is mislabelled, or was in another state than is stated"
+                if own
+                else f"of specimens {a.specimen!r} and {b.specimen!r}, more than tolerances allow"
+            )
+            return (
+                f"{a.name} and {b.name} contradict each other: {column} differs by up to "
+                f"{_in_unit(most, unit):.3g} {unit}{times} under the same input; {whose}. No one model "
+                "explains both"
+            )
+    return None
+
+
+def _in_unit(value: float, unit: str) -> float:
+    return float(from_si(value, unit, difference=True))
+
+
+def _tolerance(recording: Recording) -> float:
+    """Relative 1-sigma that specimens may differ by in all, roughly: the tolerances in squares."""
+    return float(np.sqrt(sum(value**2 for value in recording.full_tolerance().values())))
+
+
+def _common(a: Recording, b: Recording) -> np.ndarray | None:
+    """Times from the start over which two recordings were driven alike; None if these are too short."""
+    end = min(np.nanmax(_clock(a)), np.nanmax(_clock(b)))
+    count = min(len(a), len(b), 400)
+    if not end > 0.0 or count < 16:
+        return None
+    time = np.linspace(0.0, end, count)
+    alike, moved = np.ones(count, bool), np.zeros(count, bool)
+    for name in drivers_in(a):
+        x, y = _at(a, name, time), _at(b, name, time)
+        reach = max(float(np.nanmax(x) - np.nanmin(x)), float(np.nanmax(y) - np.nanmin(y)))
+        noise = min(float(np.hypot(noise_of(a, name), noise_of(b, name))), SAME_INPUT * reach)
+        alike &= np.abs(x - y) <= NOISES * noise + SAME_INPUT * reach
+        moved |= np.abs(x - x[0]) > MOVES * NOISES * noise + 0.2 * reach
+    apart = np.flatnonzero(~alike)
+    count = int(apart[0]) if apart.size else count
+    return time[:count] if count >= LENGTH * len(time) and moved[:count].any() else None
+
+
+def _at(recording: Recording, quantity: str, time: np.ndarray) -> np.ndarray:
+    """A column at times from the start, SI; NaN where nothing was recorded."""
+    clock, values = _clock(recording), recording.si(quantity)
+    there = np.isfinite(clock) & np.isfinite(values)
+    if there.sum() < 2:
+        return np.full(len(time), np.nan)
+    return np.interp(time, clock[there], values[there])
+
+
+def answers(asked: Sequence[str], conclusion: Conclusion) -> list[dict]:
+    """What the recordings say about effects that were asked for.
+
+    Returns:
+        For each its name, whether it could be tested, and a sentence.
+    """
+    named = {f.slug: f.probability for f in conclusion.found}
+    stages = conclusion.explanation.stages
+    untestable = stages[0].screen.untestable if stages else []
+    told = []
+    for slug in asked:
+        if slug in named:
+            text = f"{slug} was found, with a probability of {named[slug]:.2f}."
+        elif slug in untestable:
+            text = (
+                f"{slug} cannot be tested with these recordings: no output changes with it, or base "
+                f"constants absorb what does. To test it: {SEPARATE.get(slug, 'vary what drives it')}."
+            )
+        elif slug in conclusion.candidates and slug not in conclusion.explanation.tried:
+            text = f"{slug} is not named: its signature did not stand out enough for it to be fitted."
+        elif slug in conclusion.candidates:
+            probability, bayes = conclusion.candidates[slug]
+            text = (
+                f"{slug} was tried and is not named: its probability of being the strongest explanation is "
+                f"{probability:.2g} (log Bayes factor {bayes:.3g})."
+            )
+        else:
+            text = f"{slug} is part of the model that the diagnosis started from."
+        told.append({"name": slug, "testable": slug not in untestable, "text": text})
+    return told

@@ -1,0 +1,144 @@
+"""What came out of a search for missing terms."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fitting.inference.parameters import format_estimate
+
+from .fits import OwnFit, Problem
+
+CLOSE = 3.0
+"""Log Bayes factor within which two terms are not told apart."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A term that was fitted together with what was there.
+
+    Attributes:
+        name: of the term.
+        log_bayes_factor: over the model without it, deflated, the number of candidates counted.
+        gain: of chi-square by its signature alone, before anything was fitted.
+        at_bound: its parameters that ended on a physical bound.
+        left_out: chi-square per value of recordings left out in turn; NaN where it was not asked for.
+    """
+
+    name: str
+    log_bayes_factor: float
+    gain: float
+    at_bound: tuple[str, ...] = ()
+    left_out: float = float("nan")
+
+    def scored(self, value: float) -> "Candidate":
+        """The same with its score on recordings left out."""
+        return replace(self, left_out=value)
+
+
+@dataclass
+class Stage:
+    """One round.
+
+    Attributes:
+        present: terms that were there before.
+        candidates: tried, best first.
+        chosen: the one that entered, or None.
+        before: chi-square per value of recordings left out, without it.
+    """
+
+    present: tuple[str, ...]
+    candidates: list[Candidate]
+    chosen: str | None
+    before: float
+
+    @property
+    def close(self) -> list[str]:
+        """Candidates that these recordings do not tell from the chosen one."""
+        best = next((c.log_bayes_factor for c in self.candidates if c.name == self.chosen), np.inf)
+        return [
+            c.name for c in self.candidates if c.name != self.chosen and best - c.log_bayes_factor < CLOSE
+        ]
+
+
+@dataclass(frozen=True)
+class Explained:
+    """A base model, and what it missed.
+
+    Attributes:
+        problem: model and recordings.
+        base: refitted alone; `final`: with the terms that entered.
+        stages: of the search.
+        before, after: chi-square per value of fitted recordings left out in turn.
+        inflation: of the variance of the final misfit over that of independent errors of the stated size;
+            `estimate` widens standard errors by its root.
+    """
+
+    problem: Problem
+    base: OwnFit
+    final: OwnFit
+    stages: list[Stage]
+    before: float
+    after: float
+    inflation: float
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """Terms that entered, in order."""
+        return self.final.present
+
+    def errors(self, role: str = "validation") -> tuple[dict[str, float], dict[str, float]]:
+        """RMSE of every output, refitted base and augmented model, on recordings of a role."""
+        chosen = np.array([float(r.role == role) for r in self.problem.recordings])
+        return tuple(self.problem.rmse(fit.result.values, chosen) for fit in (self.base, self.final))
+
+    def errors_of(self, name: str) -> tuple[dict[str, float], dict[str, float]]:
+        """The same on one recording."""
+        chosen = np.array([float(r.name == name) for r in self.problem.recordings])
+        return tuple(self.problem.rmse(fit.result.values, chosen) for fit in (self.base, self.final))
+
+    def predict(
+        self, columns: Mapping[str, np.ndarray], facts: Mapping[str, np.ndarray], augmented: bool = True
+    ) -> dict[str, np.ndarray]:
+        """Outputs of a test that need not have been measured."""
+        values = (self.final if augmented else self.base).result.values
+        return {k: np.asarray(v) for k, v in self.problem.model.predict(values, columns, facts).items()}
+
+    def estimate(self, name: str) -> str:
+        """A parameter of base or term with its error, widened by what the model leaves."""
+        parameter = self.final.result.parameters[name]
+        error = parameter.standard_error
+        return format_estimate(parameter.value, None if error is None else error * np.sqrt(self.inflation))
+
+    def report(self) -> str:
+        """The answer as text: terms, numbers with errors and bounds, rivals, errors before and after."""
+        lines = [_sentence(self)]
+        for stage in self.stages:
+            tail = f"; not told from it: {', '.join(stage.close)}" if stage.chosen and stage.close else ""
+            best = stage.candidates[0]
+            lines.append(
+                f"after {', '.join(('the base', *stage.present))}: {stage.chosen or 'nothing'} enters"
+                f" (best: {best.name}, log Bayes factor {best.log_bayes_factor:.1f}){tail}"
+            )
+        for name in self.named:
+            term = self.problem.model.term(name)
+            lines.append(f"{name}: {term.sentence}")
+            for key, spec in term.specs.items():
+                lines.append(
+                    f"    {key} = {self.estimate(term.full(key))} {spec.unit}, within"
+                    f" [{spec.low:g}, {spec.high:g}]: {spec.text}"
+                )
+        lines.append(
+            f"recordings left out in turn: chi-square per value {self.before:.1f} -> {self.after:.1f}"
+        )
+        if any(r.role == "validation" for r in self.problem.recordings):
+            before, after = self.errors()
+            for output in before:
+                lines.append(f"never fitted: RMSE of {output} {before[output]:.3g} -> {after[output]:.3g}")
+        return "\n".join(lines)
+
+
+def _sentence(explained: Explained) -> str:
+    if not explained.named:
+        return "None of the candidates is missing from the base: it stays as it is."
+    return f"The base misses {', '.join(explained.named)}."

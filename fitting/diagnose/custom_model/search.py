@@ -1,0 +1,115 @@
+"""Which terms an own model misses: forward, each weighed by evidence and by recordings left out, at most
+three."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from fitting.inference.noise import correlation_time
+
+from .data import OwnRecording
+from .fits import OwnFit, Problem
+from .model import OwnModel
+from .result import Candidate, Explained, Stage
+
+MOST_TERMS = 3
+TRIED = 6
+"""Terms that are fitted together with the base, of those whose signature explains most."""
+CERTAIN = 3.0
+"""Log Bayes factor from which a term may enter; the number of candidates is already counted."""
+SHARE = 0.02
+"""Of the chi-square of recordings left out in turn, what a term must take away to enter."""
+
+
+def explain_own(
+    model: OwnModel,
+    recordings: Sequence[OwnRecording],
+    most: int = MOST_TERMS,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Explained:
+    """Find what a base model misses.
+
+    The base is refitted within its priors first, so that no term gets credit for what a recalibration would
+    do. Then, up to `most` times: every absent term is scored by its signature; the best are fitted together
+    with base and present terms; evidence is deflated by what even the best of them leaves and by the serial
+    correlation of its residuals, since a misfit that is smooth says less than it has samples; the best that
+    also predicts recordings left out in turn enters. At the end, terms whose absence costs nothing go.
+
+    Args:
+        model: base and candidate terms.
+        recordings: of role `fit` to learn from; those of role `validation` are only predicted, at the end.
+        most: terms that may enter.
+        progress: told what happens, in words.
+
+    Raises:
+        InputError: if the recordings do not agree, or a term acts nowhere.
+    """
+    problem = Problem(model, recordings)
+    progress("refitting the base")
+    base = current = problem.fit()
+    kept = problem.left_out(base)
+    before, stages = kept, []
+    while len(current.present) < most:
+        gains = problem.gains(current)
+        order = sorted(gains, key=lambda name: -gains[name])[:TRIED]
+        progress(f"fitting {', '.join(order)} together with {', '.join(('the base', *current.present))}")
+        fits = {name: problem.fit((*current.present, name), current.result.values) for name in order}
+        inflation = _inflation(problem, min(fits.values(), key=lambda f: f.objective))
+        candidates = [_weighed(problem, current, name, fits[name], gains[name], inflation) for name in order]
+        candidates.sort(key=lambda c: -c.log_bayes_factor)
+        stage = Stage(current.present, candidates, None, kept)
+        stages.append(stage)
+        for place, candidate in enumerate(candidates):
+            if candidate.log_bayes_factor < CERTAIN or candidate.at_bound:
+                continue
+            score = problem.left_out(fits[candidate.name])
+            candidates[place] = candidate.scored(score)
+            if score < (1.0 - SHARE) * kept:
+                stage.chosen, current, kept = candidate.name, fits[candidate.name], score
+                break
+        if stage.chosen is None:
+            break
+    current = _pruned(problem, current)
+    left, width = problem.left_out(current), _inflation(problem, current)
+    return Explained(problem, base, current, stages, before, left, width)
+
+
+def _inflation(problem: Problem, best: OwnFit) -> float:
+    """By how much the variance of the misfit is more than that of independent errors of the stated size."""
+    misfit = problem.misfit(best.result.values, problem.fitted)
+    left = best.chi_square / problem.data.counted(problem.fitted)
+    series = []
+    for row in misfit:  # one series for every component of an output, along the rows
+        first = 0
+        for name in sorted(problem.data.weight):
+            shape = problem.data.weight[name].shape[1:]
+            size = int(np.prod(shape))
+            series += list(row[first : first + size].reshape(shape[0], -1).T)
+            first += size
+    return max(1.0, left) * correlation_time([s for s in series if np.any(s != 0.0)])
+
+
+def _weighed(
+    problem: Problem, current: OwnFit, name: str, fit: OwnFit, gain: float, inflation: float
+) -> Candidate:
+    """Log Bayes factor by Laplace's approximation, flat priors of terms within their bounds."""
+    term, occam = problem.model.term(name), 0.0
+    for key, spec in term.specs.items():
+        error = fit.result.standard_errors[term.full(key)]
+        if error is not None and error > 0.0:
+            occam += 0.5 * np.log(2.0 * np.pi * inflation) + np.log(error / (spec.high - spec.low))
+    value = (
+        (current.objective - fit.objective) / inflation + min(occam, 0.0) - np.log(len(problem.model.terms))
+    )
+    bound = [n for n in fit.at_bound if n in [term.full(key) for key in term.specs]]
+    return Candidate(name, float(value), gain, tuple(bound))
+
+
+def _pruned(problem: Problem, fit: OwnFit) -> OwnFit:
+    """Without terms that the later ones made idle."""
+    for name in fit.present[:-1]:
+        rest = tuple(n for n in fit.present if n != name)
+        without = problem.fit(rest, fit.result.values)
+        if (without.objective - fit.objective) / _inflation(problem, fit) < CERTAIN:
+            return without
+    return fit

@@ -1,0 +1,231 @@
+"""What a program returns: one run of the compiled function, and the evaluation that is made of runs.
+
+Between the two, latent trajectories are solved for: a run holds them where they were, an evaluation has taken
+what the best ones explain out of its misfit.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.inference.channels import Channel
+from fitting.specimens.rows import Rows
+
+from . import latent_trajectories
+
+COURSE = "xi0"
+"""Where rows keep latent trajectories: a tuple of columns."""
+FARTHEST = 0.2
+"""Largest change of a fraction that is foretold from derivatives."""
+
+
+def trajectories_of(stacked: Rows) -> np.ndarray:
+    """Latent trajectories of a stack, (recordings, courses, rows); none where it keeps none."""
+    columns = stacked.extra.get(COURSE, ())
+    columns = columns if isinstance(columns, tuple) else ()  # a column of its own is no latent trajectory
+    shape = (len(stacked.mask), 0, stacked.mask.shape[1])
+    return np.stack([np.asarray(x) for x in columns], axis=1) if len(columns) else np.zeros(shape)
+
+
+def with_trajectories(stacked: Rows, found: np.ndarray) -> Rows:
+    """A stack with other latent trajectories, (recordings, courses, rows); the same where there are none."""
+    if not found.shape[1]:
+        return stacked
+    columns = tuple(jnp.asarray(found[:, j]) for j in range(found.shape[1]))
+    return eqx.tree_at(lambda r: r.extra[COURSE], stacked, columns)
+
+
+@dataclass(frozen=True)
+class Raw:
+    """One run of the compiled program.
+
+    Attributes:
+        stacked: recordings that it saw.
+        found: outputs by quantity, (recordings, rows).
+        slopes: their derivatives by unknowns, (columns, recordings, rows).
+        along: the same by latent trajectories: each moved as a whole, then in its remembered rows alone.
+        drivers: what drives the outputs, by name, (recordings, rows).
+    """
+
+    stacked: Rows
+    found: dict[str, np.ndarray]
+    slopes: dict[str, np.ndarray]
+    along: dict[str, np.ndarray]
+    drivers: dict[str, np.ndarray]
+
+    def hidden(
+        self, k: int, channels: Sequence[Channel], pace: np.ndarray
+    ) -> latent_trajectories.Hidden | None:
+        """Free courses of recording k, and what depends on them; None if there are none.
+
+        Args:
+            k: number of the recording.
+            channels: that count.
+            pace: variance of every course per second, zero where it is held, (courses,).
+        """
+        slopes = np.stack([self.along[channel.quantity][:, k] for channel in channels], axis=1)
+        good = np.stack([self.good(k, channel) for channel in channels])
+        slopes = np.where(good, np.nan_to_num(slopes), 0.0)
+        at, time = trajectories_of(self.stacked)[k], np.asarray(self.stacked.time)[k]
+        free = [
+            latent_trajectories.LatentTrajectory.of(j, at[j], slopes[j], slopes[len(pace) + j], pace[j], time)
+            for j in np.flatnonzero(pace)
+        ]
+        return latent_trajectories.Hidden.of(free, channels) if free else None
+
+    def taking(self, other: "Raw", chosen: np.ndarray) -> "Raw":
+        """The run with chosen recordings as another saw them.
+
+        Args:
+            other: of the same program and columns.
+            chosen: mask, (recordings of the stack,).
+        """
+        if not chosen.any():
+            return self
+        if chosen.all():
+            return other
+        row, course = chosen[:, None], chosen[:, None, None]
+        pick = lambda mine, theirs: {n: np.where(row, theirs[n], x) for n, x in mine.items()}  # noqa: E731
+        moved = np.where(course, trajectories_of(other.stacked), trajectories_of(self.stacked))
+        return Raw(
+            with_trajectories(self.stacked, moved),
+            pick(self.found, other.found),
+            pick(self.slopes, other.slopes),
+            pick(self.along, other.along),
+            pick(self.drivers, other.drivers),
+        )
+
+    def good(self, k: int, channel: Channel) -> np.ndarray:
+        """Rows of recording k for which the model has an answer with derivatives, (rows,)."""
+        slope = self.slopes[channel.quantity][:, k]
+        return np.isfinite(self.found[channel.quantity][k]) & np.all(np.isfinite(slope), axis=0)
+
+    def paces(self, channels: Sequence[Sequence[Channel]], numbers: Sequence[int]) -> np.ndarray:
+        """How fast every latent trajectory walks, by its own resistance; 0 where there is none, (recordings,
+        courses).
+
+        Args:
+            channels: by recording.
+            numbers: of the springs, in the order of the courses.
+        """
+        names = [f"resistance_{n}" for n in numbers]
+        found, at = np.zeros((len(channels), len(names))), trajectories_of(self.stacked)
+        for k, members in enumerate(channels):
+            for channel in members:
+                if channel.quantity in names:
+                    j = names.index(channel.quantity)
+                    slope = np.nan_to_num(self.along[channel.quantity][j, k])
+                    misfit = self.found[channel.quantity][k] - channel.measured
+                    time = np.asarray(self.stacked.time)[k]
+                    found[k, j] = latent_trajectories.process_noise_of(channel, slope, misfit, at[k, j], time)
+        return latent_trajectories.estimated_process_noise(found)
+
+    def averaging(
+        self, k: int, channels: Sequence[Channel], pace: np.ndarray, block: int
+    ) -> list[np.ndarray]:
+        """By channel of recording k: what averaging over fast changes of a phase leaves uncertain, (rows,).
+
+        Args:
+            k: number of the recording.
+            channels: that count.
+            pace: as in `hidden`.
+            block: readings that a row is the mean of.
+        """
+        hidden, count = self.hidden(k, channels, pace), int(np.asarray(self.stacked.mask)[k].sum())
+        found = [np.zeros(self.stacked.mask.shape[1]) for _ in channels]
+        for course in hidden.courses if hidden else ():
+            slopes = course.own + course.remembered
+            parts = latent_trajectories.averaging(slopes[:, :count], course.fraction[:count], block)
+            for total, part in zip(found, parts, strict=True):
+                total[:count] += np.abs(part)
+        return found
+
+    def whitened(
+        self, k: int, channels: Sequence[Channel], failed: float
+    ) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+        """Misfit of recording k, its derivatives, and predictions by channel.
+
+        Args:
+            k: number of the recording.
+            channels: that count.
+            failed: standard deviations that a row without an answer counts for.
+        """
+        pieces, derivatives, plain = [], [], []
+        for channel in channels:
+            predicted, slope = self.found[channel.quantity][k], self.slopes[channel.quantity][:, k]
+            good = self.good(k, channel)
+            miss = np.where(good, predicted - channel.measured, failed * channel.sigma)
+            miss = np.where(np.isfinite(channel.sigma), miss, 0.0)
+            plain.append(np.where(good, predicted, np.nan))
+            pieces.append(channel.whitened(miss))
+            derivatives.append(channel.whitened(np.where(good, slope, 0.0)))
+        return np.concatenate(pieces), np.concatenate(derivatives, axis=1), plain
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Results of one evaluation.
+
+    Attributes:
+        misfit: whitened model minus data of each recording, all its channels in a row, (values,).
+        jacobian: its derivative by each scaled unknown that was asked for, (columns, values).
+        predicted: of each recording and channel, SI, (rows,), NaN where the model has no answer.
+        drivers: what drives the outputs, by name, (recordings, rows).
+        u: scaled numbers, (unknowns,).
+        columns: unknowns that derivatives are by.
+        courses: latent trajectories, (recordings of the stack, courses, rows).
+        course_slopes: their derivatives, (columns, recordings of the stack, courses, rows).
+        hidden: of every recording, what its courses explain; None where it has none, none were moved, or the
+            program itself finds them.
+    """
+
+    misfit: list[np.ndarray]
+    jacobian: list[np.ndarray]
+    predicted: list[list[np.ndarray]]
+    drivers: dict[str, np.ndarray]
+    u: np.ndarray
+    columns: np.ndarray
+    courses: np.ndarray
+    course_slopes: np.ndarray
+    hidden: list[latent_trajectories.Hidden | None]
+
+    def courses_at(self, u: np.ndarray) -> np.ndarray:
+        """Latent trajectories at other numbers, to first order."""
+        change = np.tensordot(u[self.columns] - self.u[self.columns], self.course_slopes, axes=1)
+        return np.clip(self.courses + np.clip(change, -FARTHEST, FARTHEST), 0.0, 1.0)
+
+    def bettered(self, other: "Evaluation") -> "Evaluation":
+        """With the recordings of another evaluation at the same numbers, from other courses, that fit better
+        there."""
+        squares = [[float(m @ m) for m in one.misfit] for one in (self, other)]
+        better = [b < a for a, b in zip(*squares, strict=True)]
+        row = np.zeros(len(next(iter(self.drivers.values()))), bool)
+        row[: len(better)] = better
+
+        def pick(mine: list, theirs: list) -> list:
+            return [b if chosen else a for a, b, chosen in zip(mine, theirs, better, strict=True)]
+
+        along = row[:, None, None]
+        return replace(
+            self,
+            misfit=pick(self.misfit, other.misfit),
+            jacobian=pick(self.jacobian, other.jacobian),
+            predicted=pick(self.predicted, other.predicted),
+            drivers={n: np.where(row[:, None], other.drivers[n], x) for n, x in self.drivers.items()},
+            courses=np.where(along, other.courses, self.courses),
+            course_slopes=np.where(along, other.course_slopes, self.course_slopes),
+            hidden=pick(self.hidden, other.hidden),
+        )
+
+    def joined(self, weight: np.ndarray | list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """Misfit and Jacobian (values, columns) of recordings, each weighed by a number or a mask."""
+        r = np.concatenate([w * m for w, m in zip(weight, self.misfit, strict=True)])
+        J = np.concatenate([w * j for w, j in zip(weight, self.jacobian, strict=True)], axis=1)
+        return r, J.T
+
+    def chi2(self, weight: np.ndarray) -> float:
+        """Sum of squares of the weighed misfit."""
+        return float(sum(np.sum((w * m) ** 2) for w, m in zip(weight, self.misfit, strict=True)))

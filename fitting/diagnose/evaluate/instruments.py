@@ -1,0 +1,245 @@
+"""The noise of an instrument, told by all of its recordings at once: its size, how it grows with the
+signal, how long its errors last.
+
+A recording of small signals by itself cannot say whether its errors are small or last long. Second
+differences of what a fitted model leaves, over several distances, of all recordings together can: physics
+that is missing leaves slow courses, and corners, which a heavy-tailed likelihood lets pass. Where rows are
+means of samples and the noise is stated, the samples tell, too, how long errors last: their means hardly do.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+from scipy.optimize import brentq, minimize
+from scipy.stats import norm
+
+from fitting.inference.channels import Channel, block_noise
+from fitting.specimens.reduction import averaged
+
+LAGS = (1, 2, 3)
+"""Distances of second differences, in rows."""
+DEPENDENT = 4.0
+"""Second differences that say as much as an independent one."""
+TAILS = 4.0
+"""Degrees of freedom of Student's t that corners of a course are allowed for by."""
+DECISIVE = 4.0
+"""Log-likelihood that growth and correlation must each gain to be believed."""
+LIKELY = 1.0
+"""The same of correlation where nobody states the noise: taking correlated errors for white ones there makes
+them much too small, and what is left of them passes for physics."""
+LEAST_FLOOR, MOST_CORRELATION = 0.04, 0.9
+"""Part of the usual 1-sigma that noise without a signal has at least; largest correlation of samples."""
+TAKEN = 0.2
+"""Share of a value that latent trajectories take up, from which what they leave of its error is too
+smooth."""
+FINEST = 4096
+"""Samples of a recording of which second differences are taken; more are averaged."""
+HALF = 0.5
+"""Of a step, how wide rounding errors are drawn anew: enough to fill it by second differences, and little
+that has to be taken off again."""
+FEWEST = 60
+"""Second differences below which nothing is told."""
+
+
+@dataclass(frozen=True)
+class Instrument:
+    """What the errors of one quantity are like.
+
+    Attributes:
+        scale: root mean square of its 1-sigma, in units of the stated one; SI where nobody states it.
+        growth: part of the variance that goes with the square of the signal.
+        level: root mean square of the signal, SI.
+        correlation: of neighbouring samples.
+    """
+
+    scale: float
+    growth: float
+    level: float
+    correlation: float
+
+    def sigma(self, stated: float | None, signal: np.ndarray, block: int) -> tuple[np.ndarray, float]:
+        """1-sigma of every row, SI, and the correlation of neighbouring rows.
+
+        Args:
+            stated: 1-sigma of a sample that somebody states, if anyone does.
+            signal: SI, (rows,).
+            block: samples in a row.
+        """
+        each, correlation = block_noise(1.0, self.correlation, block)
+        return self.scale * (stated or 1.0) * each * _shape(signal, self.level, self.growth), correlation
+
+    def told(self, channel: Channel, one: "Series") -> Channel:
+        """A channel with this noise, where it counts: never less than its rounding, but as it is stated."""
+        sigma, correlation = self.sigma(one.stated, one.signal, one.block)
+        if one.stated is None:
+            sigma = np.maximum(sigma, one.rounding)
+        there = np.isfinite(channel.sigma)
+        return replace(channel, sigma=np.where(there, sigma, np.inf), correlation=float(correlation))
+
+
+@dataclass(frozen=True)
+class Series:
+    """Errors of an instrument in one recording.
+
+    Attributes:
+        errors: what a model leaves, SI, (rows,), NaN where there are none.
+        signal: SI, (rows,).
+        inputs: variance that the noise of inputs brings, SI, (rows,).
+        stated: 1-sigma of a sample, or None.
+        block: samples in a row.
+        rounding: 1-sigma of the rounding of a row, SI; `errors` and `inputs` hold half as much again, see
+            `dithered`.
+    """
+
+    errors: np.ndarray
+    signal: np.ndarray
+    inputs: np.ndarray
+    stated: float | None
+    block: int
+    rounding: float = 0.0
+
+    def dithered(self, rounding: float) -> "Series":
+        """With rounding errors of half the size drawn anew: second differences of rounded rows are mostly
+        none.
+
+        Args:
+            rounding: 1-sigma, SI.
+        """
+        if not rounding > 0.0:
+            return self
+        step = HALF * np.sqrt(12.0) * rounding
+        anew = np.random.default_rng(0).uniform(-0.5 * step, 0.5 * step, self.errors.shape)
+        inputs = self.inputs + (HALF * rounding) ** 2
+        return replace(self, errors=self.errors + anew, inputs=inputs, rounding=rounding)
+
+    def less(self, taken: np.ndarray) -> "Series":
+        """Without the rows of which latent trajectories take up much, by the share of every row, (rows,)."""
+        return replace(self, errors=np.where(taken > TAKEN, np.nan, self.errors))
+
+    def finer(self, samples: np.ndarray, rows: int) -> "Series":
+        """The errors of the samples whose means the rows are, at most `FINEST` of them.
+
+        Args:
+            samples: all of the recording, SI, NaN where missing, (samples,).
+            rows: of the recording.
+        """
+        each = -(-len(samples) // FINEST)
+        values = averaged({"": samples}, each)
+        block = -(-len(samples) // rows)
+        middle = np.minimum(np.arange(rows) * block + 0.5 * (block - 1.0), len(samples) - 1.0)
+        at = each * np.arange(len(values[""])) + 0.5 * (each - 1.0)
+        signal, inputs = (np.interp(at, middle, x[:rows]) for x in (self.signal, self.inputs))
+        beside = np.interp(at, middle, np.isnan(self.errors[:rows]).astype(float)) > 0.0
+        errors = np.where(beside, np.nan, values[""] - signal)
+        return replace(self, errors=errors, signal=signal, inputs=inputs * block / each, block=each)
+
+    def bends(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """By distance: second differences, and the rows in their middle."""
+        found = []
+        for lag in LAGS:
+            bend = self.errors[2 * lag :] - 2.0 * self.errors[lag:-lag] + self.errors[: -2 * lag]
+            there = np.flatnonzero(np.isfinite(bend))
+            found.append((bend[there], there + lag))
+        return found
+
+
+def series_of(
+    channel: Channel, bare: Channel, predicted: np.ndarray, stated: float | None, block: int
+) -> Series:
+    """Errors of a channel: what a model leaves of it.
+
+    Args:
+        channel: of one recording.
+        bare: the same without the noise of inputs.
+        predicted: by the model, SI, (rows,), NaN where it has no answer.
+        stated: 1-sigma of a sample, or None.
+        block: samples in a row.
+    """
+    there = np.isfinite(channel.sigma)
+    errors = np.where(there, channel.measured, np.nan) - predicted
+    signal = np.where(np.isfinite(predicted), predicted, channel.measured)
+    inputs = np.where(there, channel.sigma, 0.0) ** 2 - np.where(there, bare.sigma, 0.0) ** 2
+    return Series(errors, signal, np.maximum(inputs, 0.0), stated, block)
+
+
+def instrument_of(series: Sequence[Series]) -> Instrument | None:
+    """The noise that makes what was seen most likely; None where too little was.
+
+    Args:
+        series: of one quantity; all with a stated noise, or none.
+    """
+    bends = [one.bends() for one in series]
+    if sum(len(parts[0][0]) for parts in bends) < FEWEST:
+        return None
+    rows = np.concatenate([one.signal[np.isfinite(one.errors)] for one in series])
+    level = float(np.sqrt(np.mean(rows**2))) or 1.0
+    stated = series[0].stated is not None
+    unit = 1.0 if stated else _usual(bends)
+    if not unit > 0.0:
+        return None
+
+    def cost(scale: float, fall: float, correlation: float) -> float:
+        found = Instrument(unit * np.exp(scale), -np.expm1(-2.0 * fall), level, correlation)
+        total = 0.0
+        for one, parts in zip(series, bends, strict=True):
+            sigma, r = found.sigma(one.stated, one.signal, one.block)
+            for lag, (bend, rows) in zip(LAGS, parts, strict=True):
+                own = 6.0 - 8.0 * r**lag + 2.0 * r ** (2 * lag)
+                spread = _core(TAILS) * np.sqrt(own * sigma[rows] ** 2 + 6.0 * one.inputs[rows])
+                total += np.sum(np.log(spread) + 0.5 * (TAILS + 1.0) * np.log1p((bend / spread) ** 2 / TAILS))
+        return float(total / DEPENDENT)
+
+    # a stated size is believed: fast physics would pass for noise
+    scale, fall, correlation = _chosen(cost, () if stated else (0,))
+    return Instrument(unit * float(np.exp(scale)), float(-np.expm1(-2.0 * fall)), level, float(correlation))
+
+
+def _chosen(cost: Callable[..., float], always: tuple[int, ...]) -> np.ndarray:
+    """Logarithms of the scale and of the fall of the 1-sigma without a signal, and the correlation; the last
+    two only where they make what was seen much likelier."""
+    price = {1: DECISIVE, 2: LIKELY if always else DECISIVE}
+    tried = [
+        (*_least(cost, (*always, *more)), sum(price[n] for n in more)) for more in ((), (2,), (1,), (1, 2))
+    ]
+    return min(tried, key=lambda told: told[1] + told[2])[0]
+
+
+def _least(cost: Callable[..., float], free: tuple[int, ...]) -> tuple[np.ndarray, float]:
+    """Where the cost is least if only some numbers may differ from zero, from two starts, and its value."""
+    low, high = np.array([-3.0, 0.0, 0.0]), np.array([3.0, -np.log(LEAST_FLOOR), MOST_CORRELATION])
+    chosen, found = list(free), []
+    if not chosen:
+        return np.zeros(3), cost(*np.zeros(3))
+
+    def part(x: np.ndarray) -> float:
+        at = np.zeros(3)
+        at[chosen] = x
+        return cost(*at)
+
+    for start in (np.array([0.0, 0.3, 0.3]), np.array([0.0, 1.5, 0.7])):
+        bounds = list(zip(low[chosen], high[chosen], strict=True))
+        found.append(minimize(part, start[chosen], bounds=bounds, method="L-BFGS-B"))
+    best = min(found, key=lambda f: f.fun)
+    at = np.zeros(3)
+    at[chosen] = best.x
+    return at, float(best.fun)
+
+
+def _shape(signal: np.ndarray, level: float, growth: float) -> np.ndarray:
+    """1-sigma over its root mean square, (rows,)."""
+    return np.sqrt(1.0 - growth + growth * (signal / level) ** 2)
+
+
+def _usual(bends: Sequence[Sequence[tuple[np.ndarray, np.ndarray]]]) -> float:
+    """1-sigma of white noise with these second differences."""
+    first = np.abs(np.concatenate([parts[0][0] for parts in bends]))
+    return float(np.median(first) / norm.ppf(0.75) / np.sqrt(6.0))
+
+
+@cache
+def _core(tails: float) -> float:
+    """Scale of Student's t that is most likely for Gaussian numbers of unit size."""
+    z = norm.ppf((np.arange(4000) + 0.5) / 4000)
+    return float(brentq(lambda s: np.mean((tails + 1.0) * z**2 / (tails * s**2 + z**2)) - 1.0, 0.3, 1.5))

@@ -1,0 +1,348 @@
+"""A campaign that can be evaluated anywhere: every base constant and every candidate effect.
+
+One evaluation gives the outputs of all recordings, less what latent trajectories explain, and their
+derivatives by a few numbers. Everything else in a diagnosis is linear algebra on its whitened results.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+
+from fitting.data.recordings import Campaign, Recording
+from fitting.inference.channels import Channel
+from fitting.inference.parallel import RUNS, Tally
+from fitting.specimens.reduction import thinned
+from fitting.specimens.rows import MOST_ROWS, Rows, stack, with_numbers
+from fitting.specimens.saved_models import AugmentedModel
+from fitting.specimens.with_effects import LETTERS, candidates, kind_module
+from pneusma_jax.calibration.records import Calibration
+from pneusma_jax.errors import InputError
+
+from . import latent_trajectories
+from .compiled import Compiled
+from .evaluation import COURSE, Evaluation, Raw, trajectories_of, with_trajectories
+from .high_frequency_noise import high_frequency_readings
+from .inputs import input_noise, shifted, with_input_noise
+from .noise import channels_of
+from .trajectory_search import ROUNDS, Search
+from .unknowns import Unknowns
+
+FAILED = 30.0
+"""Standard deviations that a row counts for at least in which the model has no answer."""
+TOO_FAR = 0.02
+"""Change of a fraction beyond which its first-order answer is not believed."""
+SETTLING, SEARCHING = 3, 8
+"""Most rounds of courses and of how fast they walk, and as many where they were never looked for."""
+SETTLED = 1e-3
+"""Change of a fraction at which they end."""
+
+
+@dataclass
+class Program:
+    """A campaign that can be evaluated anywhere.
+
+    Attributes:
+        kind: of the recordings.
+        recordings: those of the campaign, in its order, reduced where they are long.
+        stacked: the same as arrays.
+        channels: measured outputs by recording.
+        unknowns: numbers that may be free.
+        fitted: recordings whose role is `fit`, shape (recordings,).
+        tally: models that were fitted to the campaign and runs of the compiled program, shared by all copies
+            of this one.
+        failed: standard deviations that a row without an answer counts for; more than any misfit of the
+            nominal base model, so that no fit gains by failing.
+        taken: measured values of every recording that latent trajectories take up, shape (recordings,).
+        pace: variance per second of every latent trajectory, (recordings, courses); no courses, no columns.
+        bare: channels with their own noise only.
+        apart: readings that are not counted because they stand apart from their neighbours, see `apart`.
+    """
+
+    kind: str
+    recordings: list[Recording]
+    stacked: Rows
+    channels: list[list[Channel]]
+    unknowns: Unknowns
+    fitted: np.ndarray
+    tally: Tally = field(default_factory=Tally)
+    failed: float = FAILED
+    taken: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    pace: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    bare: list[list[Channel]] = field(default_factory=list)
+    apart: tuple = ()
+    _compiled: Compiled | None = field(default=None, repr=False)
+
+    @classmethod
+    def of(
+        cls,
+        campaign: Campaign,
+        kind: str,
+        slugs: list[str] | None = None,
+        model: AugmentedModel | None = None,
+        tables: Mapping[str, str | Path | Calibration] = MappingProxyType({}),
+    ) -> "Program":
+        """Build a program.
+
+        Args:
+            campaign: recordings of one kind.
+            kind: that kind.
+            slugs: effects to try; all of the kind if None.
+            model: base model to start from: its numbers are nominal, its effects are always there.
+            tables: to start from where an alloy or material is to be identified, as the kind's `rows_for`
+            takes them.
+
+        Raises:
+            InputError: if the recordings cannot be used together.
+        """
+        module = kind_module(kind)
+        rows_for = getattr(module, "hidden_rows_for", module.rows_for)
+        campaign = thinned(campaign, getattr(module, "MOST_ROWS", MOST_ROWS))
+        rows = rows_for(campaign, **tables)
+        model = model or AugmentedModel()
+        there = tuple(added.slug for added in model.added)
+        tried = [slug for slug in (candidates(kind) if slugs is None else slugs) if slug not in there]
+        known = {name: q for table in model.base.values() for name, q in table.items()}
+        rows = [with_numbers(r, known) for r in rows]
+        stacked = stack(rows, coarse=True)
+        unknowns = Unknowns(module.parameters_for(campaign, **tables), tried, LETTERS[kind], known)
+        size = stacked.mask.shape[1]
+        hiding = hasattr(module, "hidden_rows_for") or hasattr(module, "prepared")
+        quiet = high_frequency_readings(campaign.recordings, rows) if hiding else [{}] * len(rows)
+        outputs = (*module.OUTPUTS, *getattr(module, "READINGS", ()))
+        channels = [
+            channels_of(recording, r, outputs, size, told)
+            for recording, r, told in zip(campaign.recordings, rows, quiet, strict=True)
+        ]
+        for recording, found in zip(campaign.recordings, channels, strict=True):
+            if not any(channel.count for channel in found if channel.quantity in module.OUTPUTS):
+                wanted = " or ".join(module.OUTPUTS)
+                raise InputError(
+                    f"{recording.path or recording.name}: there is no {wanted} to compare the model with"
+                )
+        fitted = np.array([recording.role == "fit" for recording in campaign.recordings])
+        if not fitted.any():
+            raise InputError(f"{campaign.path}: every recording has role validation; nothing is left to fit")
+        program = cls(kind, list(campaign.recordings), stacked, channels, unknowns, fitted)
+        program.taken, program.bare = np.zeros(len(channels)), channels
+        columns = len(stacked.extra[COURSE]) if hasattr(module, "hidden_rows_for") else 0
+        program.pace = np.zeros((len(channels), columns))
+        program._compiled = Compiled(kind, module, unknowns, model.effects, columns)
+        program.prepare(unknowns.neutral)
+        program.count_input_noise(unknowns.neutral)
+        program.prepare(unknowns.neutral)
+        nominal = program.evaluate(unknowns.neutral, unknowns.base[:0]).misfit
+        program.failed = max(FAILED, *(float(np.max(np.abs(m), initial=0.0)) for m in nominal))
+        return program
+
+    @property
+    def unseen(self) -> np.ndarray:
+        """Mask of the recordings that only score: those that are not fitted, or all where every one is."""
+        return self.fitted if self.fitted.all() else ~self.fitted
+
+    @property
+    def noise_stated(self) -> bool:
+        """Whether somebody states the noise of every output that is fitted."""
+        fitted = zip(self.recordings, self.channels, self.fitted, strict=True)
+        return all(r.noise_si(c.quantity) for r, channels, chosen in fitted if chosen for c in channels)
+
+    @property
+    def hidden(self) -> bool:
+        """Whether there are latent trajectories, which `prepare` looks for."""
+        return self.pace.shape[1] > 0 or hasattr(kind_module(self.kind), "prepared")
+
+    def follows(self, quantity: str) -> bool:
+        """Whether latent trajectories follow an output, so that its misfit says little by itself."""
+        return self.hidden and quantity.startswith("resistance")
+
+    def prepare(self, u: np.ndarray, near: Evaluation | None = None) -> None:
+        """Find latent trajectories and how fast they walk at the numbers of `u`, where the kind has them.
+
+        Args:
+            u: scaled numbers, (unknowns,).
+            near: an evaluation close by, for kinds whose compiled program searches itself: the search of a
+                recording begins with its courses where that ends better, as one from the readings may end in
+                a false optimum that it is out of. Other searches go on from the courses of the stack.
+        """
+        nothing = self.unknowns.base[:0]
+        if self.pace.shape[1]:
+            for _ in range(SETTLING if self.pace.any() else SEARCHING):
+                here = self._run(u, nothing, self.stacked)
+                self.pace = here.paces(self.channels, self.stacked.extra["layout"].spring_numbers)
+                before, now = trajectories_of(self.stacked), self.evaluate(u, nothing).courses
+                self.stacked = with_trajectories(self.stacked, now)
+                if np.max(np.abs(now - before)) < SETTLED:
+                    break
+            here = self._run(u, nothing, self.stacked)
+            self.taken = np.array([one.taken().sum() if one else 0.0 for one in self._explained(here)])
+        elif self.hidden:
+            values = self.unknowns.values(u)
+            self.stacked = kind_module(self.kind).prepared(values, self.stacked, self.channels)
+            here = self.evaluate(u, nothing)
+            if near is not None:
+                here = here.bettered(self.evaluate(u, nothing, near=near))
+            self.stacked = self.begun(self.stacked, here, u)
+            self.taken = np.array([np.sum(here.drivers["taken"][k]) for k in range(len(self.channels))])
+
+    def prepared(self, u: np.ndarray, near: Evaluation | None = None) -> "Program":
+        """The program with latent trajectories as the model at `u` has them, see `prepare`; the original is
+        left alone."""
+        copy = replace(self)
+        copy.prepare(u, near)
+        return copy
+
+    def followed(self, here: Evaluation) -> list[latent_trajectories.Hidden | None]:
+        """What latent trajectories explain of every recording near an evaluation, those that the compiled
+        program finds itself, too; None where there are none."""
+        names = [f"slope_{name}" for name in kind_module(self.kind).OUTPUTS]
+        if names[0] not in here.drivers:
+            return here.hidden
+        found, pace = [], np.asarray(self.stacked.extra["wander"])
+        for k, channels in enumerate(self.channels):
+            own, memory = (
+                np.stack([np.nan_to_num(here.drivers[f"{name}_{c.quantity}"][k]) for c in channels])
+                for name in ("slope", "memory")
+            )
+            fraction, time = here.drivers[COURSE][k], np.asarray(self.stacked.time)[k]
+            own = latent_trajectories.LatentTrajectory.of(
+                0, fraction, own + memory, memory, float(pace[k]), time
+            )
+            found.append(latent_trajectories.Hidden.of([own], channels))
+        return found
+
+    def count_input_noise(self, u: np.ndarray) -> None:
+        """Add what the noise of measured inputs does to the outputs, as the model at `u` has it."""
+        nothing = self.unknowns.base[:0]
+        noise = input_noise(self.recordings, self.stacked)
+        here = self.evaluate(u, nothing, self.stacked).predicted if noise else []
+        changes = {}
+        for name, sigma in noise.items():
+            there = [
+                self.evaluate(u, nothing, shifted(self.stacked, name, sign * sigma)).predicted
+                for sign in (1.0, -1.0)
+            ]
+            changes[name] = [
+                [[b - a for a, b in zip(x, y, strict=True)] for x, y in zip(here, one, strict=True)]
+                for one in there
+            ]
+        if self.pace.shape[1]:
+            here = self._run(u, nothing, self.stacked)
+            pairs = zip(self._hiding(), self.recordings, strict=True)
+            changes["averaging"] = [[here.averaging(k, *parts, r.block) for (k, parts), r in pairs]]
+        self.channels = with_input_noise(self.bare, changes)
+
+    def _hiding(self) -> list[tuple[int, tuple[list[Channel], np.ndarray]]]:
+        """Every recording's number, with its channels and how fast its latent trajectories walk."""
+        return [(k, parts) for k, parts in enumerate(zip(self.channels, self.pace, strict=True))]
+
+    def evaluate(
+        self,
+        u: np.ndarray,
+        columns: np.ndarray,
+        stacked: Rows | None = None,
+        near: Evaluation | None = None,
+    ) -> Evaluation:
+        """Whitened misfit of every recording, and its derivative by some of the unknowns.
+
+        Args:
+            u: scaled numbers, shape (unknowns,).
+            columns: indices of unknowns, any number.
+            stacked: recordings of the same shape instead of the campaign's, their latent trajectories as they
+                are.
+            near: an evaluation close by, from whose latent trajectories the search for those here begins.
+        """
+        u, columns = np.asarray(u, float), np.asarray(columns, int)
+        moving = stacked is None and self.pace.shape[1] > 0
+        stacked = self.stacked if stacked is None else stacked
+        width = self._compiled.width
+        chunks = [columns[first : first + width] for first in range(0, max(len(columns), 1), width)]
+        start = self.begun(stacked, near, u) if near is not None else stacked
+        search = Search(self.channels, self.pace, self.failed) if moving else None
+        first = self._run(u, chunks[0], start)
+        if search:
+            search.saw(first)
+            for _ in range(ROUNDS - 1):
+                if search.settled:
+                    break
+                search.saw(self._run(u, chunks[0], with_trajectories(stacked, search.trial)))
+            first = search.best
+        rest = [self._run(u, chunk, first.stacked) for chunk in chunks[1:]]
+        names = first.slopes
+        slopes = {n: np.concatenate([part.slopes[n] for part in (first, *rest)]) for n in names}
+        whole = replace(first, slopes=slopes)
+        return self._evaluated(u, columns, whole, search, again=bool(rest))
+
+    def slopes(self, here: Evaluation, columns: np.ndarray) -> dict[str, np.ndarray]:
+        """Derivatives of the outputs by some unknowns where latent trajectories stay as they are, by
+        quantity.
+
+        Args:
+            here: an evaluation.
+            columns: indices of unknowns, any number.
+
+        Returns:
+            SI per scaled unit, (columns, recordings of the stack, rows); NaN where the model has no answer.
+        """
+        stacked, width = with_trajectories(self.stacked, here.courses), self._compiled.width
+        chunks = [columns[first : first + width] for first in range(0, len(columns), width)]
+        runs = [self._run(here.u, chunk, stacked) for chunk in chunks]
+        return {name: np.concatenate([run.slopes[name] for run in runs]) for name in runs[0].slopes}
+
+    def begun(self, stacked: Rows, near: Evaluation, u: np.ndarray) -> Rows:
+        """Recordings whose searches for latent trajectories begin with those of an evaluation, foretold at
+        `u`."""
+        if self.pace.shape[1]:
+            return with_trajectories(stacked, near.courses_at(u))
+        begun = getattr(kind_module(self.kind), "begun", None)
+        return begun(stacked, near.drivers) if begun else stacked
+
+    def _run(self, u: np.ndarray, columns: np.ndarray, stacked: Rows) -> Raw:
+        """One run of the compiled program; see `Compiled.run`."""
+        self.tally.count(RUNS)
+        return self._compiled.run(u, columns, stacked)
+
+    def _explained(self, here: Raw) -> list[latent_trajectories.Hidden | None]:
+        """Free courses of every recording, and what they explain; None where there are none."""
+        return [here.hidden(k, *parts) for k, parts in self._hiding()]
+
+    def _evaluated(
+        self, u: np.ndarray, columns: np.ndarray, here: Raw, search: Search | None, again: bool
+    ) -> Evaluation:
+        """What a run says, less what latent trajectories explain: told anew where a row may lack a derivative
+        by further unknowns."""
+        found, moved, drivers = [], trajectories_of(here.stacked), dict(here.drivers)
+        slopes = np.zeros((len(columns), *moved.shape))
+        hidden = search.hidden if search else [None] * len(self.channels)
+        hidden = self._explained(here) if search and again else hidden
+        for k, (channels, one) in enumerate(zip(self.channels, hidden, strict=True)):
+            misfit, jacobian, raw = here.whitened(k, channels, self.failed)
+            if one is not None:
+                told = one.answer(misfit, jacobian)
+                jacobian, believed = told.jacobian, np.max(np.abs(told.steps)) < TOO_FAR
+                believed &= not search.tripped[k]
+                misfit = told.misfit if believed else misfit
+                for j, course in enumerate(one.courses):
+                    slopes[:, k, course.number] = told.slopes[:, j]
+                    if believed:
+                        moved[k, course.number] += told.steps[j]
+                        raw = [x + dx for x, dx in zip(raw, course.change(told.steps[j]), strict=True)]
+            found.append((misfit, jacobian, raw))
+        for j, number in enumerate(self.stacked.extra["layout"].spring_numbers if search else ()):
+            drivers[f"{COURSE}_{number}"] = moved[:, j]
+        parts = (list(x) for x in zip(*found, strict=True))
+        return Evaluation(*parts, drivers, u, columns, moved, slopes, hidden)
+
+    def observations(self, chosen: np.ndarray) -> int:
+        """Measured values of some recordings, given by a mask, less those that latent trajectories take
+        up."""
+        return round(sum(self.count(k) * self.free_share(k) for k in np.flatnonzero(chosen)))
+
+    def count(self, k: int) -> int:
+        """Measured values of recording k."""
+        return sum(channel.count for channel in self.channels[k])
+
+    def free_share(self, k: int) -> float:
+        """Part of the measured values of recording k that no latent trajectory takes up."""
+        return 1.0 - float(self.taken[k]) / max(self.count(k), 1)

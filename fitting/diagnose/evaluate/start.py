@@ -1,0 +1,121 @@
+"""What a diagnosis compares recordings with, where an alloy or a material is to be identified: what
+`characterise` finds from all of its starts."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from fitting.calibrate import characterise
+from fitting.calibrate.elastomer.laws import LAWS
+from fitting.calibrate.elastomer.material import material
+from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation
+from fitting.calibrate.general.pipeline import WIRE_STARTS, characterise_general
+from fitting.data.recordings import Campaign
+from fitting.specimens.priors import FIT
+from fitting.specimens.silicones import UNKNOWN
+from pneusma_jax.calibration.records import Calibration, Prior
+from pneusma_jax.errors import InputError
+from pneusma_jax.units import to_si
+
+from .program import Program
+
+IDENTIFIED = {"elastomer": "material", "tube": "material", "spring": "alloy", "wire": "alloy"}
+"""What may be identified from recordings of one kind alone."""
+SURE_SIGN = 0.01
+"""Part of a positive constant below which it is not looked for."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where a diagnosis starts from.
+
+    Attributes:
+        words: what the base model is, for a sentence; empty for the published model.
+        tables: to start from, as `Program.of` takes them.
+        notes: what is to be read with care.
+    """
+
+    words: str = ""
+    tables: Mapping[str, Calibration] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+def identifies(campaign: Campaign, kind: str) -> bool:
+    """Whether the alloy or material of recordings of one kind is to be identified."""
+    key = IDENTIFIED.get(kind)
+    return any(str(r.full_geometry().get(key)) == FIT for r in campaign.recordings)
+
+
+def start_of(campaign: Campaign, kind: str, progress: Callable[[str], None] = lambda _: None) -> Start:
+    """The base model of a campaign whose recordings say what they are; a coupon of a silicone that nobody has
+    characterised gets the law that predicts it best.
+
+    Args:
+        campaign: recordings of one kind.
+        kind: that kind.
+        progress: told what happens, in words.
+    """
+    if not identifies(campaign, kind):
+        return Start(_named(campaign, kind))
+    if kind != "elastomer":
+        return Start(f"the published model, its {IDENTIFIED[kind]} identified from these recordings")
+    progress("fitting laws of the silicone")
+    try:
+        found = characterise(campaign)
+    except InputError as problem:
+        said = f"No law could be fitted to start from, so the source's silicone was taken ({problem})"
+        return Start("the source's silicone, its stiffness identified from these recordings", notes=(said,))
+    return Start(f"a law fitted to these recordings: {found.best.law.label}", {"material": loosened(found)})
+
+
+def loosened(found: ElastomerCharacterisation) -> Calibration:
+    """The table of a fitted law whose constants are as open as those of a silicone that nobody knows.
+
+    Its standard errors are no knowledge beside the recordings that they come from.
+    """
+    table, positive = material(found.whole, found.samples, found.title), _positive(found.law)
+    quantities = dict(table.quantities)
+    for name in found.parameters:
+        value = quantities[name].value
+        low = SURE_SIGN * value if name in positive and value > 0.0 else -np.inf
+        prior = Prior(value, max(UNKNOWN * abs(value), np.finfo(float).tiny), low, np.inf)
+        quantities[name] = replace(quantities[name], prior=prior)
+    return replace(table, quantities=quantities)
+
+
+def _positive(law: str) -> set[str]:
+    return {constant.name for constant in LAWS[law].constants if constant.min > -np.inf}
+
+
+def _named(campaign: Campaign, kind: str) -> str:
+    """A table of one's own that recordings name."""
+    own = dict.fromkeys(
+        str(r.geometry[key])
+        for r in campaign.recordings
+        for key in ("alloy", "material")
+        if key in r.geometry
+    )
+    return f"the published model with {' and '.join(own)}" if own else ""
+
+
+def characterised(campaign: Campaign, program: Program, progress: Callable[[str], None]) -> list[np.ndarray]:
+    """The constants that `characterise` finds from all of its starts, scaled, as one more start of the base
+    model; none where nothing is to be identified, or these recordings cannot be characterised."""
+    if program.kind == "elastomer" or not identifies(campaign, program.kind):
+        return []
+    progress("characterising")
+    try:
+        if program.kind == "wire":  # with the same residual strain as the program's
+            found = characterise_general(campaign, "wire", starts=WIRE_STARTS)
+        else:
+            found = characterise(campaign, profile=0)
+    except InputError:
+        return []
+    unknowns, u = program.unknowns, program.unknowns.neutral.copy()
+    for k in unknowns.base:
+        known = found.parameters.get(unknowns.items[k].name)
+        if known is not None:
+            value = float(to_si(known.value, known.unit, known.unit == "K"))
+            u[k] = np.clip(unknowns.items[k].scaled(value), unknowns.low[k], unknowns.high[k])
+    return [u]

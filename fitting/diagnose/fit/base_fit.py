@@ -1,0 +1,101 @@
+"""The base model refitted, with the noise that recordings show about it: what every search begins with."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from fitting.inference.parallel import run_parallel
+
+from ..evaluate.program import Program
+from ..evaluate.unknowns import Unknowns
+from .campaign_noise import with_noise_of
+from .evidence import inflation_of
+from .misfit import reduced
+from .outliers import without_outliers
+from .refit import AT_BOUND, Fit, Refitter
+
+POOR = 1.2
+"""Reduced chi-square of the base model from which its fit is tried from the other side of nominal, too."""
+SCATTERED = 7
+"""Further starts of the same beside latent trajectories, where two of five found the better of two optima,
+and of a fit that did not move or sits at a bound."""
+MOVED = 1e-3
+"""Standard deviations from its start up to which a constant has not moved."""
+MIRRORED, CLEARLY = 2.0, 5.0
+"""Standard deviations from nominal at which those begin at most; and the log-likelihood, deflated as evidence
+is, by which it must be better."""
+SETTLING = 2
+"""Rounds in which noise is told from what a base model leaves, and the base model fitted with it."""
+
+
+def base_fit(
+    program: Program,
+    start: np.ndarray | None = None,
+    further: Callable[[], Sequence[np.ndarray]] = tuple,
+) -> tuple[Program, Fit]:
+    """The base model refitted, and the program with the noise and the latent trajectories that it shows.
+
+    Where much is left, or a constant sits at a bound, the fit is made again from the other side of nominal,
+    and from places all about it where it may be shut in: fractions at their limits, and rows that a metal
+    remembers,
+    shut in false optima that would pass for missing physics; so do constants that nothing is known of.
+
+    Args:
+        program: of the campaign.
+        start: scaled numbers to begin with; nominal ones if None.
+        further: makes more starts, scaled; asked only where they are needed.
+    """
+    begin = program.unknowns.neutral if start is None else start
+    program, fit = settle(program, Refitter(program).fit((), start))
+    bound = at_bound(program.unknowns, fit)
+    if bound or reduced(program, fit, program.fitted) > POOR:
+        stuck = bool(bound) or not departed_from(program, fit, begin)
+        starts = [*_elsewhere(program, fit, stuck), *further()]
+        others = run_parallel(lambda u: Refitter(program).fit((), u), starts)
+        other = min(others, key=lambda f: f.objective)
+        if clearly_better(program, fit, other):
+            program, fit = settle(program, other)
+    return program, fit
+
+
+def clearly_better(program: Program, fit: Fit, other: Fit) -> bool:
+    """Whether another fit of the same model explains so much more that it takes the place of one."""
+    return (fit.objective - other.objective) / inflation_of(program, other) > CLEARLY
+
+
+def departed_from(program: Program, fit: Fit, start: np.ndarray) -> bool:
+    """Whether any base constant moved from where a fit began."""
+    base = program.unknowns.base
+    return bool(np.max(np.abs(fit.u[base] - start[base]), initial=0.0) > MOVED)
+
+
+def at_bound(unknowns: Unknowns, fit: Fit) -> list[str]:
+    """Base constants that ended at a bound, by name."""
+    return [
+        unknowns.items[k].name
+        for k in unknowns.base
+        if min(fit.u[k] - unknowns.low[k], unknowns.high[k] - fit.u[k])
+        < AT_BOUND * (unknowns.high[k] - unknowns.low[k])
+    ]
+
+
+def _elsewhere(program: Program, fit: Fit, stuck: bool) -> list[np.ndarray]:
+    """Starts far from where a fit of the base model ended, scaled."""
+    starts, rng = [np.clip(-fit.u, -MIRRORED, MIRRORED)], np.random.default_rng(0)
+    base = program.unknowns.base
+    for _ in range(SCATTERED if program.hidden or stuck else 0):
+        starts.append(fit.u.copy())
+        starts[-1][base] = np.clip(rng.standard_normal(len(base)), -MIRRORED, MIRRORED)
+    return starts
+
+
+def settle(program: Program, fit: Fit) -> tuple[Program, Fit]:
+    """The program with the noise that a base model shows, and its fit there; without readings that stand
+    apart from what the model leaves."""
+    program = without_outliers(program, fit.evaluation)
+    for _ in range(SETTLING):
+        program = with_noise_of(program, fit.evaluation).prepared(fit.u, fit.evaluation)
+        if program.pace.shape[1]:
+            program.count_input_noise(fit.u)
+        fit = Refitter(program).fit((), fit.u)
+    return program, fit

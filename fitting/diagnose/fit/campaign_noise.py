@@ -1,0 +1,55 @@
+"""The noise of every instrument of a campaign, told by what a fitted model leaves of its recordings."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from fitting.inference.noise import rounding_noise
+from fitting.inference.readings import read_values
+
+from ..evaluate.evaluation import Evaluation
+from ..evaluate.instruments import Series, instrument_of, series_of
+from ..evaluate.program import Program
+
+
+def with_noise_of(program: Program, here: Evaluation) -> Program:
+    """The program with the noise that all recordings of an instrument show once a model is fitted.
+
+    A resistance that latent trajectories follow shows no errors: what it was told at first stays
+    (`high_frequency_noise`).
+
+    Args:
+        program: of the campaign; left alone.
+        here: the fitted model.
+    """
+    bare, size = [list(row) for row in program.bare], program.stacked.mask.shape[1]
+    groups: dict[tuple[str, bool], list[tuple[int, int, Series]]] = {}
+    for k, (recording, hidden) in enumerate(zip(program.recordings, program.followed(here), strict=True)):
+        shape = len(program.channels[k]), size
+        taken = hidden.taken().reshape(shape) if hidden else np.zeros(shape)
+        for j, channel in enumerate(program.channels[k]):
+            stated = recording.noise_si(channel.quantity) or None
+            if program.follows(channel.quantity):
+                continue
+            one = series_of(channel, bare[k][j], here.predicted[k][j], stated, recording.block)
+            rounding = rounding_noise(read_values(recording, channel.quantity)) / np.sqrt(recording.block)
+            one = one.dithered(rounding)
+            key = channel.quantity, stated is None
+            groups.setdefault(key, []).append((k, j, one.less(taken[j])))
+    for members in groups.values():
+        noise = instrument_of([one for _, _, one in members] + _samples(program, members))
+        for k, j, one in members if noise else ():
+            bare[k][j] = noise.told(bare[k][j], one)
+    copy = replace(program, bare=bare)
+    copy.count_input_noise(here.u)
+    return copy
+
+
+def _samples(program: Program, members: list[tuple[int, int, Series]]) -> list[Series]:
+    """The samples behind rows that are means, where their noise is stated."""
+    found = []
+    for k, j, one in members:
+        if one.stated and one.block > 1:
+            quantity, rows = program.bare[k][j].quantity, int(np.asarray(program.stacked.mask)[k].sum())
+            found.append(one.finer(program.recordings[k].whole.si(quantity), rows))
+    return found

@@ -1,0 +1,103 @@
+"""Log Bayes factors of fitted models, by Laplace's approximation, deflated by what the best one leaves."""
+
+import numpy as np
+
+from ..evaluate.noise import lasting
+from ..evaluate.program import Program
+from .refit import SHAPE_SD, Fit, absent, at_its_bound, prior_sd
+
+AT_BOUND = 8.0
+"""Log Bayes factor that an effect loses whose strength ends at a physical bound."""
+
+
+def inflation_of(program: Program, fit: Fit) -> float:
+    """Factor on variances by what a model leaves and by the serial correlation of its residuals."""
+    left = 2.0 * fit.objective / max(program.observations(program.fitted), 1)
+    return max(1.0, left) * lasting(fit.evaluation.misfit[k] for k in np.flatnonzero(program.fitted))
+
+
+def log_likelihood(program: Program, gained: float, inflation: float = 1.0) -> float:
+    """What a gain in the reduced chi-square of the fitted recordings is worth, deflated as evidence is."""
+    return 0.5 * program.observations(program.fitted) * gained / inflation
+
+
+def effective_degrees_of_freedom(program: Program, fit: Fit) -> float:
+    """Measured values of the fitted recordings that latent trajectories follow instead of a model: a model
+    that lets them follow one more error explains half a unit of log-likelihood by that alone."""
+    hidden = program.followed(fit.evaluation)
+    return float(sum(hidden[k].taken().sum() for k in np.flatnonzero(program.fitted) if hidden[k]))
+
+
+def evidence(
+    program: Program, current: Fit, further: Fit, inflation: float, followed: float | None = None
+) -> float:
+    """Log Bayes factor of a model with further effects over one without them; misfit counts by 1 / inflation.
+
+    Models are compared with each other under one inflation only. `followed` is what the current model's
+    courses take up, if that is known. An effect that ended at its neutral value has no evidence, whatever its
+    fit gained: something else did.
+    """
+    followed = effective_degrees_of_freedom(program, current) if followed is None else followed
+    added = [slug for slug in further.slugs if slug not in current.slugs]
+    luck = 0.5 * max(effective_degrees_of_freedom(program, further) - followed, 0.0)
+    gain = (current.objective - further.objective - luck) / inflation
+    penalty = len(added) * np.log(max(len(program.unknowns.slugs), 1))
+    penalty += AT_BOUND * sum(at_its_bound(further, slug) for slug in added)
+    found = gain + _occam(program, current, further, added, inflation) - penalty
+    nothing = any(absent(program.unknowns, further, slug) for slug in added)
+    return min(found, 0.0) if nothing else found
+
+
+def _occam(program: Program, current: Fit, further: Fit, added: list[str], inflation: float) -> float:
+    """What the freedom of added effects costs, by Laplace's approximation; misfit counts by 1 / inflation,
+    and so does what it tells of the numbers.
+
+    Of several strengths of an effect each is absent as likely as not: what the recordings do not need costs
+    no more than that.
+    """
+    own, items = program.unknowns.of(added), program.unknowns.items
+    before, after = (_information(program, fit, inflation) for fit in (current, further))
+    total = 0.5 * (np.linalg.slogdet(before)[1] - np.linalg.slogdet(after)[1])
+    present = 0.5 * np.log(2.0 * np.pi)
+    shape = SHAPE_SD * np.sqrt(2.0 * np.pi)
+    widths = {int(k): shape if items[k].shape else items[k].high - items[k].low for k in own}
+    total += sum(present - np.log(width) for width in widths.values())
+    place = {int(k): n for n, k in enumerate(further.free)}
+    away = further.u[further.free] - program.unknowns.neutral[further.free]
+    for slug in added:
+        strengths = [k for k in program.unknowns.of([slug]) if not items[k].shape]
+        if len(strengths) < 2:
+            continue
+        wanted = {place[int(k)]: np.log(widths[k]) - present for k in strengths}
+        total += _spared(np.linalg.inv(after), away, wanted)
+        total -= len(strengths) * np.log(2.0)
+    return min(total, 0.0)
+
+
+def _information(program: Program, fit: Fit, inflation: float) -> np.ndarray:
+    """Of recordings and priors, on a fit's free numbers, (free, free); misfit counts by 1 / inflation."""
+    unknowns, prior = program.unknowns, prior_sd(program.unknowns, fit.free) ** -2
+    seen = np.linalg.inv(fit.covariance) - np.diag(prior)
+    span = unknowns.high[fit.free] - unknowns.low[fit.free]
+    widest = np.where(prior > 0.0, prior, 12.0 / span**2)
+    return seen / inflation + np.diag(widest)
+
+
+def _spared(covariance: np.ndarray, away: np.ndarray, cost: dict[int, float]) -> float:
+    """What leaving out strengths saves in log-evidence, to second order: one after the other, all but one.
+
+    Args:
+        covariance: of the free numbers, (numbers, numbers).
+        away: how far each is from its absence, (numbers,).
+        cost: of a strength's prior, by its place among the numbers.
+    """
+    C, d, left, saved, best = covariance.copy(), away.copy(), dict(cost), 0.0, 0.0
+    while len(left) > 1:
+        gains = {j: c - 0.5 * d[j] ** 2 / C[j, j] - 0.5 * np.log(C[j, j]) for j, c in left.items()}
+        j = max(gains, key=gains.get)
+        saved += gains[j]
+        best = max(best, saved)
+        d = d - C[:, j] * d[j] / C[j, j]
+        C = C - np.outer(C[:, j], C[j]) / C[j, j]
+        del left[j]
+    return best

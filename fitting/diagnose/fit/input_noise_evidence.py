@@ -1,0 +1,50 @@
+"""Noise of measured inputs that an effect averages away: what fits better by that alone is no physics.
+
+A channel that runs half a row late is predicted from the mean of two rows of a noisy temperature, and a lag
+from that of many. The same noise, new in every row, is put on the inputs under both models; what the further
+one passes on less is what it gains by luck.
+"""
+
+import numpy as np
+
+from ..evaluate.inputs import shifted, white_noise
+from ..evaluate.program import Program
+from .refit import Fit
+
+SEED = 20
+"""Of the noise that both models get."""
+LOST = 5.0
+"""Change in standard deviations of a value that noise does not make: a row lost its answer, or a metal's
+memory took another course."""
+
+
+def explained_by_input_noise(program: Program, current: Fit, further: Fit) -> float:
+    """Log-likelihood that a further model gains because it passes on less noise of inputs, not deflated."""
+    noise = white_noise(program.recordings, program.stacked)
+    if not any(sigma.any() for sigma in noise.values()):
+        return 0.0
+    return 0.5 * max(_passed_on(program, current, noise) - _passed_on(program, further, noise), 0.0)
+
+
+def _passed_on(program: Program, fit: Fit, noise: dict[str, np.ndarray]) -> float:
+    """Chi-square of fitted recordings that noise of inputs alone makes under a model, less what hidden
+    courses follow of it.
+
+    Args:
+        program: of the campaign.
+        fit: model.
+        noise: 1-sigmas of inputs, SI, by quantity, (recordings of the stack,).
+    """
+    quiet = program.begun(program.stacked, fit.evaluation, fit.u)
+    rng, noisy = np.random.default_rng(SEED), quiet
+    for name, sigma in noise.items():
+        kicks = rng.standard_normal(np.shape(quiet.inputs[name]))
+        noisy = shifted(noisy, name, sigma[:, None] * kicks)
+    nothing, total = program.unknowns.base[:0], 0.0
+    there, moved = (program.evaluate(fit.u, nothing, rows).misfit for rows in (quiet, noisy))
+    followed = program.followed(fit.evaluation)
+    for k in np.flatnonzero(program.fitted):
+        change = np.where(np.abs(moved[k] - there[k]) < LOST, moved[k] - there[k], 0.0)
+        change = followed[k].projected(change[None])[0][0] if followed[k] else change
+        total += float(change @ change)
+    return total

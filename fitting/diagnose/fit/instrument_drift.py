@@ -1,0 +1,102 @@
+"""What instruments by themselves explain is no physics: slow drift of every one, and noise of inputs.
+
+A zero that wanders within its noise leaves slow misfit that some effect or other always fits a little. Drift
+is a Gaussian process of each output of each recording, a few cosines of a size within the noise, so its
+evidence beside any fitted model is a closed form.
+"""
+
+import numpy as np
+from scipy.linalg import block_diag
+from scipy.special import logsumexp
+
+from fitting.inference.channels import Channel
+
+from ..evaluate.evaluation import Evaluation
+from ..evaluate.program import Program
+from .evidence import inflation_of
+from .input_noise_evidence import explained_by_input_noise
+from .refit import Fit
+
+DRIFTS = (0.0, 0.2, 0.4, 0.6)
+"""1-sigmas of drift that are thought equally likely, in those of the noise: more would not pass for noise of
+the size that is stated."""
+SLOW = 6
+"""Cosines over each recording that drift is made of."""
+LASTING = 0.25
+"""Part of a recording over which drift lasts."""
+
+
+def drift_columns(program: Program, here: Evaluation) -> np.ndarray:
+    """What slow courses of every recording's outputs do to the misfit, less what latent trajectories take up.
+
+    Returns:
+        In 1-sigmas of the noise, together as large as it, (values, courses).
+    """
+    followed, drift = program.followed(here), []
+    for quantity in outputs_of(program):
+        parts = []
+        for k, channels in enumerate(program.channels):
+            own = [
+                _courses(c) if c.quantity == quantity else np.zeros((SLOW, len(c.measured))) for c in channels
+            ]
+            added = np.concatenate(own, axis=1)
+            parts.append((followed[k].projected(added)[0] if followed[k] else added).T)
+        drift.append(block_diag(*parts))
+    return np.concatenate(drift, axis=1)
+
+
+def outputs_of(program: Program) -> list[str]:
+    """Measured outputs whose misfit says something by itself: courses follow a resistance, and what they
+    leave of it is too little to go by."""
+    names = dict.fromkeys(c.quantity for channels in program.channels for c in channels)
+    return [name for name in names if not program.follows(name)]
+
+
+def _courses(channel: Channel) -> np.ndarray:
+    """Courses of slow drift of a channel, whitened, (courses, values); together as large as its noise."""
+    there = np.isfinite(channel.sigma)
+    order = np.arange(SLOW)[:, None]
+    t = (np.cumsum(there) - 0.5) / max(there.sum(), 1)
+    size = 1.0 / (1.0 + (LASTING * np.pi * order) ** 2)
+    courses = np.sqrt(size / size.sum()) * np.where(order > 0, np.sqrt(2.0), 1.0) * np.cos(np.pi * order * t)
+    return channel.whitened(np.where(there, courses * np.where(there, channel.sigma, 0.0), 0.0))
+
+
+def drift_gain(program: Program, fit: Fit) -> tuple[float, float]:
+    """Log-evidence that drift adds to a fitted model, its numbers following; averaged over `DRIFTS`.
+
+    Returns:
+        It, and what drift of the largest size would add on average if it were there: what drift is credited
+        with beyond that is a misfit too large to be drift.
+    """
+    here = fit.evaluation
+    counts = [np.full(len(m), float(f)) for m, f in zip(here.misfit, program.fitted, strict=True)]
+    r, A = here.joined(counts)
+    D = drift_columns(program, here) * np.concatenate(counts)[:, None]
+    across = D.T @ A
+    known, axes = np.linalg.eigh(D.T @ D - across @ fit.covariance @ across.T)
+    known = np.maximum(known, 0.0)
+    told = (axes.T @ (D.T @ r)) ** 2
+    ratio = np.square(DRIFTS)[:, None] * known
+    gains = 0.5 * np.sum(np.square(DRIFTS)[:, None] * told / (1.0 + ratio) - np.log1p(ratio), axis=1)
+    most = 0.5 * np.sum(ratio[-1] - np.log1p(ratio[-1]))
+    return float(logsumexp(gains) - np.log(len(DRIFTS))), float(most)
+
+
+def explained_by_drift(program: Program, current: Fit, further: Fit) -> float:
+    """Log-evidence of a further effect that drift of the instruments explains as well, not deflated."""
+    (before, most), (after, _) = drift_gain(program, current), drift_gain(program, further)
+    return float(np.clip(before - after, 0.0, max(most, 0.0)))
+
+
+def instrument_parts(program: Program, current: Fit, further: Fit) -> tuple[float, float]:
+    """What the instruments explain of a further effect, deflated as its log Bayes factor is: slow drift, and
+    noise of inputs that the effect averages away."""
+    inflation = inflation_of(program, further)
+    parts = explained_by_drift(program, current, further), explained_by_input_noise(program, current, further)
+    return parts[0] / inflation, parts[1] / inflation
+
+
+def drift_evidence(program: Program, current: Fit, further: Fit) -> float:
+    """`instrument_parts` together."""
+    return sum(instrument_parts(program, current, further))

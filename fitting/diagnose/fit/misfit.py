@@ -1,0 +1,65 @@
+"""What a fitted model leaves of recordings, and how well it foretold those that it has not seen."""
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from ..evaluate.program import Program
+from .refit import NARROWEST, Fit
+
+SINGULAR = 1e-14
+"""Share of the largest variance of a fit's numbers that rounding leaves of none."""
+
+
+def reduced(program: Program, fit: Fit, chosen: np.ndarray) -> float:
+    """Chi-square per measured value of some recordings, given by a mask."""
+    return fit.evaluation.chi2(chosen.astype(float)) / max(program.observations(chosen), 1)
+
+
+def spread(program: Program, chosen: np.ndarray) -> float:
+    """Standard deviation of the reduced chi-square of some recordings by chance."""
+    return float(np.sqrt(2.0 / max(program.observations(chosen), 1)))
+
+
+def predictive_chi_square(program: Program, fit: Fit, chosen: np.ndarray) -> float:
+    """`reduced`, less what the fit's own uncertainty leaves open in recordings that it has not seen: their
+    misfit in units of the errors of its predictions, to first order, where no number leaves its bounds."""
+    if np.any(chosen & program.fitted):
+        return reduced(program, fit, chosen)
+    r, A = fit.evaluation.joined(chosen.astype(float))
+    variances, axes = np.linalg.eigh(fit.covariance)  # which may be singular to rounding
+    held = (axes * np.maximum(variances, SINGULAR * variances.max()) ** -0.5).T
+    at, unknowns = fit.u[fit.free], program.unknowns
+    low, high = unknowns.low[fit.free] - at - NARROWEST, unknowns.high[fit.free] - at + NARROWEST
+    both = np.concatenate([A, held]), np.concatenate([-r, np.zeros(len(at))])
+    square = 2.0 * lsq_linear(*both, (low, high), method="bvls").cost
+    return float(square) / max(program.observations(chosen), 1)
+
+
+def negative_log_predictive_density(program: Program, fit: Fit, chosen: np.ndarray) -> float:
+    """Negative log-density, less constants, that a fit foretold for recordings that it has not seen: a wide
+    prediction is forgiven more, and was worth less. Of those that it has, half their chi-square."""
+    square = predictive_chi_square(program, fit, chosen) * program.observations(chosen)
+    if np.any(chosen & program.fitted):
+        return 0.5 * square
+    _, A = fit.evaluation.joined(chosen.astype(float))
+    span = program.unknowns.high[fit.free] - program.unknowns.low[fit.free]
+    known = np.linalg.inv(fit.covariance) + np.diag(12.0 / span**2)  # within bounds at the widest
+    widened = np.linalg.slogdet(known + A.T @ A)[1] - np.linalg.slogdet(known)[1]
+    return 0.5 * float(square + widened)
+
+
+def floor(program: Program, fit: Fit, chosen: np.ndarray) -> float:
+    """Chi-square per measured value that noise alone explains: 1, or what neighbouring misfits differ by.
+
+    Noise that grows with its signal leaves more in recordings of large signals; physics leaves slow courses.
+    """
+    steps = [np.zeros(0)]
+    for k in np.flatnonzero(chosen):
+        first = 0
+        for channel in program.channels[k]:
+            size = len(channel.measured)
+            r = fit.evaluation.misfit[k][first : first + size][np.isfinite(channel.sigma)]
+            steps.append(np.diff(r, 2) ** 2 / 6.0)
+            first += size
+    total = float(np.sum(np.concatenate(steps)))
+    return max(1.0, total / max(program.observations(chosen), 1))

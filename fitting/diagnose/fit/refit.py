@@ -1,0 +1,227 @@
+"""Least squares of base constants and effects together, on whitened recordings, within physical bounds.
+
+Levenberg's method in scaled unknowns; a program's evaluation brings all their derivatives.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.optimize import lsq_linear
+
+from fitting.inference.parallel import FITS
+
+from ..evaluate.evaluation import Evaluation
+from ..evaluate.program import Program
+from ..evaluate.unknowns import Unknowns
+
+MOST_ROUNDS = 30
+ENOUGH = 0.1
+"""Decrease of the objective at which a fit ends that promises no more; times the reduced chi-square that is
+left, by which evidence is deflated, too."""
+NEARLY = 5.0
+"""Factor on that up to which a step is not tried again smaller that made a fit worse by less."""
+MORE, HARDER = 8.0, 3.0
+"""Factor on the damping when a step makes a fit worse, and on that factor with every one in a row."""
+LEAST = 1e-6
+"""Least damping: numbers that recordings leave open hold their place."""
+FAILURES = 3
+"""Trial steps in a row that may make a fit worse; more end it."""
+LONGEST = 3.0
+"""Longest step of a scaled unknown."""
+NARROWEST = 1e-12
+"""By which bounds are set apart that meet at an unknown."""
+SHAPE_SD = 1.5
+"""Standard deviation of a shape parameter's prior about its typical value, in units of that value's
+departure."""
+AT_BOUND = 1e-3
+"""Part of its range from a bound, other than its absence, at which a parameter is said to be at it."""
+
+NOTHING = 1e-6
+"""Part of a typical effect up to which one is at its neutral value; rounding leaves less."""
+
+
+def prior_sd(unknowns: Unknowns, free: np.ndarray) -> np.ndarray:
+    """Standard deviations of priors of scaled unknowns; infinite for strengths, which bounds alone hold."""
+    items = [unknowns.items[k] for k in free]
+    return np.array([1.0 if not i.effect else SHAPE_SD if i.shape else np.inf for i in items])
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A refitted model.
+
+    Attributes:
+        u: scaled numbers, shape (unknowns,).
+        free: indices of those that were fitted.
+        slugs: effects that are present.
+        objective: half the sum of squares of misfit and priors.
+        log_det: log-determinant of the objective's second derivative by the free numbers.
+        covariance: of the free numbers, scaled, (free, free).
+        evaluation: of the program at `u`.
+        at_bound: names of effects' parameters that ended at a bound.
+    """
+
+    u: np.ndarray
+    free: np.ndarray
+    slugs: tuple[str, ...]
+    objective: float
+    log_det: float
+    covariance: np.ndarray
+    evaluation: Evaluation
+    at_bound: tuple[str, ...]
+
+    def sd(self, index: int) -> float:
+        """Standard deviation of an unknown, scaled; 0 if it was not free."""
+        where = np.flatnonzero(self.free == index)
+        return float(np.sqrt(self.covariance[where[0], where[0]])) if where.size else 0.0
+
+
+def at_its_bound(fit: Fit, slug: str) -> bool:
+    """Whether the strength of an effect ended at a physical bound."""
+    return any(name.startswith(f"{slug}.") for name in fit.at_bound)
+
+
+def absent(unknowns: Unknowns, fit: Fit, slug: str) -> bool:
+    """Whether every strength of an effect ended at its neutral value, so that nothing of it is there."""
+    own = unknowns.amplitudes(slug)
+    return not np.any(np.abs(fit.u[own] - unknowns.neutral[own]) > NOTHING)
+
+
+def largest_deviation(unknowns: Unknowns, fit: Fit) -> float:
+    """Largest departure of a base constant from nominal, in standard deviations."""
+    return float(np.max(np.abs(fit.u[unknowns.base]), initial=0.0))
+
+
+class Refitter:
+    """Fits models of one program.
+
+    Args:
+        program: campaign.
+        weight: of each recording, 1 to fit it and 0 to leave it out, or a mask of its values.
+    """
+
+    def __init__(self, program: Program, weight: np.ndarray | list[np.ndarray] | None = None):
+        self.program = program
+        self.unknowns = program.unknowns
+        self.weight = program.fitted.astype(float) if weight is None else weight
+        self._partial = weight is not None
+
+    def fit(
+        self,
+        slugs: tuple[str, ...],
+        start: "np.ndarray | Fit | None" = None,
+        rounds: int = MOST_ROUNDS,
+        near: Evaluation | None = None,
+    ) -> Fit:
+        """Refit base constants and effects.
+
+        Args:
+            slugs: effects that may be present.
+            start: scaled numbers to start from, or a fit, whose latent trajectories are begun with, too;
+                nominal numbers if None.
+            rounds: most trial steps.
+            near: an evaluation whose latent trajectories are begun with where `start` is no fit.
+        """
+        if not self._partial:
+            self.program.tally.count(FITS)
+        unknowns, base = self.unknowns, self.unknowns.base
+        extra = unknowns.of(slugs)
+        free = np.concatenate([base, extra]).astype(int)
+        near = start.evaluation if isinstance(start, Fit) else near
+        start = start.u if isinstance(start, Fit) else start
+        u = unknowns.neutral.copy() if start is None else np.array(start, float)
+        others = np.setdiff1d(np.arange(len(unknowns)), free)
+        u[others] = unknowns.neutral[others]
+        u = np.clip(u, unknowns.low, unknowns.high)
+        now = self._at(u, free, near)
+        damping, failures, half = 1e-3, 0, max(0.5 * self._count(), 1.0)
+        for _ in range(rounds):
+            little = ENOUGH * max(1.0, now[0] / half)
+            step, promised = self._step(u, now, free, damping)
+            if promised < little:
+                break
+            trial = np.clip(u + step, unknowns.low, unknowns.high)
+            then = self._at(trial, free, now[3])
+            gain = now[0] - then[0]
+            if gain > 0.0:
+                u, now, failures = trial, then, 0
+                damping = max(damping * 0.2, LEAST)
+            else:
+                damping, failures = max(damping, 1e-3) * MORE * HARDER**failures, failures + 1
+                if failures > FAILURES or max(-gain, promised / NEARLY) < little:
+                    break
+        return self._finished(u, free, slugs, now)
+
+    def promised(self, fit: Fit) -> float:
+        """Objective that a fit's next step promises, to second order; one of few trial steps may be far from
+        where it leads."""
+        r, J = fit.evaluation.joined(self.weight)
+        _, decrease = self._step(fit.u, (fit.objective, r, J), fit.free, LEAST)
+        return fit.objective - decrease
+
+    def _count(self) -> float:
+        """Measured values that are fitted."""
+        program = self.program
+        return sum(float(np.mean(w)) * program.count(k) for k, w in enumerate(self.weight))
+
+    def _at(self, u: np.ndarray, free: np.ndarray, near: Evaluation | None = None) -> tuple:
+        """Objective, misfit, Jacobian over the free unknowns, evaluation; begun near another one."""
+        evaluation = self.program.evaluate(u, free, near=near)
+        r, J = evaluation.joined(self.weight)
+        departure, sd = self._prior(u, free)
+        return 0.5 * (r @ r + np.sum((departure / sd) ** 2)), r, J, evaluation
+
+    def _prior(self, u: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Departures from the priors' means, and their standard deviations (infinite where flat)."""
+        items = [self.unknowns.items[k] for k in free]
+        mean = np.array([item.start if item.shape else 0.0 for item in items])
+        return u[free] - mean, prior_sd(self.unknowns, free)
+
+    def _step(
+        self, u: np.ndarray, now: tuple, free: np.ndarray, damping: float
+    ) -> tuple[np.ndarray, float]:
+        """A step, (unknowns,), and the decrease of the objective that it promises, to second order."""
+        _, r, J, *_ = now
+        departure, sd = self._prior(u, free)
+        H = J.T @ J + np.diag(sd**-2)
+        g = J.T @ r + departure / sd**2
+        damped = H + np.diag(damping * np.maximum(np.diag(H), 1e-8) + 1e-12)
+        low = np.maximum(self.unknowns.low[free] - u[free], -LONGEST)
+        high = np.minimum(self.unknowns.high[free] - u[free], LONGEST)
+        if not (np.all(np.isfinite(damped)) and np.all(np.isfinite(g))):
+            return np.zeros(len(u)), 0.0
+        factor = np.linalg.cholesky(damped)
+        pull = solve_triangular(factor, -g, lower=True)
+        step = lsq_linear(factor.T, pull, (low - NARROWEST, high + NARROWEST), method="bvls").x
+        step = np.clip(step, low, high)
+        full = np.zeros(len(u))
+        full[free] = step
+        return full, float(-g @ step - 0.5 * step @ H @ step)
+
+    def _finished(self, u: np.ndarray, free: np.ndarray, slugs: tuple[str, ...], now: tuple) -> Fit:
+        objective, _, J, evaluation = now
+        _, sd = self._prior(u, free)
+        H = J.T @ J + np.diag(sd**-2)
+        values, vectors = np.linalg.eigh(H)
+        values = np.maximum(values, 1e-6)
+        unknowns, bound = self.unknowns, []
+        for k in free:
+            item = unknowns.items[k]
+            span = item.high - item.low
+            # a weak effect is near its absence, which is no bound that it was stopped at
+            bounds = [bound for bound in (item.low, item.high) if bound != unknowns.neutral[k]]
+            near = any(abs(u[k] - bound) < AT_BOUND * span for bound in bounds)
+            if item.effect and near and not item.shape:
+                bound.append(f"{item.effect}.{item.name}")
+        covariance = (vectors / values) @ vectors.T
+        return Fit(
+            u,
+            free,
+            tuple(slugs),
+            objective,
+            float(np.sum(np.log(values))),
+            covariance,
+            evaluation,
+            tuple(bound),
+        )

@@ -1,0 +1,350 @@
+"""Which effects could explain what a fitted model leaves: a score test of each, against chance over all of
+them.
+
+The signature of an effect is the derivative of the outputs at its absence, freed of what the base constants
+could absorb. Where it depends on a shape (a threshold, a time constant), several shapes are tried; where the
+derivative vanishes, the difference that a typical effect makes stands in for it.
+
+What is left is misfit *and* how far the base constants had to go from nominal: each has a prior, a row like a
+measured one. An effect that brings them home explains as much as one that takes misfit away.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import zip_longest
+
+import numpy as np
+from scipy.stats import chi2
+
+from fitting.inference.noise import GAUSSIAN_MAD
+from fitting.inference.parallel import run_parallel
+
+from ..evaluate.evaluation import Evaluation
+from ..evaluate.unknowns import Unknowns
+from .refit import Fit, Refitter, largest_deviation
+
+SHAPES = 5
+"""Shapes tried of every effect."""
+DRAWS = 999
+"""Simulated null results that the smallest p-value is compared with."""
+SLOW = 6
+"""Slow courses over each recording that stand for anything that no effect describes."""
+FAINT = 1e-6
+"""Length of a signature below which the recordings do not show the effect."""
+
+ALIKE = 1e-12
+"""Part of the largest below which a direction of a fit's numbers absorbs nothing of its own."""
+AT = 1e-6
+"""How close to a bound a scaled base constant is at it."""
+FAR = 3.0
+"""Standard deviations from nominal of a base constant from which effects are scored about nominal, too."""
+WHOLE = (0.3, 1.0)
+"""Parts of a typical effect that are put into the model as they are, about nominal: there misfits may be so
+large that no derivative tells an effect."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """How well an effect's signature fits what is left.
+
+    Attributes:
+        slug: effect.
+        gain: decrease of chi-square that its signature could bring, at the best shape.
+        freedom: numbers that it takes.
+        p_value: of such a gain by chance, at that shape alone.
+        start: scaled numbers from which to fit it.
+        strength: length of its signature for a typical effect, in standard deviations.
+    """
+
+    slug: str
+    gain: float
+    freedom: int
+    p_value: float
+    start: np.ndarray
+    strength: float
+
+
+@dataclass(frozen=True)
+class Screen:
+    """All scores, strongest first, and how likely chance is.
+
+    Attributes:
+        scores: of every effect that these recordings can show.
+        p_value: of the strongest by chance, all effects, shapes and slow courses counted.
+        p_is_bound: no simulated null was as strong.
+        untestable: slugs of effects that these recordings do not show.
+        scale: standard deviation of fast residuals; above 1 where the noise is larger than stated.
+        tried: slugs of all effects that were asked for.
+    """
+
+    scores: list[Score]
+    p_value: float
+    p_is_bound: bool
+    untestable: list[str]
+    scale: float
+    tried: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Look:
+    """A misfit and every signature about one point.
+
+    Attributes:
+        here: the evaluation.
+        project: frees signatures of what the base constants absorb.
+        scale: see `Screen`.
+        left: misfit, freed, in units of `scale`.
+        tried: slug, orthonormal directions, start, indices.
+        strength: longest signature of every effect.
+    """
+
+    here: Evaluation
+    project: "_Projector"
+    scale: float
+    left: np.ndarray
+    tried: list[tuple[str, np.ndarray, np.ndarray, np.ndarray]]
+    strength: dict[str, float]
+
+
+class _Projector:
+    """Frees signatures of what the numbers of a fit could absorb, at what that costs by their priors.
+
+    Args:
+        A: derivatives of the measured rows by those numbers, (rows, numbers).
+        sd: standard deviations of their priors, infinite where flat.
+    """
+
+    def __init__(self, A: np.ndarray, sd: np.ndarray):
+        self.A = np.concatenate([A, np.diag(1.0 / sd)])
+        size = np.linalg.norm(self.A, axis=0)
+        size[size == 0.0] = 1.0
+        scaled = self.A / size  # columns may be zero or alike where recordings do not tell numbers apart
+        self.H = np.linalg.pinv(scaled.T @ scaled, ALIKE, hermitian=True) / np.outer(size, size)
+        self.rows = len(A)
+
+    def __call__(self, J: np.ndarray, priors: np.ndarray | None = None) -> np.ndarray:
+        """Columns (rows, n) continued by rows of the priors (zero if None), (rows + numbers, n), freed."""
+        if priors is None:
+            priors = np.zeros((len(self.A) - self.rows, J.shape[1]))
+        whole = np.concatenate([J, priors])
+        return whole - self.A @ (self.H @ (self.A.T @ whole))
+
+
+def score_effects(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Generator) -> Screen:
+    """Score every effect against a fit.
+
+    Args:
+        refitter: of the campaign.
+        fit: model to improve.
+        slugs: effects to try; those of the fit are left out.
+        rng: of the simulated nulls.
+    """
+    slugs, weight = [slug for slug in slugs if slug not in fit.slugs], refitter.weight
+    look = _looked(refitter, fit, slugs)
+    scores, pool = _scores(look)
+    pool.append((None, _slow(look.here, weight, look.project)))
+    p_value, bound = _chance(pool, look.left, rng)
+    untestable = [slug for slug in slugs if look.strength[slug] < FAINT]
+    return Screen(scores, p_value, bound, untestable, look.scale, tuple(slugs))
+
+
+def about_nominal(refitter: Refitter, fit: Fit, found: Screen) -> list[Score]:
+    """Scores at nominal base constants, strongest first, where those of a screened fit went far: there an
+    effect may seem to act the wrong way. Empty where they did not."""
+    if largest_deviation(refitter.unknowns, fit) < FAR:
+        return []
+    nominal = replace(fit, u=refitter.unknowns.at_nominal(fit.u))
+    by_slope, whole = _scores(_looked(refitter, nominal, found.tried))[0], []
+    if not fit.slugs and not refitter.program.pace.shape[1]:  # 100 runs; 200 where each looks for courses
+        whole = _put_in(refitter, nominal, found.tried, found.scale)
+    return _in_turn(by_slope, whole)
+
+
+def _put_in(refitter: Refitter, fit: Fit, slugs: Sequence[str], scale: float) -> list[Score]:
+    """Scores by what effects of typical sizes do to the misfit when nothing else moves, strongest first."""
+    program, unknowns, nothing = refitter.program, refitter.unknowns, fit.free[:0]
+    low, high = unknowns.low, unknowns.high
+
+    def left(u: np.ndarray) -> float:
+        r, _ = program.evaluate(u, nothing, near=fit.evaluation).joined(refitter.weight)
+        return float(r @ r)
+
+    jobs = []
+    for slug in slugs:
+        own = unknowns.amplitudes(slug)
+        typical = np.array([unknowns.items[k].start for k in own])
+        for share in [sign * part for part in WHOLE for sign in (1.0, -1.0)]:
+            u = fit.u.copy()
+            u[own] = np.clip(share * typical, low[own], high[own])
+            if np.any(u[own] != unknowns.neutral[own]):
+                jobs.append((slug, u))
+    before, *after = run_parallel(left, [fit.u, *(u for _, u in jobs)])
+    best: dict[str, Score] = {}
+    for (slug, u), remains in zip(jobs, after, strict=True):
+        gain, freedom = (before - remains) / scale**2, len(unknowns.amplitudes(slug))
+        if gain > (best[slug].gain if slug in best else 0.0):
+            best[slug] = Score(slug, gain, freedom, float(chi2.sf(gain, freedom)), u, np.nan)
+    return sorted(best.values(), key=lambda s: -s.gain)
+
+
+def _in_turn(*lists: Sequence[Score]) -> list[Score]:
+    """The first of every list, the second of every list, and so on; each effect once."""
+    found: dict[str, Score] = {}
+    for row in zip_longest(*lists):
+        for score in row:
+            if score is not None:
+                found.setdefault(score.slug, score)
+    return list(found.values())
+
+
+def _looked(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> _Look:
+    """The signatures of effects about the numbers of a fit."""
+    program, unknowns, weight = refitter.program, refitter.unknowns, refitter.weight
+    here = program.evaluate(fit.u, fit.free, near=fit.evaluation)
+    r, A = here.joined(weight)
+    departure, sd = refitter._prior(fit.u, fit.free)
+    movable = ~np.isin(fit.free, _held(unknowns, fit))
+    project = _Projector(A[:, movable], sd[movable])
+    scale = _fast(here, weight)
+    left = project(r[:, None], (departure / sd)[movable, None])[:, 0] / scale
+    tried: list[tuple[str, np.ndarray, np.ndarray, np.ndarray]] = []  # slug, Q, start u, indices
+    strength = dict.fromkeys(slugs, 0.0)
+    shaped = [slug for slug in slugs if unknowns.shapes(slug).size]
+    for trial, u in enumerate(_shapes(refitter, fit, slugs)):
+        members = shaped if trial else slugs
+        if not members:
+            break
+        columns = np.concatenate([unknowns.amplitudes(slug) for slug in members]).astype(int)
+        _, J = program.evaluate(u, columns, near=fit.evaluation).joined(weight)  # courses as of A
+        for slug in members:
+            own = unknowns.amplitudes(slug)
+            tried += _tried(refitter, slug, own, J[:, np.isin(columns, own)], project, u, left, strength)
+    for slug in [s for s in slugs if strength[s] < FAINT]:
+        u = fit.u.copy()
+        own = unknowns.of([slug])
+        u[own] = [unknowns.items[k].start for k in own]
+        change = program.evaluate(u, own[:0], near=fit.evaluation).joined(weight)[0] - r
+        signature = project(change[:, None])
+        strength[slug] = float(np.linalg.norm(signature))
+        if strength[slug] >= FAINT:
+            tried.append((slug, signature / strength[slug], u, own))
+    return _Look(here, project, scale, left, tried, strength)
+
+
+def _held(unknowns: Unknowns, fit: Fit) -> np.ndarray:
+    """Indices of base constants that ended at a bound: those absorb no more."""
+    base = unknowns.base
+    return base[(fit.u[base] <= unknowns.low[base] + AT) | (fit.u[base] >= unknowns.high[base] - AT)]
+
+
+def _shapes(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> list[np.ndarray]:
+    """Points that differ from the fit in the shapes of absent effects only."""
+    unknowns, points = refitter.unknowns, []
+    rng = np.random.default_rng(0)
+    for trial in range(SHAPES):
+        u = fit.u.copy()
+        for slug in slugs:
+            shapes = unknowns.shapes(slug)
+            u[unknowns.amplitudes(slug)] = 0.0
+            for place, k in enumerate(shapes):
+                share = ((trial if place == 0 else rng.permutation(SHAPES)[trial]) + 0.5) / SHAPES
+                item = unknowns.items[k]
+                u[k] = item.at_share(share) if trial else item.start
+        points.append(u)
+    return points
+
+
+def _tried(
+    refitter: Refitter,
+    slug: str,
+    own: np.ndarray,
+    J: np.ndarray,
+    project: _Projector,
+    u: np.ndarray,
+    left: np.ndarray,
+    strength: dict[str, float],
+) -> list[tuple]:
+    """An effect at one shape: directions of its signature that its bounds allow."""
+    unknowns = refitter.unknowns
+    P = project(J)
+    lengths = np.linalg.norm(P, axis=0)
+    kept = lengths > FAINT
+    if not kept.any():
+        return []
+    strength[slug] = max(strength[slug], float(lengths.max()))
+    own, P = own[kept], P[:, kept]
+    for _ in range(len(own)):
+        H = P.T @ P
+        step = -np.linalg.solve(H + 1e-9 * np.trace(H) * np.eye(len(own)), P.T @ left)
+        wrong = ((step < 0.0) & (unknowns.low[own] >= 0.0)) | ((step > 0.0) & (unknowns.high[own] <= 0.0))
+        if not wrong.any():
+            break
+        if wrong.all():
+            return []
+        own, P = own[~wrong], P[:, ~wrong]
+    start = u.copy()
+    start[own] = np.clip(step, unknowns.low[own], unknowns.high[own])
+    values, vectors = np.linalg.eigh(P.T @ P)
+    solid = values > 1e-8 * values.max()
+    Q = (P @ vectors[:, solid]) / np.sqrt(values[solid])
+    return [(slug, Q, start, own)]
+
+
+def _scores(look: _Look) -> tuple[list[Score], list[tuple]]:
+    """The best score of every effect, strongest first, and all directions that were tried."""
+    best: dict[str, Score] = {}
+    pool = []
+    for slug, Q, start, _ in look.tried:
+        gain = float(np.sum((Q.T @ look.left) ** 2))
+        p = float(chi2.sf(gain, Q.shape[1]))
+        pool.append((slug, Q))
+        held = best.get(slug)
+        if held is None or (p, -gain) < (held.p_value, -held.gain):
+            best[slug] = Score(slug, gain, Q.shape[1], p, start, look.strength[slug])
+    order = sorted(best.values(), key=lambda s: -(s.gain - 3.0 * s.freedom))
+    return order, pool
+
+
+def _slow(here: Evaluation, weight: np.ndarray, project: _Projector) -> np.ndarray:
+    """Orthonormal slow courses over every fitted recording, freed of the base's directions."""
+    parts = [len(m) for m in here.misfit]
+    total, first, columns = sum(parts), 0, []
+    for k, size in enumerate(parts):
+        if np.any(weight[k]):
+            t = (np.arange(size) + 0.5) / size
+            for order in range(SLOW):
+                column = np.zeros(total)
+                column[first : first + size] = weight[k] * np.cos(np.pi * order * t)
+                columns.append(column)
+        first += size
+    Q, R = np.linalg.qr(project(np.stack(columns, axis=1)))
+    return Q[:, np.abs(np.diag(R)) > 1e-8]
+
+
+def _chance(pool: list[tuple], left: np.ndarray, rng: np.random.Generator) -> tuple[float, bool]:
+    """P-value of the strongest result among all, by simulation of independent unit errors."""
+
+    def smallest(R: np.ndarray) -> np.ndarray:
+        found = np.ones(R.shape[1])
+        for _, Q in pool:
+            found = np.minimum(found, chi2.logsf(np.sum((Q.T @ R) ** 2, axis=0), Q.shape[1]))
+        return found
+
+    errors = rng.standard_normal((len(left), DRAWS)) * (left != 0.0)[:, None]
+    null, here = smallest(errors), smallest(left[:, None])[0]
+    as_small = int(np.sum(null <= here))
+    return (as_small + 1) / (DRAWS + 1), as_small == 0
+
+
+def _fast(here: Evaluation, weight: np.ndarray) -> float:
+    """Standard deviation of whitened residuals from their fastest changes; 1 where the stated noise holds."""
+    steps = []
+    for k, misfit in enumerate(here.misfit):
+        r = weight[k] * misfit
+        r = r[r != 0.0]
+        if len(r) > 8:
+            steps.append(np.diff(r, 2) / np.sqrt(6.0))
+    if not steps:
+        return 1.0
+    joined = np.abs(np.concatenate(steps))
+    return float(max(1.0, np.median(joined) / GAUSSIAN_MAD))

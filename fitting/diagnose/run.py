@@ -1,0 +1,133 @@
+"""`diagnose`: from a campaign to a conclusion and its documents."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from fitting.data.recordings import Campaign
+from fitting.inference.readings import cautions
+from fitting.specimens.reduction import said
+from fitting.specimens.registry import kind_of
+from fitting.specimens.saved_models import AugmentedModel
+from fitting.specimens.wire import set_apart
+from pneusma_jax.errors import InputError
+from pneusma_jax.model_discrepancy import EDGE
+
+from .check import answers, asked_effects, checked
+from .evaluate.program import Program
+from .evaluate.start import Start, characterised, start_of
+from .fit.base_fit import at_bound
+from .search.explain import explain
+from .verdict.conclude import Conclusion, conclude
+from .verdict.locate import drivers_of
+from .verdict.text import unstated
+
+FEWEST = 20
+"""Measured values below which nothing can be said."""
+
+
+def diagnose(
+    campaign: Campaign,
+    seed: int = 0,
+    progress: Callable[[str], None] = lambda _: None,
+    model: AugmentedModel | None = None,
+    thorough: bool = False,
+    asked: Sequence[str] = (),
+) -> Conclusion:
+    """Compare a campaign with the base model, and say what physics it leaves out.
+
+    Args:
+        campaign: recordings of one kind.
+        seed: of simulated nulls.
+        progress: told what happens, in words.
+        model: base model to start from, instead of the published one.
+        thorough: fit twice as many candidates, and follow twice as many to the end.
+        asked: slugs of effects about which the conclusion says what the recordings tell.
+
+    Raises:
+        InputError: if the recordings cannot be used: of several kinds, without variation, or too few values;
+            or for an effect that recordings of their kind do not show.
+    """
+    kind = kind_of(campaign)
+    asked = asked_effects(asked, kind)
+    notes = checked(campaign)
+    start = start_of(campaign, kind, progress) if model is None else Start(f"the model {model.name}")
+    progress("building the model of the campaign")
+    program = Program.of(campaign, kind, model=model, tables=start.tables)
+    count = program.observations(program.fitted)
+    if count < FEWEST:
+        raise InputError(
+            f"{campaign.path}: {count} values to fit are too few to diagnose; {FEWEST} are needed"
+        )
+
+    def further() -> list[np.ndarray]:
+        return [] if model is not None else characterised(campaign, program, progress)
+
+    explanation = explain(program, np.random.default_rng(seed), progress, 2 if thorough else 1, further)
+    progress("scoring recordings that were not fitted")
+    conclusion = conclude(explanation)
+    conclusion.start = start
+    apart = [one.text for one in explanation.program.apart]
+    readings = [*cautions(program.recordings), *said(program.recordings)]
+    conclusion.notes = [
+        *_bodies(conclusion), *start.notes, *notes, *_first_heatings(campaign), *readings, *apart,
+        *_beyond(conclusion, model), *_at_bounds(conclusion), *conclusion.notes,
+    ]  # fmt: skip
+    if explanation.together:
+        conclusion.notes.append(
+            "Recordings for validation were fitted, too: only they contradict the base model, or they "
+            "contradict what the others say; all scores are of recordings left out in turn"
+        )
+    conclusion.asked = answers(asked, conclusion)
+    return conclusion
+
+
+def _first_heatings(campaign: Campaign) -> list[str]:
+    """First heatings of wires that were set apart."""
+    wires = [recording for recording in campaign.recordings if recording.kind == "wire"]
+    return [begun.text(r.name) for r in wires if (begun := set_apart(r)) is not None]
+
+
+def _at_bounds(conclusion: Conclusion) -> list[str]:
+    """Constants of the base model that nothing but their bounds held."""
+    program, fit = conclusion.model
+    names = at_bound(program.unknowns, fit)
+    if not names:
+        return []
+    one = len(names) == 1
+    return [
+        f"{', '.join(names)} of the base model {'is' if one else 'are'} at "
+        f"{'its bound' if one else 'their bounds'}, "
+        "wherever its fit began: the base model is wrong in form, or these recordings are of another "
+        "specimen than is stated"
+    ]
+
+
+def _bodies(conclusion: Conclusion) -> list[str]:
+    """Where recordings say nothing of their specimen: another one looks like missing physics."""
+    silent = unstated(conclusion)
+    if not silent:
+        return []
+    return [
+        f"{', '.join(silent)}: no [geometry] is stated, so the source's specimen was taken; if yours is of "
+        "another size or material, that is what is missing, and this verdict says nothing. State it beside "
+        "the recordings"
+    ]
+
+
+def _beyond(conclusion: Conclusion, model: AugmentedModel | None) -> list[str]:
+    """Where the model that a diagnosis started from holds a remainder that was not seen there."""
+    program, found = conclusion.explanation.program, []
+    courses = drivers_of(program, conclusion.explanation.base) if model and model.remainders else {}
+    for rest in model.remainders if model else ():
+        low, high = rest.span
+        low, high = low - EDGE * (high - low), high + EDGE * (high - low)
+        course = courses.get(rest.driver)
+        there = np.asarray(program.stacked.mask)[: len(program.recordings)]
+        beyond = there if course is None else there & ~((course >= low) & (course <= high))
+        if beyond.any():
+            found.append(
+                f"{rest.words}, was seen for {rest.span_words} only; beyond it is held at its end value in "
+                f"{int(beyond.sum())} of {int(there.sum())} rows"
+            )
+    return found

@@ -1,0 +1,41 @@
+"""Effects of a chosen model fitted once more, or dropped where further ones make them idle."""
+
+from fitting.inference.parallel import run_parallel
+
+from ..evaluate.program import Program
+from ..fit.evidence import evidence, inflation_of
+from ..fit.refit import Fit, Refitter
+from .choose import FURTHER
+
+POLISHING = 40
+"""Most trial steps of a model that was chosen."""
+
+
+def polished(program: Program, fit: Fit) -> Fit:
+    """A chosen model fitted once more: from nominal base constants, too, in case the others held it back."""
+    home = program.unknowns.at_nominal(fit.u)
+    again = lambda start: Refitter(program).fit(fit.slugs, start, POLISHING)  # noqa: E731
+    options = run_parallel(again, (fit, home))
+    return min([fit, *options], key=lambda f: f.objective)
+
+
+def eliminated(program: Program, fit: Fit) -> Fit:
+    """Drop an effect whose absence costs nothing once the others are there; the last one has just entered."""
+    for slug in fit.slugs[:-1]:
+        rest = without(program, fit, slug)
+        if redundant(program, rest, fit):
+            return rest
+    return fit
+
+
+def redundant(program: Program, rest: Fit, fit: Fit) -> bool:
+    """Whether a model has less evidence over the rest of it than would let a further effect in."""
+    return evidence(program, rest, fit, inflation_of(program, fit)) < FURTHER
+
+
+def without(program: Program, fit: Fit, slug: str) -> Fit:
+    """A model refitted without one of its effects."""
+    start, own = fit.u.copy(), program.unknowns.of([slug])
+    start[own] = program.unknowns.neutral[own]
+    rest = tuple(s for s in fit.slugs if s != slug)
+    return Refitter(program).fit(rest, start, near=fit.evaluation)

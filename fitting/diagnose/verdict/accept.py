@@ -1,0 +1,39 @@
+"""Whether effects that were found predict what they were not fitted to: those that predict it worse are taken
+back, whatever else speaks for them."""
+
+from dataclasses import replace
+
+from ..search.backward_elimination import without
+from ..search.steps import Explanation, Named
+from .held_out import Scores
+from .text import refused, went
+
+
+def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, list[str]]:
+    """An explanation without effects that make the prediction of recordings worse that were not fitted.
+
+    The effect goes first whose absence costs the fit least; the others are weighed anew.
+
+    Args:
+        explanation: of a search; left alone.
+        scores: of recordings that were not fitted.
+
+    Returns:
+        The explanation, and a sentence for every set that was taken back.
+    """
+    said, program = [], explanation.program
+    while explanation.final.slugs:
+        before, after = scores.held_out(explanation)
+        if not went(before.reduced_chi2, after.reduced_chi2).startswith("rises"):
+            break
+        slugs = explanation.final.slugs
+        said.append(refused(slugs, before.how, before.reduced_chi2, after.reduced_chi2))
+        rest = [without(program, explanation.final, slug) for slug in slugs] if len(slugs) > 1 else []
+        fewer = min(rest, key=lambda fit: fit.objective, default=explanation.base)
+        known = explanation.scores
+        explanation = replace(explanation, named=Named(fewer), contending=[])
+        explanation.scores = known
+        if fewer.slugs and explanation.stood is not None:
+            left = explanation.scores.gained(explanation.base, fewer)
+            explanation.named = explanation.stood(explanation, fewer, left, explanation.stages)
+    return explanation, said

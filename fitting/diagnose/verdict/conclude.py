@@ -1,0 +1,318 @@
+"""From a search to a verdict: probabilities of every candidate, of nothing and of something unknown."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pneusma_jax.effects import CATALOGUE
+from pneusma_jax.model_discrepancy import WALL
+
+from ..evaluate.evaluation import Evaluation
+from ..evaluate.program import Program
+from ..evaluate.start import Start
+from ..fit.misfit import floor, predictive_chi_square, reduced
+from ..fit.refit import Fit
+from ..search.steps import Explanation
+from ..search.stepwise import LEVEL
+from .accept import accepted
+from .discrepancy import Discrepancy, beside, fitted_discrepancy
+from .discrepancy_evidence import DiscrepancyEvidence, race
+from .held_out import Correction, HeldOut, Scores
+from .locate import Place, locate
+from .next_experiment import best_design
+from .probabilities import (
+    UNMODELLED,
+    Found,
+    effects_found,
+    explanation_set,
+    probabilities,
+    weights_of,
+)
+from .text import contended, separating
+from .unexplained import (
+    GROSS,
+    HELPS,
+    by_discrepancy,
+    contradicted,
+    discrepancy_probability,
+    helps_nobody,
+    leaves_more,
+    limit_of,
+    outdone,
+    refuted,
+    steady,
+    tail,
+    unexplained,
+)
+
+BESIDE = 0.25
+"""Probability of something unknown, at least, where named effects leave more than a right form may: of models
+that left as much one in four stood for something else."""
+LEAST_WEIGHT = 0.02
+"""Probability from which an explanation takes part in averaged predictions."""
+
+
+@dataclass
+class Conclusion:
+    """Everything that a report says; `notes` is what to read with care, `asked` about effects asked for,
+    `start` what the recordings were compared with."""
+
+    explanation: Explanation
+    mismatch: bool
+    place: Place
+    component: str
+    found: list[Found]
+    candidates: dict[str, tuple[float, float]]
+    nothing: float
+    unknown: float
+    explanation_set: list[str]
+    before: HeldOut
+    after: HeldOut
+    mean: HeldOut
+    members: dict[str, float]
+    next_experiment: dict | None
+    remainder: Discrepancy | None
+    generic: DiscrepancyEvidence | None
+    notes: list[str] = field(default_factory=list)
+    asked: list[dict] = field(default_factory=list)
+    start: Start = field(default_factory=Start)
+
+    @property
+    def model(self) -> tuple[Program, Fit]:
+        """What enters the augmented model, less a remainder: the base model alone where nothing is named."""
+        x, named = self.explanation, any(f.slug != UNMODELLED for f in self.found)
+        return x.program, x.final if named else x.base
+
+    @property
+    def shown(self) -> Evaluation:
+        """What the augmented model predicts of every recording."""
+        evaluation = self.model[1].evaluation
+        return evaluation if self.remainder is None else self.remainder.shown(evaluation)
+
+
+def conclude(explanation: Explanation) -> Conclusion:
+    """Weigh a search."""
+    scores = Scores()
+    explanation, taken_back = accepted(explanation, scores)
+    program = explanation.program
+    masks = program.fitted, program.unseen
+    base, alone = (
+        [f(program, explanation.base, mask) for mask in masks] for f in (predictive_chi_square, reduced)
+    )
+    last, kept = (
+        [f(program, explanation.final, mask) for mask in masks] for f in (predictive_chi_square, reduced)
+    )
+    floors = [floor(program, explanation.final, mask) for mask in masks]
+    named = bool(explanation.final.slugs)
+    if min(base) > GROSS and explanation.p_value > LEVEL:
+        explanation.p_value = tail(program, base[0])
+    generic = race(program, explanation.base)
+    mismatch = named or contradicted(explanation, base, generic, floors)
+    limits = [limit_of(program, mask) for mask in masks]
+    unknown = unexplained(alone, last, floors, limits) if mismatch else 0.0
+    if named:
+        unknown = max(unknown, refuted(explanation, generic, limits, base, last))
+    if mismatch and not named:
+        unknown = discrepancy_probability(explanation, base, generic, floors, unknown)
+    if not mismatch:  # no candidate survived being fitted; what is left is judged as a whole
+        explanation.p_value = max(explanation.p_value, tail(program, steady(base[0], generic)))
+        explanation.p_is_bound = False
+    more = leaves_more(alone, last, floors) or helps_nobody(alone, kept, floors, explanation.left_out)
+    lost = outdone(explanation, generic) if named else 0.0
+    beyond = named and unknown <= 0.5 and (more or lost > 0.0)
+    unknown = max(unknown, BESIDE) if beyond else unknown
+    candidates, nothing = probabilities(explanation, mismatch, unknown)
+    unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
+    found = effects_found(explanation, unknown) if named else []
+    place, rest, members = locate(explanation), None, _members(explanation)
+    if mismatch and (unknown > 0.5 or not named):
+        if by_discrepancy(generic):
+            place = place.led_by(generic.driver)
+        seen = None if generic is None else generic.quantity
+        found, model, rest, before, after = _described(explanation, place, seen, unknown, found, scores)
+        share = unknown if named else 1.0
+        members = [(s, p, f, (1.0 - share) * w, more) for s, p, f, w, more in members if s != "base"]
+        members.insert(0, (UNMODELLED, *model, share, rest and rest.corrected))
+    else:
+        before, after = scores.held_out(explanation)
+        if named and (beyond or last[0] > limits[0]):
+            rest = beside(program, explanation.final)
+        with_rest = [] if rest is None else [(program, explanation.final, 1.0, rest.corrected)]
+        smoothed = scores.averaged(with_rest) if with_rest else after
+        if smoothed.reduced_chi2 > after.reduced_chi2:
+            rest = None
+        if rest is not None:
+            after = smoothed
+            members = [(*member[:4], rest.corrected) for member in members]
+        if beyond:
+            rival = None if more else generic
+            found.append(_left_over(explanation, unknown, last, found, rival, lost))
+        found.sort(key=lambda f: -f.probability)
+    return Conclusion(
+        explanation,
+        mismatch,
+        place,
+        _component(explanation, found, generic),
+        found,
+        candidates,
+        nothing,
+        unknown,
+        explanation_set(candidates, unknown, found) if mismatch else [],
+        before,
+        after,
+        scores.averaged([member[1:] for member in members]) if len(members) > 1 else after,
+        {slug: w for slug, _, _, w, _ in members},
+        _next(explanation, found),
+        rest,
+        generic,
+        [*taken_back, *_contending(explanation, found)],
+    )
+
+
+def _contending(explanation: Explanation, found: list[Found]) -> list[str]:
+    """What is said of pairs that contend with what is named, if something is."""
+    if not found or found[0].slug == UNMODELLED:
+        return []
+    return [contended(pair) for pair in explanation.contending if set(pair) != set(explanation.final.slugs)]
+
+
+def _described(
+    explanation: Explanation,
+    place: Place,
+    seen: str | None,
+    unknown: float,
+    doubtful: list[Found],
+    scores: Scores,
+) -> tuple[list[Found], tuple[Program, Fit], Discrepancy | None, HeldOut, HeldOut]:
+    """What enters the model where something is unmodelled, and the scores of the base model and of it.
+
+    Doubtful effects do if what was left out needs them, a smooth term if it is predicted better with it.
+    """
+    alone = [_unmodelled(unknown, doubtful, explanation)]
+    program = explanation.program
+    before = scores.averaged([(program, explanation.base, 1.0)])
+    options = [(before, alone, explanation.base, None)]
+    if doubtful:
+        score = scores.averaged([(program, explanation.final, 1.0)])
+        if score.reduced_chi2 - 1.0 < HELPS * max(before.reduced_chi2 - 1.0, 0.0):
+            options.append((score, [*alone, *doubtful], explanation.final, None))
+    for _, found, fit, _ in tuple(options):
+        rest = fitted_discrepancy(program, fit, place, seen)
+        if rest is not None:
+            options.append((scores.averaged([(program, fit, 1.0, rest.corrected)]), found, fit, rest))
+    after, found, fit, rest = min(options, key=lambda option: option[0].reduced_chi2)
+    return found, (program, fit), rest, before, after
+
+
+def _members(explanation: Explanation) -> list[tuple[str, Program, Fit, float, Correction | None]]:
+    """Explanations that predictions average over: those of the last effect, by their probabilities."""
+    if not explanation.standings:
+        return [("base", explanation.program, explanation.base, 1.0, None)]
+    last = explanation.standings[-1]
+    weights = weights_of(np.array([last.worth(t) for t in last.trials]))
+    kept = [
+        (t, w) for t, w in zip(last.trials, weights, strict=True) if w >= LEAST_WEIGHT or t.slug == last.slug
+    ]
+    total = sum(w for _, w in kept)
+    program, final = explanation.program, explanation.final
+    return [
+        (t.slug, program, final if t.slug == last.slug else t.fit, float(w / total), None) for t, w in kept
+    ]
+
+
+def _left_over(
+    explanation: Explanation,
+    unknown: float,
+    last: list[float],
+    found: list[Found],
+    rival: DiscrepancyEvidence | None,
+    lost: float,
+) -> Found:
+    """What named effects leave, as an entry of its own beside them; `rival` and what it gains on them where
+    they leave nothing, but a nameless correction predicts recordings left out better."""
+    program, names = explanation.program, [f.slug for f in found]
+    masks = program.fitted, program.unseen
+    excess = [(left - 1.0) * program.observations(mask) for left, mask in zip(last, masks, strict=True)]
+    text = (
+        f"{' and '.join(names)} {'leaves' if len(names) == 1 else 'leave'} more than noise: the form is not "
+        "quite nature's, or something else acts as well or instead."
+    )
+    if rival is not None:
+        text = (
+            f"A smooth function of {rival.driver.replace('_', ' ')} without a name predicts recordings that "
+            f"are left out better than {' and '.join(names)}: that may stand for something else."
+        )
+    return Found(UNMODELLED, float(unknown), max(lost, float(0.5 * max(excess))), {}, names, text)
+
+
+def _unmodelled(unknown: float, found: list[Found], explanation: Explanation) -> Found:
+    base = reduced(explanation.program, explanation.base, explanation.program.fitted)
+    text = (
+        "What the recordings show is none of the effects that are known here; nothing named explains "
+        "enough of it."
+    )
+    if found:
+        text += f" Nearest is {found[0].slug}, which leaves too much."
+    return Found(
+        UNMODELLED,
+        float(unknown),
+        float(0.5 * (base - 1.0) * explanation.program.observations(explanation.program.fitted)),
+        {},
+        [f.slug for f in found],
+        text,
+    )
+
+
+def _component(explanation: Explanation, found: list[Found], generic: DiscrepancyEvidence | None) -> str:
+    """Where a report locates the misfit; springs of an actuator by their number."""
+    if not found:
+        return "none"
+    named = [f.slug for f in found if f.slug != UNMODELLED]
+    if not named or found[0].slug == UNMODELLED:
+        softened = by_discrepancy(generic) and generic.quantity == WALL
+        return "elastomer" if softened else _guess(explanation)
+    component = CATALOGUE[named[0]].component
+    if component == "spring" and explanation.program.kind == "wire":
+        return "wire"
+    if component == "spring" and explanation.program.kind == "actuator":
+        recordings = explanation.program.recordings
+        measured = [n for n in (1, 2, 3) if any(r.has(f"resistance_{n}") for r in recordings)]
+        others = [n for n in (1, 2, 3) if n not in measured]
+        driven = measured[0] if measured else 2
+        if named[0] == "opposing_spring_heating" and driven in (1, 2):
+            return f"spring_{3 - driven if 3 - driven in others else driven}"
+        return f"spring_{driven}"
+    return component
+
+
+def _guess(explanation: Explanation) -> str:
+    """Component of a misfit that no effect explains: that of the best candidate."""
+    if explanation.first:
+        component = CATALOGUE[explanation.first.slug].component
+        if component == "spring" and explanation.program.kind in ("actuator", "wire"):
+            return "spring_2" if explanation.program.kind == "actuator" else "wire"
+        return component
+    return "unknown"
+
+
+def _next(explanation: Explanation, found: list[Found]) -> dict | None:
+    """The experiment that separates the best explanation from its nearest rival."""
+    first = explanation.first
+    if not first or not found:
+        return None
+    rivals = [t for t in explanation.leading.trials if t is not first]
+    names = [first.slug, *(t.slug for t in rivals[:1])]
+    if not rivals:
+        return {
+            "text": separating(names),
+            "separates": names,
+            "expected_log_bayes_factor": max(first.bayes, 0.0),
+        }
+    design = best_design(explanation.program, first, rivals[0])
+    if design is None:
+        return {"text": separating(names), "separates": names, "expected_log_bayes_factor": 0.0}
+    text = (
+        f"Repeat {design.recording} {design.change}: it would tell {names[0]} from {names[1]} by a log Bayes "
+        f"factor of about {design.log_bayes:.3g}. {separating(names)}"
+    )
+    return {"text": text, "separates": names, "expected_log_bayes_factor": float(design.log_bayes)}

@@ -1,0 +1,169 @@
+"""What no named effect explains, as a smooth function of what it goes with: described, not explained.
+
+It is added to the last model that was fitted and enters the augmented model as `unmodelled`. Outside the
+range of its driver it is unknown: it is held there, and that is said.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from ..evaluate.evaluation import Evaluation
+from ..evaluate.program import Program
+from ..fit.cross_validation import Masks, deciding
+from ..fit.refit import Fit
+from .discrepancy_places import Response, acts, hats, responses
+from .locate import Place, drivers_of, knots_of
+
+COUNTS = (8, 16)
+"""Numbers of knots that are tried."""
+WORTH = 0.75
+"""Share of what named effects leave that a smooth term beside them may leave at most."""
+RIDGE = 1e-3
+"""Weight that holds the correction near zero, of its own information."""
+
+
+@dataclass(frozen=True)
+class Discrepancy:
+    """A piecewise linear correction of one output, or of the silicone's stiffness.
+
+    Attributes:
+        program: of the model that it is added to.
+        quantity: output that it adds to, or the stiffness whose relative change it is; see `places`.
+        response: of the place.
+        driver: what it is a function of.
+        course: of the driver, shape (recordings, rows).
+        knots: of the driver, ascending, from its smallest to its largest fitted value.
+        values, sd: added at each knot, and standard errors; SI.
+    """
+
+    program: Program
+    quantity: str
+    response: Response
+    driver: str
+    course: np.ndarray
+    knots: np.ndarray
+    values: np.ndarray
+    sd: np.ndarray
+
+    def corrected(self, evaluation: Evaluation, weight: Masks) -> Evaluation:
+        """An evaluation of the model with the correction fitted to its weighed misfit."""
+        return self._added(evaluation, self.solved(evaluation, weight)[0])
+
+    def shown(self, evaluation: Evaluation) -> Evaluation:
+        """An evaluation of the model with the correction itself."""
+        return self._added(evaluation, self.values)
+
+    def solved(self, evaluation: Evaluation, weight: Masks) -> tuple[np.ndarray, np.ndarray]:
+        """What to add at each knot, and standard errors; a weak ridge holds what nothing tells at zero."""
+        blocks, misfit = [], []
+        for k, j, part in self._parts():
+            w = np.broadcast_to(weight[k], evaluation.misfit[k].shape)[part]
+            blocks.append(w[:, None] * self._hats(k, j).T)
+            misfit.append(w * evaluation.misfit[k][part])
+        A, r = np.concatenate(blocks), np.concatenate(misfit)
+        H = A.T @ A
+        H += max(RIDGE * np.trace(H) / len(self.knots), 1e-12) * np.eye(len(self.knots))
+        return -np.linalg.solve(H, A.T @ r), np.sqrt(np.diag(np.linalg.inv(H)))
+
+    def _hats(self, k: int, j: int) -> np.ndarray:
+        return hats(self.program, k, j, self.response, self.course, self.knots)
+
+    def _parts(self) -> list[tuple[int, int, slice]]:
+        """Recording, channel and place in the recording's misfit of every course that it changes."""
+        found = []
+        for k, channels in enumerate(self.program.channels):
+            first = 0
+            for j, channel in enumerate(channels):
+                size = len(channel.measured)
+                if channel.quantity in self.response:
+                    found.append((k, j, slice(first, first + size)))
+                first += size
+        return found
+
+    def _added(self, evaluation: Evaluation, values: np.ndarray) -> Evaluation:
+        misfit = [m.copy() for m in evaluation.misfit]
+        predicted = [list(channels) for channels in evaluation.predicted]
+        for k, j, part in self._parts():
+            misfit[k][part] += values @ self._hats(k, j)
+            change = np.interp(np.nan_to_num(self.course[k]), self.knots, values)
+            response = self.response[self.program.channels[k][j].quantity][k]
+            predicted[k][j] = predicted[k][j] + response * change
+        return replace(evaluation, misfit=misfit, predicted=predicted)
+
+
+def fitted_discrepancy(
+    program: Program, fit: Fit, place: Place, seen: str | None = None
+) -> Discrepancy | None:
+    """Describe what a model leaves, by the driver of a place that predicts parts that are left out best.
+
+    None where no driver does better than nothing.
+
+    Args:
+        program: of the campaign.
+        fit: model whose misfit it is.
+        place: with the drivers that are tried.
+        seen: what a nameless correction acted on, if there was one: an output, or the silicone's stiffness.
+    """
+    first = _first(program)
+    return _described(program, fit, (first,) if seen in (None, first) else (first, seen), place.drivers, 1.0)
+
+
+def beside(program: Program, fit: Fit) -> Discrepancy | None:
+    """Describe what named effects leave, in another form than nature's: by any driver.
+
+    None where none takes a quarter of what is left of parts that are left out.
+    """
+    return _described(program, fit, (_first(program),), tuple(drivers_of(program, fit)), WORTH)
+
+
+def _first(program: Program) -> str:
+    """The first output that was measured."""
+    return program.channels[int(np.flatnonzero(program.fitted)[0])][0].quantity
+
+
+def _described(
+    program: Program, fit: Fit, quantities: Sequence[str], drivers: Sequence[str], worth: float
+) -> Discrepancy | None:
+    """By the place and driver that predict parts that are left out best, if they leave less of their excess
+    over noise than a share `worth`."""
+    evaluation = fit.evaluation
+    courses, places = drivers_of(program, fit), responses(program, fit)
+    sizes = [len(m) for m in evaluation.misfit]
+    outs = deciding(program, sizes)
+    trains = [[f * (1.0 - w) for f, w in zip(program.fitted, out, strict=True)] for out in outs]
+    excess = sum(evaluation.chi2(out) for out in outs)
+    noise = program.observations(program.fitted)
+    best, least = None, excess if worth >= 1.0 else noise + worth * (excess - noise)
+    for quantity, name, count in product(quantities, drivers, COUNTS):
+        knots = _knots(program, courses[name], count)
+        if quantity not in places or not acts(quantity, name, program.kind) or knots is None:
+            continue
+        blank = np.zeros(len(knots))
+        trial = Discrepancy(program, quantity, places[quantity], name, courses[name], knots, blank, blank)
+        left = sum(
+            trial.corrected(evaluation, train).chi2(out) for train, out in zip(trains, outs, strict=True)
+        )
+        if left < least:
+            best, least = trial, left
+    if best is None:
+        return None
+    everything = [np.full(size, float(f)) for size, f in zip(sizes, program.fitted, strict=True)]
+    values, sd = best.solved(evaluation, everything)
+    return replace(best, values=values, sd=sd)
+
+
+def _knots(program: Program, course: np.ndarray, count: int) -> np.ndarray | None:
+    """Quantiles of the driver over the fitted values; None where it hardly varies."""
+    quantity = _first(program)
+    seen = [
+        course[k][: len(channel.sigma)][np.isfinite(channel.sigma)]
+        for k in np.flatnonzero(program.fitted)
+        for channel in program.channels[k]
+        if channel.quantity == quantity
+    ]
+    seen = np.concatenate(seen)
+    seen = seen[np.isfinite(seen)]
+    return knots_of(seen, count) if seen.size else None

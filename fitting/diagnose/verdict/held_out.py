@@ -1,0 +1,125 @@
+"""What a model is worth on recordings that it was not fitted to."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fitting.inference.parallel import run_parallel
+
+from ..evaluate.evaluation import Evaluation
+from ..evaluate.program import Program
+from ..fit.cross_validation import ROUNDS, Masks, folds
+from ..fit.refit import Fit, Refitter
+from ..search.steps import Explanation
+
+Correction = Callable[[Evaluation, Masks], Evaluation]
+"""Of a prediction, from what is weighed of its misfit."""
+
+MOST_FOLDS = 8
+"""Groups of recordings that are left out in turn, where there are more."""
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Scores of values that were not fitted.
+
+    Attributes:
+        on: names of the recordings.
+        how: `validation`, `left out in turn` or `within-recording`.
+        rmse: by channel (canonical quantity), SI.
+        reduced_chi2: per value.
+    """
+
+    on: list[str]
+    how: str
+    rmse: dict[str, float]
+    reduced_chi2: float
+
+
+Model = tuple[Program, Fit, float] | tuple[Program, Fit, float, Correction | None]
+
+
+class Scores:
+    """Scores of models on values that were not fitted. What a fit says without some of the values is fitted
+    once, however many mixtures and corrections it takes part in."""
+
+    def __init__(self) -> None:
+        self._without: dict[tuple[int, int], tuple[Fit, Evaluation]] = {}
+
+    def held_out(self, explanation: Explanation) -> tuple[HeldOut, HeldOut]:
+        """Scores of the refitted base model and of the final one, on the same values."""
+        fits = explanation.base, explanation.final
+        return tuple(self.averaged([(explanation.program, fit, 1.0)]) for fit in fits)
+
+    def averaged(self, models: Sequence[Model]) -> HeldOut:
+        """Score of the weighted mean of several models' predictions of values that were not fitted.
+
+        Args:
+            models: of one campaign: program, fit, weight, and a correction if there is one;
+                weights sum to one.
+        """
+        models = [(*model, None)[:4] for model in models]
+        program = models[0][0]
+        sizes = [len(m) for m in models[0][1].evaluation.misfit]
+        if program.fitted.all():
+            how = "left out in turn" if len(sizes) > 1 else "within-recording"
+            names = [r.name for r in program.recordings]
+            outs = folds(sizes, np.arange(len(sizes)), MOST_FOLDS)
+            predicted = self._refitted
+        else:
+            how = "validation"
+            names = [r.name for r, f in zip(program.recordings, program.fitted, strict=True) if not f]
+            outs = [[np.full(size, float(not f)) for size, f in zip(sizes, program.fitted, strict=True)]]
+            predicted = lambda p, fit, number, out: fit.evaluation  # noqa: E731
+
+        def modelled(p: Program, fit: Fit, more: Correction | None, number: int, out: Masks) -> Evaluation:
+            found = predicted(p, fit, number, out)
+            return found if more is None else more(found, [1.0 - w for w in out])
+
+        def averaged_over(job: tuple[int, Masks]) -> tuple[Evaluation, Masks]:
+            return _mean([(modelled(p, fit, more, *job), w) for p, fit, w, more in models]), job[1]
+
+        return _score(program, run_parallel(averaged_over, enumerate(outs)), names, how)
+
+    def _refitted(self, program: Program, fit: Fit, number: int, out: Masks) -> Evaluation:
+        """What a fit predicts that has not seen one of the groups, by its number."""
+        held = self._without.get((id(fit), number))
+        if held is None:
+            evaluation = Refitter(program, [1.0 - w for w in out]).fit(fit.slugs, fit, ROUNDS).evaluation
+            held = self._without[id(fit), number] = fit, evaluation  # which keeps the fit, and so its id
+        return held[1]
+
+
+def _mean(members: Sequence[tuple[Evaluation, float]]) -> Evaluation:
+    """Mean prediction; a whitened misfit is linear in it."""
+    first = members[0][0]
+    if len(members) == 1:
+        return first
+    misfit = [sum(w * e.misfit[k] for e, w in members) for k in range(len(first.misfit))]
+    predicted = [
+        [sum(w * e.predicted[k][j] for e, w in members) for j in range(len(first.predicted[k]))]
+        for k in range(len(first.predicted))
+    ]
+    return replace(first, misfit=misfit, predicted=predicted)
+
+
+def _score(
+    program: Program, parts: list[tuple[Evaluation, list[np.ndarray]]], names: list[str], how: str
+) -> HeldOut:
+    squares: dict[str, list[float]] = {}
+    total, count = 0.0, 0.0
+    for evaluation, out in parts:
+        for k, channels in enumerate(program.channels):
+            first = 0
+            for j, channel in enumerate(channels):
+                size = len(channel.measured)
+                chosen = (out[k][first : first + size] > 0.0) & np.isfinite(channel.sigma)
+                misfit = evaluation.misfit[k][first : first + size][chosen]
+                total += float(misfit @ misfit)
+                count += float(chosen.sum()) * program.free_share(k)
+                error = (evaluation.predicted[k][j] - channel.measured)[chosen]
+                squares.setdefault(channel.quantity, []).extend((error[np.isfinite(error)] ** 2).tolist())
+                first += size
+    rmse = {name: float(np.sqrt(np.mean(values))) for name, values in squares.items() if values}
+    return HeldOut(names, how, rmse, total / max(count, 1.0))

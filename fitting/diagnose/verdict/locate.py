@@ -1,0 +1,147 @@
+"""Where the misfit of the refitted base model is: what it goes with, in which range, in which rows."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..evaluate.program import Program
+from ..fit.refit import Fit
+from ..search.steps import Explanation
+
+INTERNAL = ("gamma_", "ohms_", "taken", "slope_", "memory_")
+"""Beginnings of the names of drivers that reports do not use."""
+BINS = 10
+DRIVERS = 3
+"""Most drivers that are reported."""
+CLOSEST = 0.5
+"""Least distance of a correction's knots, in that of as many evenly over nine tenths of the rows."""
+WINDOW = 0.2
+"""Part of a recording in which its misfit is looked for."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the misfit is.
+
+    Attributes:
+        drivers: strongest first.
+        shares: of the misfit's variance that a smooth function of each explains.
+        regions: sentences.
+        rows: recording, first and last row of the window with most misfit.
+    """
+
+    drivers: list[str]
+    shares: dict[str, float]
+    regions: list[str]
+    rows: tuple[str, int, int] | None
+
+    def led_by(self, driver: str) -> "Place":
+        """The same with another driver first."""
+        return replace(self, drivers=[driver, *(d for d in self.drivers if d != driver)][:DRIVERS])
+
+
+def locate(explanation: Explanation) -> Place:
+    """Find the drivers, the region and the rows of the base model's misfit."""
+    program, fit = explanation.program, explanation.base
+    drivers = drivers_of(program, fit)
+    misfit, valid = _misfit(program, fit)
+    shares = {}
+    for name, values in drivers.items():
+        share = _explained(values[valid], misfit[valid])
+        if share is not None:
+            shares[name] = share
+    ranked = sorted(shares, key=lambda name: -shares[name])[:DRIVERS]
+    regions = [_region(name, drivers[name][valid], misfit[valid]) for name in ranked[:1]]
+    rows = _window(program, misfit, valid)
+    if rows is not None and regions:
+        regions[0] += f"; the stretch of one recording that holds most is {rows[0]} rows {rows[1]}-{rows[2]}"
+    return Place(ranked, shares, regions, rows)
+
+
+def knots_of(values: np.ndarray, count: int) -> np.ndarray | None:
+    """Where a correction over a driver bends: quantiles of it; None where it hardly varies.
+
+    Not more closely than `CLOSEST`: while a driver is held it varies by its noise alone, and so does what a
+    model predicts by it; a correction that bends there would follow that noise.
+
+    Args:
+        values: of the driver, finite, any shape.
+        count: of the quantiles.
+    """
+    low, high = np.quantile(values, [0.05, 0.95])
+    apart, knots = CLOSEST * (high - low) / count, []
+    for knot in np.unique(np.quantile(values, np.linspace(0.0, 1.0, count))):
+        if not knots or knot - knots[-1] > apart:
+            knots.append(knot)
+    return np.array(knots) if len(knots) >= 3 else None
+
+
+def drivers_of(program: Program, fit: Fit) -> dict[str, np.ndarray]:
+    """Everything that rows differ in, by the names that reports use, (recordings, rows)."""
+    count = len(program.recordings)
+    found = {name: np.asarray(values)[:count] for name, values in fit.evaluation.drivers.items()}
+    found = {n: v for n, v in found.items() if not n.startswith(INTERNAL)}
+    found["time"] = np.asarray(program.stacked.time)[:count]
+    for name, values in found.items():
+        if name == "strain" and "max_strain" not in found:
+            found = found | {"max_strain": np.maximum.accumulate(np.nan_to_num(values), axis=1)}
+            break
+    return found
+
+
+def _misfit(program: Program, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
+    """Misfit of the first channel in standard deviations, (recordings, rows), and where it counts."""
+    size = program.stacked.mask.shape[1]
+    misfit = np.zeros((len(program.recordings), size))
+    valid = np.zeros_like(misfit, bool)
+    for k, channels in enumerate(program.channels):
+        for j, channel in enumerate(channels[:1]):
+            there = np.isfinite(channel.sigma) & np.isfinite(fit.evaluation.predicted[k][j])
+            error = np.where(there, fit.evaluation.predicted[k][j] - channel.measured, 0.0)
+            misfit[k] = np.where(there, error / np.where(there, channel.sigma, 1.0), 0.0)
+            valid[k] = there
+    return misfit, valid
+
+
+def _explained(x: np.ndarray, y: np.ndarray) -> float | None:
+    """Share of y's mean square that its mean over bins of x explains; None where x does not vary."""
+    x = np.nan_to_num(x)
+    edges = np.unique(np.quantile(x, np.linspace(0.0, 1.0, BINS + 1)))
+    if len(edges) < 3:
+        return None
+    place = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, len(edges) - 2)
+    count = np.bincount(place, minlength=len(edges) - 1)
+    mean = np.bincount(place, y, minlength=len(edges) - 1) / np.maximum(count, 1)
+    return float(np.sum(count * mean**2) / max(np.sum(y**2), 1e-12))
+
+
+def _region(name: str, x: np.ndarray, y: np.ndarray) -> str:
+    """The half-range of a driver that holds most of the misfit for its size, in words."""
+    x = np.nan_to_num(x)
+    total, best = max(float(np.sum(y**2)), 1e-12), None
+    for q in (0.2, 0.35, 0.5, 0.65, 0.8):
+        limit = float(np.quantile(x, q))
+        for word, inside in (("<", x < limit), (">", x > limit)):
+            if inside.any():
+                share, size = float(np.sum(y[inside] ** 2)) / total, float(np.mean(inside))
+                lead = share - size
+                if best is None or lead > best[0]:
+                    best = (lead, word, limit, share)
+    if best is None:
+        return f"all of {name}"
+    return f"{name} {best[1]} {best[2]:.3g} ({100.0 * best[3]:.0f} % of the misfit)"
+
+
+def _window(program: Program, misfit: np.ndarray, valid: np.ndarray) -> tuple[str, int, int] | None:
+    best = None
+    for k, recording in enumerate(program.recordings):
+        count = int(np.sum(np.asarray(program.stacked.mask)[k]))
+        width = max(4, int(WINDOW * count))
+        squares = np.cumsum(np.concatenate([[0.0], np.where(valid[k], misfit[k] ** 2, 0.0)]))
+        if count < width:
+            continue
+        sums = squares[width : count + 1] - squares[: count + 1 - width]
+        first = int(np.argmax(sums))
+        if best is None or sums[first] > best[0]:
+            best = (sums[first], recording.name, first + 1, first + width)
+    return None if best is None else best[1:]

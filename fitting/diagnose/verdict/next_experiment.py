@@ -1,0 +1,119 @@
+"""The next experiment: of changed repetitions of what was recorded, the one that best separates two
+explanations.
+
+Both fitted models predict every repetition; what one could still refit to look like the other, as far as the
+recordings leave it free, does not count.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.specimens.rows import Rows
+from fitting.specimens.with_effects.actuator import READINGS
+
+from ..evaluate.evaluation import with_trajectories
+from ..evaluate.program import Program
+from ..fit.candidates import CandidateFit
+
+SLOWER = 10.0
+MORE = 1.25
+"""Largest load of a repetition, relative to the recorded one."""
+PAUSE = 300.0
+"""Seconds for which the largest load is held."""
+LOADS = {"actuator": "pressure", "tube": "pressure", "elastomer": "strain", "wire": "stress"}
+"""What may be made larger without saying anything new about a phase."""
+
+
+@dataclass(frozen=True)
+class Design:
+    """A repetition and what it is expected to bring.
+
+    Attributes:
+        recording: which one to repeat.
+        change: how, in words.
+        log_bayes: expected log Bayes factor of the one explanation over the other, if it is right.
+    """
+
+    recording: str
+    change: str
+    log_bayes: float
+
+
+def best_design(program: Program, first: CandidateFit, second: CandidateFit) -> Design | None:
+    """The repetition that best separates two explanations; None where no prediction exists.
+
+    Args:
+        program: of the campaign.
+        first: the better explanation.
+        second: its rival.
+    """
+    best = None
+    recorded = [with_trajectories(program.stacked, t.fit.evaluation.courses) for t in (first, second)]
+    both = zip(*(_changed(stacked, program.kind) for stacked in recorded), strict=True)
+    for (change, stacked), (_, other) in both:
+        one = program.evaluate(first.fit.u, first.fit.free[:0], stacked)
+        two = program.evaluate(second.fit.u, second.fit.free, other)
+        gains = [_separation(program, one, two, k, second) for k in range(len(one.misfit))]
+        k = int(np.argmax(gains))
+        if gains[k] > 0.0 and (best is None or gains[k] > best.log_bayes):
+            best = Design(program.recordings[k].name, change, float(gains[k]))
+    return best
+
+
+def _separation(program: Program, one: object, two: object, k: int, rival: CandidateFit) -> float:
+    """Half the squared distance of two predictions of recording k that the rival's freedom leaves."""
+    both = zip(one.predicted[k], two.predicted[k], program.channels[k], strict=True)
+    if any(not np.all(np.isfinite((a + b)[np.isfinite(c.sigma)])) for a, b, c in both):
+        return 0.0
+    d, J = two.misfit[k] - one.misfit[k], two.jacobian[k].T
+    if program.pace.shape[1]:  # a resistance that was another one, its latent trajectory would follow
+        counts = [np.full(len(c.measured), c.quantity not in READINGS) for c in program.channels[k]]
+        d, J = d * np.concatenate(counts), J * np.concatenate(counts)[:, None]
+    precision = np.linalg.inv(rival.fit.covariance + 1e-12 * np.eye(len(rival.fit.free)))
+    step = np.linalg.solve(J.T @ J + precision, J.T @ d)
+    return 0.5 * float(d @ (d - J @ step))
+
+
+def _changed(stacked: Rows, kind: str) -> Iterator[tuple[str, Rows]]:
+    """Repetitions in words and as rows of the same shape."""
+    time = np.asarray(stacked.time)
+    yield "ten times slower", replace(stacked, time=jnp.asarray(time * SLOWER))
+    yield "ten times faster", replace(stacked, time=jnp.asarray(time / SLOWER))
+    yield "in the reverse order", _reversed(stacked)
+    load = LOADS.get(kind)
+    if load not in stacked.inputs:
+        return
+    values = np.asarray(stacked.inputs[load])
+    more = replace(stacked, inputs=stacked.inputs | {load: jnp.asarray(MORE * values)})
+    yield f"with {MORE - 1:.0%} more {load}".replace("%", " %"), more
+    largest = np.argmax(np.where(np.asarray(stacked.mask), np.abs(values), -1.0), axis=1)
+    after = np.arange(time.shape[1])[None, :] > largest[:, None]
+    yield (
+        f"with the largest {load} held for five minutes",
+        replace(stacked, time=jnp.asarray(time + PAUSE * after)),
+    )
+
+
+def _reversed(stacked: Rows) -> Rows:
+    """What drives every recording, last row first; the clock runs on."""
+    mask = np.asarray(stacked.mask)
+    count, size = mask.sum(axis=1), mask.shape[1]
+    place = np.arange(size)[None, :]
+    back = np.where(place < count[:, None], count[:, None] - 1 - place, place)
+
+    def turn(leaf: jax.Array) -> jax.Array:
+        leaf = np.asarray(leaf)
+        if leaf.ndim != 2 or leaf.shape != mask.shape:
+            return jnp.asarray(leaf)
+        return jnp.asarray(np.take_along_axis(leaf, back, axis=1))
+
+    turned = jax.tree.map(turn, (stacked.inputs, stacked.extra))
+    for name, column in turned[1].items():
+        if name.startswith("correlation_"):  # with the row before, which was the one after
+            turned[1][name] = jnp.roll(column, 1, axis=1)
+    return eqx.tree_at(lambda r: (r.inputs, r.extra), stacked, turned)

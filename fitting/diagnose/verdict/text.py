@@ -1,0 +1,214 @@
+"""A diagnosis in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from pneusma_jax.effects import CATALOGUE
+
+from ..fit.misfit import predictive_chi_square
+from .probabilities import TENTATIVE
+
+if TYPE_CHECKING:
+    from .conclude import Conclusion
+
+NOTICED = 2.0
+"""Reduced chi-square of what was not fitted from which an agreement says a word about it."""
+SEPARATE = {
+    "opposing_spring_heating": "swap which spring is heated and measure the resistance of the other one as "
+    "well",
+    "tip_contact": "reach the same bend angle by another pressure and look for the kink at the same angle",
+    "gravity": "repeat one recording with the actuator rolled by 180 degrees",
+    "wrap_friction": "repeat one pressure cycle ten times slower: friction keeps its loop, rate effects "
+    "change theirs",
+    "mullins_softening": "exceed the previous largest strain once and repeat the earlier cycles",
+    "viscoelastic_relaxation": "make a fast step, hold it for several minutes, and unload as fast",
+    "permanent_set": "leave the specimen unloaded overnight and measure its rest length again",
+    "strain_stiffening": "pull the silicone alone to the largest strain of these recordings",
+    "wall_eccentricity": "pressurise the cold, symmetric actuator, and again rolled by 180 degrees",
+    "thick_wall": "pull the capped tube at several constant pressures",
+    "radial_expansion": "measure the outer diameter under pressure",
+    "pressure_calibration": "vent to zero at the beginning and at the end, and compare with a second gauge",
+    "pressure_lag": "put a second pressure sensor at the chamber and step the pressure",
+    "series_resistance": "measure one spring with four wires, or heat it fully past its transformation",
+    "resistance_temperature_coefficient": "hold the wire fully austenitic and vary its temperature",
+    "detwinned_resistivity_memory": "heat past the end of transformation after the pre-strain and repeat the "
+    "pull",
+    "r_phase": "record resistance over temperature without load, heating and cooling",
+    "transformation_hysteresis": "make partial cycles that turn round inside the loop",
+    "stress_shifted_transformation": "record the same thermal cycle at two loads",
+    "cyclic_shakedown": "make ten cycles of pressure alone and ten of heat alone",
+    "tension_compression_asymmetry": "push and pull the same spring",
+    "coil_contact": "pull slowly from the closed spring over the first few millimetres",
+    "large_helix_angle": "pull the fully austenitic spring to its longest",
+    "inactive_coils": "count and mark the turns that open",
+    "prestrain_error": "swap the springs, or measure their rest lengths",
+    "uneven_heating": "heat ten times slower, so that the wire is evenly warm",
+    "self_heating_rate": "repeat the pull ten times slower",
+    "camera_calibration": "photograph a printed arc of known curvature",
+    "load_train_compliance": "put a rigid bar in place of the specimen",
+    "force_calibration": "hang a known weight at the beginning and at the end",
+    "channel_lag": "give all channels one common pulse",
+}
+
+
+def separating(slugs: Sequence[str]) -> str:
+    """What to do next, so that these explanations part."""
+    first = SEPARATE.get(slugs[0], "repeat the recordings at another rate")
+    if len(slugs) == 1:
+        return f"To confirm {slugs[0]}: {first}."
+    second = SEPARATE.get(slugs[1], "repeat the recordings at another rate")
+    return f"To tell {slugs[0]} from {slugs[1]}: {first}; for the other, {second}."
+
+
+def verdict_sentences(conclusion: Conclusion) -> list[str]:
+    """The verdict first, in one sentence, then what stands behind it."""
+    sentences = _verdict(conclusion)
+    if unstated(conclusion):
+        other = "another specimen than the source's looks like this, too."
+        sentences.insert(1, f"No [geometry] is stated: {other}")
+    return sentences
+
+
+def unstated(conclusion: Conclusion) -> list[str]:
+    """Names of recordings that contradict the model and do not state their specimen where its size counts."""
+    recordings = conclusion.explanation.program.recordings if conclusion.mismatch else []
+    return [r.name for r in recordings if not r.geometry and r.kind not in ("elastomer", "wire")]
+
+
+def _verdict(conclusion: Conclusion) -> list[str]:
+    base, after = conclusion.before, conclusion.after
+    bound = "at most " if conclusion.explanation.p_is_bound else ""
+    chance = f"{bound}{conclusion.explanation.p_value:.3g}"
+    if not conclusion.mismatch:
+        return [
+            f"The recordings agree with {base_named(conclusion)} within its tolerances and their noise.",
+            f"A misfit as large as this one would arise by chance with a probability of {chance}.",
+            *_not_fitted(conclusion),
+        ]
+    over = [f for f in conclusion.found[1:] if f.slug == "unmodelled"]  # beside a name that comes first
+    names = [f.slug for f in conclusion.found if f not in over]
+    if names and names[0] == "unmodelled":
+        whole = base_named(conclusion)
+        lead = f"The recordings contradict {whole}, and no effect that is known here explains them."
+        rival = conclusion.generic
+        if conclusion.unknown <= TENTATIVE and not conclusion.explanation.final.slugs and rival is not None:
+            lead = (
+                f"The recordings may contradict {whole}: no effect that is known explains them, and "
+                f"a smooth function of {rival.driver.replace('_', ' ')} without a name does with a log Bayes "
+                f"factor of {rival.bayes:.2g}, which is little."
+            )
+    elif len(names) == 1:
+        lead = f"{_capital(base_named(conclusion))} leaves out {names[0]}: {CATALOGUE[names[0]].sentence}"
+    else:
+        lead = f"{_capital(base_named(conclusion))} leaves out {' and '.join(names)}."
+    held = not_fitted(base.how)
+    rest = conclusion.remainder
+    smooth = f"a smooth function of {rest.driver} added to {rest.quantity}" if rest is not None else ""
+    with_it = f"With {'it' if len(names) == 1 else 'them'}"
+    if names[0] == "unmodelled":
+        terms = [f"{name}, which is doubtful," for name in names[1:]]
+        if smooth:
+            terms.append(f"{smooth}, which explains nothing,")
+        if not terms:
+            return [
+                lead,
+                "Nothing that was recorded goes with what is left closely enough to be modelled: the misfit "
+                f"of {held} stays at a reduced chi-square of {base.reduced_chi2:.3g}.",
+                _by_chance(chance),
+            ]
+        with_it = f"With {' and '.join(terms)}"
+    elif smooth:
+        with_it += f" and, for what it leaves, {smooth}, which explains nothing,"
+    return [
+        lead,
+        *_not_told_apart(conclusion),
+        *(f.text for f in over),
+        f"{with_it} the misfit of {held} {went(base.reduced_chi2, after.reduced_chi2)}.",
+        _by_chance(chance),
+    ]
+
+
+def base_named(conclusion: Conclusion) -> str:
+    """The base model, and in brackets what it is where that is not the published one as it stands."""
+    what = conclusion.start.words
+    return f"the base model ({what})" if what else "the base model"
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _not_told_apart(conclusion: Conclusion) -> list[str]:
+    """Effects that explain the recordings as well as those that are named."""
+    said = []
+    for f in conclusion.found:
+        if f.slug != "unmodelled" and f.confusable:
+            said.append(f"These recordings do not tell {f.slug} from {' or '.join(f.confusable)}.")
+    return said
+
+
+def not_fitted(how: str) -> str:
+    """What a model was scored on, in words."""
+    where = {
+        "validation": "recordings kept for validation",
+        "left out in turn": "recordings left out in turn",
+    }
+    return where.get(how, "parts of the one recording, left out in turn (within-recording)")
+
+
+def refused(slugs: Sequence[str], how: str, before: float, after: float) -> str:
+    """Of effects that fit better and predict worse, in words."""
+    it = "it" if len(slugs) == 1 else "them"
+    return (
+        f"{' and '.join(slugs)} would fit the recordings better, but with {it} the misfit of "
+        f"{not_fitted(how)} {went(before, after)}: not accepted"
+    )
+
+
+def went(before: float, after: float) -> str:
+    """What became of a reduced chi-square, from the numbers as they are shown."""
+    first, then = f"{before:.3g}", f"{after:.3g}"
+    if first == then:
+        return f"stays at a reduced chi-square of {first}"
+    return f"{'rises' if after > before else 'falls'} from a reduced chi-square of {first} to {then}"
+
+
+def _not_fitted(conclusion: Conclusion) -> list[str]:
+    """Of an agreement: whether recordings that were not fitted are missed all the same, and why."""
+    program, left = conclusion.explanation.program, conclusion.before.reduced_chi2
+    if program.fitted.all() or not left > NOTICED:
+        return []
+    less = predictive_chi_square(program, conclusion.explanation.base, program.unseen)
+    missed = f"Recordings kept for validation are missed by more than noise (reduced chi-square {left:.3g}),"
+    if less - 1.0 < 0.5 * (left - 1.0):
+        return [f"{missed} which the uncertainty of the refitted constants explains ({less:.3g} without it)."]
+    return [
+        f"{missed} and the uncertainty of the refitted constants does not explain that ({less:.3g} without "
+        "it): fit one of them as well before you rely on this."
+    ]
+
+
+def _by_chance(chance: str) -> str:
+    return f"Chance alone would give such a misfit of the base model with a probability of {chance}."
+
+
+def contended(slugs: tuple[str, ...]) -> str:
+    """Of effects that explain more than those that are named, but by no more than instruments do."""
+    return (
+        f"{' and '.join(slugs)} together explain and predict the recordings better than what is named, but "
+        "drift or noise of the instruments explains the difference as well"
+    )
+
+
+def place_text(conclusion: Conclusion) -> str:
+    """Where the misfit is, in a paragraph."""
+    place = conclusion.place
+    if not conclusion.mismatch:
+        return "No part of the recordings departs from the base model by more than its noise."
+    drivers = ", ".join(place.drivers) or "nothing that was recorded"
+    text = f"The misfit of the refitted base model goes with {drivers} (strongest first). "
+    if place.regions:
+        text += f"It is where {place.regions[0]}. "
+    return text + f"The part of the model that is concerned: {conclusion.component.replace('_', ' ')}."

@@ -1,0 +1,34 @@
+"""Which columns of a recording are predicted, and which drive the model."""
+
+import numpy as np
+
+from fitting.data.recordings import Recording, schema
+
+STEADIER = 0.5
+"""Ratio of relative ranges of stress and strain below which stress is taken as prescribed."""
+
+
+def by_stress(recording: Recording) -> bool:
+    """Whether stress drives the wire and strain is predicted."""
+    sizes = []
+    for name in ("stress", "strain"):
+        values = recording.si(name)
+        values = values[np.isfinite(values)]
+        most = float(np.max(np.abs(values))) if values.size else 0.0
+        low, high = np.percentile(values, [2.0, 98.0]) if values.size else (0.0, 0.0)
+        sizes.append((high - low) / most if most > 0.0 else 0.0)
+    return sizes[0] < STEADIER * sizes[1]
+
+
+def predicted(recording: Recording) -> list[str]:
+    """Columns that the model predicts: of a wire's stress and strain the one that is not prescribed."""
+    if recording.kind == "wire" and recording.has("stress") and recording.has("strain"):
+        return ["strain" if by_stress(recording) else recording.column("stress")]
+    return recording.outputs
+
+
+def measured(recording: Recording) -> list[str]:
+    """Columns that are read off a specimen: what is predicted, and resistances. Others are set, and stand
+    still or go in straight lines when they are told to."""
+    read = [n for n in recording.known_columns if schema.quantity_and_unit(n)[0].startswith("resistance")]
+    return list(dict.fromkeys([*predicted(recording), *read]))

@@ -1,0 +1,1 @@
+"""Trajectories that are not measured but must explain what is: smoothers and their Gauss-Newton steps."""

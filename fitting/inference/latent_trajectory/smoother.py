@@ -1,0 +1,200 @@
+"""A state that is not measured but must explain what is: profiled out of a fit by a Kalman-like smoother.
+ The martensite fraction behind a noisy resistance is such a state. It wanders slowly (a random walk), and
+both resistance and force depend on it, strongly or hardly, as the alloy has it. Its best course for given
+parameters minimises the same sum of squares as the fit; rows are coupled to their neighbours and to the few
+that they remember, so each Gauss-Newton step is a few tridiagonal solves. What a fit then sees as a function
+of the parameters alone is the profile of the joint problem: the state's own uncertainty is in the standard
+errors, and a row whose resistance says nothing about the phase says nothing about the parameters through it
+either.
+"""
+
+from collections.abc import Callable
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Int, PyTree
+
+from .gauss_newton import banded, ended, largest, settle, solve_coupled
+
+ROUNDS = 20
+"""Most trials of a state."""
+SETTLED = 2e-3
+"""Change of the state, in rows that are measured, at which they end; one more is made if it is as small."""
+LONGEST = 0.3
+"""Longest step of the state in one round."""
+OVERSHOOT = 0.01
+"""1-sigma by which the state may pass its limits, 0 and 1: noise does not stop there, physics does."""
+
+
+class Walk(eqx.Module):
+    """How the state may move.
+
+    Attributes:
+        weight: one over the 1-sigma of the increment from the row before, shape (rows,); zero for the first
+            row and where rows only pad.
+        level: where the state is expected to start [1].
+        level_weight: one over the 1-sigma of that.
+    """
+
+    weight: Float[Array, " rows"]
+    level: Float[Array, ""]
+    level_weight: Float[Array, ""]
+
+    @classmethod
+    def over(cls, time: Array, mask: Array, wander: Array, level: Array, level_sd: Array) -> "Walk":
+        """A walk whose variance grows by `wander` per second."""
+        step = jnp.maximum(jnp.diff(time, prepend=time[:1]), 1e-6)
+        weight = jnp.where(mask & (jnp.arange(time.size) > 0), 1.0 / jnp.sqrt(wander * step), 0.0)
+        return cls(weight, level, 1.0 / level_sd)
+
+    def residual(self, state: Float[Array, " rows"]) -> Float[Array, " more"]:
+        """Increments, start and overshoot in standard deviations."""
+        increments = self.weight[1:] * jnp.diff(state)
+        start = self.level_weight * (state[:1] - self.level)
+        return jnp.concatenate([start, increments, _outside(state) / OVERSHOOT])
+
+    def gradient(self, state: Array) -> Array:
+        """Derivative of half the sum of squares of `residual`."""
+        pull = jnp.concatenate([jnp.zeros(1), self.weight[1:] ** 2 * jnp.diff(state)])
+        ends = pull - jnp.concatenate([pull[1:], jnp.zeros(1)])
+        return ends.at[0].add(self.level_weight**2 * (state[0] - self.level)) + _outside(state) / OVERSHOOT**2
+
+    def curvature(self, state: Array) -> tuple[Array, Array]:
+        """Diagonal and upper diagonal (last entry zero) of the second derivative."""
+        square = self.weight**2
+        after = jnp.concatenate([square[1:], jnp.zeros(1)])
+        diagonal = (square + after).at[0].add(self.level_weight**2)
+        return diagonal + (_outside(state) != 0.0) / OVERSHOOT**2, -after
+
+
+def _outside(state: Array) -> Array:
+    return jnp.minimum(state, 0.0) + jnp.maximum(state - 1.0, 0.0)
+
+
+class Local(eqx.Module):
+    """The law about a course of the state.
+
+    Attributes:
+        predicted: outputs, shape (k, rows).
+        slope: their derivative by the state of the same row, shape (k, rows).
+        remembered: their derivative by the state of the row `source`, shape (k, rows); zero where none is
+            remembered.
+        source: the earlier row whose state a row remembers, shape (rows,).
+    """
+
+    predicted: Float[Array, "k rows"]
+    slope: Float[Array, "k rows"]
+    remembered: Float[Array, "k rows"]
+    source: Int[Array, " rows"]
+
+    def along(self, direction: Float[Array, " rows"]) -> Float[Array, "k rows"]:
+        """Change of the outputs with the state."""
+        return self.slope * direction + self.remembered * direction[self.source]
+
+    def back(self, force: Float[Array, "k rows"]) -> Float[Array, " rows"]:
+        """Transpose of `along`."""
+        later = jnp.sum(self.remembered * force, axis=0)
+        return jnp.sum(self.slope * force, axis=0) + jnp.zeros_like(later).at[self.source].add(later)
+
+
+Outputs = Callable[[PyTree, Array], Local]
+"""`(model, state)` to the outputs and how they depend on the state."""
+
+
+def profile(
+    outputs: Outputs,
+    model: PyTree,
+    measured: Float[Array, "k rows"],
+    weight: Float[Array, "k rows"],
+    walk: Walk,
+    start: Float[Array, " rows"],
+) -> Float[Array, " rows"]:
+    """Course of the state that explains the measurements best.
+
+    The iterations carry no tangents; one step after them does, which makes the derivative by `model` that of
+    the implicit function, to the accuracy of Gauss-Newton. The gradient of the profiled sum of squares is
+    exact even so where the course is settled, because it minimises it; not where a limit of the state is a
+    corner that the course ends at.
+
+    Args:
+        outputs: the law, row by row.
+        model: what the law depends on, and what derivatives are taken by.
+        measured: outputs, zero where missing.
+        weight: one over their 1-sigma, zero where missing.
+        walk: how the state may move.
+        start: first trial of the state, shape (rows,).
+    """
+    frozen, told = jax.lax.stop_gradient(model), jnp.any(weight > 0.0, axis=0)
+
+    def step(model: PyTree, state: Array) -> tuple[Array, Array, None]:
+        """See `inference.latent_trajectory.gauss_newton.Step`."""
+        local = outputs(model, state)
+        left = local.predicted - measured
+        pull = local.back(weight**2 * left) + walk.gradient(state)
+        square = jnp.sum((weight * left) ** 2) + jnp.sum(walk.residual(state) ** 2)
+        move = -solve(jax.lax.stop_gradient(local), weight, walk, state, pull)
+        return jnp.clip(move, -LONGEST, LONGEST), square, None
+
+    settled, _ = settle(lambda state: step(frozen, state), start, told, SETTLED, ROUNDS)
+    last = step(model, settled)[0]
+    return ended(settled, last, largest(last, told) <= SETTLED)
+
+
+def solve(local: Local, weight: Array, walk: Walk, state: Array, right: Array) -> Array:
+    """Solution of the Gauss-Newton system of the state.
+
+    It is tridiagonal but for what rows remember of earlier ones; conjugate gradients, preconditioned by the
+    tridiagonal part, need one step for each row that is remembered by many.
+    """
+    diagonal, upper = hessian(local, weight, walk, state)
+    told = jnp.sum((weight * local.slope) ** 2, axis=0)
+    walked = diagonal - told - _remembered(local, weight)
+
+    def times(direction: Array) -> Array:
+        coupled = walked * direction + upper * jnp.roll(direction, -1) + jnp.roll(upper * direction, 1)
+        return coupled + local.back(weight**2 * local.along(direction))
+
+    return solve_coupled(times, right, banded(diagonal, upper))
+
+
+def _remembered(local: Local, weight: Array) -> Array:
+    """Diagonal of what later rows say about the rows that they remember."""
+    square = jnp.sum((weight * local.remembered) ** 2, axis=0)
+    return jnp.zeros_like(square).at[local.source].add(square)
+
+
+def hessian(local: Local, weight: Array, walk: Walk, state: Array) -> tuple[Array, Array]:
+    """Diagonal and upper diagonal of the Gauss-Newton matrix of the state."""
+    diagonal, upper = walk.curvature(state)
+    diagonal = diagonal + jnp.sum((weight * local.slope) ** 2, axis=0) + _remembered(local, weight)
+    return jnp.where(diagonal == 0.0, 1.0, diagonal), upper  # padding is coupled to nothing
+
+
+def log_determinant(diagonal: Array, upper: Array) -> Array:
+    """Log-determinant of a symmetric positive tridiagonal matrix."""
+
+    def pivot(before: Array, row: tuple[Array, Array]) -> tuple[Array, Array]:
+        here, square = row
+        now = here - square / before
+        return now, jnp.log(now)
+
+    coupled = jnp.concatenate([jnp.zeros(1), upper[:-1] ** 2])
+    return jnp.sum(jax.lax.scan(pivot, jnp.ones(()), (diagonal, coupled))[1])
+
+
+def variances(diagonal: Array, upper: Array) -> Array:
+    """Diagonal of the inverse of a symmetric positive tridiagonal matrix, shape (rows,).
+
+    From the pivots of both directions: `1 / (forward + backward - diagonal)`.
+    """
+
+    def pivot(before: Array, row: tuple[Array, Array]) -> tuple[Array, Array]:
+        now = row[0] - row[1] / before
+        return now, now
+
+    coupled = jnp.concatenate([jnp.zeros(1), upper[:-1] ** 2])
+    forward = jax.lax.scan(pivot, jnp.ones(()), (diagonal, coupled))[1]
+    ahead = jnp.concatenate([coupled[1:], jnp.zeros(1)])
+    backward = jax.lax.scan(pivot, jnp.ones(()), (diagonal, ahead), reverse=True)[1]
+    return 1.0 / (forward + backward - diagonal)

@@ -1,0 +1,110 @@
+"""Traced programs kept on disk, beside the compiled ones that JAX keeps.
+
+Tracing a program with the laws of every effect takes several times as long as loading its compiled form, and
+JAX's own cache keeps only the latter. A kept program is found by everything that it depends on: the source
+of both packages, the structure and shapes of its arguments, and JAX's version.
+"""
+
+import functools
+import hashlib
+import os
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import jax
+from jax import export
+
+import pneusma_jax
+
+FOLDER = "traced"
+UNUSED = 90 * 86400.0
+"""Seconds after which a program that nobody asked for is removed."""
+
+
+def cached_program(function: Callable, name: str, options: dict[str, bool] | None = None) -> Callable:
+    """`jax.jit(function)`, traced once per source, structure and shapes, and not once per process.
+
+    Without a compilation cache, or where a static part of the arguments has no lasting name, it is plain
+    `jax.jit`.
+
+    Args:
+        function: pure, of pytrees of arrays; returns dictionaries, tuples and lists of arrays. It must
+            depend on nothing but its arguments, `name` and the source of the two packages.
+        name: says which function this is, with every number that it closes over.
+        options: of the compiler; left out where it does not know them.
+    """
+    options = _known(tuple(sorted(options.items()))) if options else None
+    plain = jax.jit(function, compiler_options=options)
+    ready: dict[tuple, Callable] = {}
+
+    def call(*arguments: Any) -> Any:
+        leaves, structure = jax.tree.flatten(arguments)
+        shapes = [jax.typeof(leaf) for leaf in leaves]
+        folder = jax.config.jax_compilation_cache_dir
+        asked = (folder, structure, *shapes)
+        if asked not in ready:
+            words = f"{name}|{structure}|{shapes}"
+            if not folder or " at 0x" in words:
+                return plain(*arguments)
+            program = _program(Path(folder) / FOLDER, words, function, structure, shapes)
+            ready[asked] = jax.jit(program.call, compiler_options=options)
+        return ready[asked](*leaves)
+
+    return call
+
+
+def _program(
+    folder: Path, words: str, function: Callable, structure: Any, shapes: list[Any]
+) -> export.Exported:
+    """The traced program, from disk if it is there."""
+    key = hashlib.sha256(f"{jax.__version__}|{jax.default_backend()}|{_source()}|{words}".encode())
+    path = folder / f"{key.hexdigest()[:32]}.stablehlo"
+    try:
+        program = export.deserialize(bytearray(path.read_bytes()))
+        os.utime(path)
+        return program
+    except FileNotFoundError:
+        pass
+    except Exception:  # a damaged file is written again
+        path.unlink(missing_ok=True)
+    flat = lambda *leaves: function(*jax.tree.unflatten(structure, leaves))  # noqa: E731
+    program = export.export(jax.jit(flat))(*(jax.ShapeDtypeStruct(s.shape, s.dtype) for s in shapes))
+    _write(path, program.serialize())
+    return program
+
+
+def _write(path: Path, content: bytes) -> None:
+    """Whole or not at all; a folder that cannot be written to costs only time."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
+            file.write(content)
+        os.replace(file.name, path)
+        for other in path.parent.glob("*.stablehlo"):
+            if time.time() - other.stat().st_mtime > UNUSED:
+                other.unlink(missing_ok=True)
+    except OSError:
+        pass
+
+
+@functools.cache
+def _known(options: tuple[tuple[str, bool], ...]) -> dict[str, bool]:
+    """Compiler options, or none where this version or device refuses them."""
+    try:
+        jax.jit(lambda x: x + 1.0, compiler_options=dict(options)).lower(0.0).compile()
+    except Exception:  # what is raised differs between versions
+        return {}
+    return dict(options)
+
+
+@functools.cache
+def _source() -> str:
+    """Digest of the source of both packages."""
+    found = hashlib.sha256()
+    for package in (Path(pneusma_jax.__file__).parent, Path(__file__).parents[1]):
+        for path in sorted(package.rglob("*.py")):
+            found.update(str(path.relative_to(package)).encode() + path.read_bytes())
+    return found.hexdigest()

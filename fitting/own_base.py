@@ -1,0 +1,5 @@
+"""The former name of `fitting.diagnose.custom_model`, for programs that were written for it."""
+
+from fitting.diagnose.custom_model import Explained, OwnModel, OwnRecording, Term, explain_own
+
+__all__ = ["Explained", "OwnModel", "OwnRecording", "Term", "explain_own"]

@@ -1,0 +1,56 @@
+"""The catalogue and its entries in words, for a terminal."""
+
+import inspect
+import textwrap
+
+from fitting.simulate.effect_signature import KINDS
+from pneusma_jax.effects import CATALOGUE, Effect, find_effect
+
+WIDTH = 100
+
+
+def catalogue_table() -> str:
+    """Every effect: its name, the kinds of recording that can show it, where a report puts it, what it is."""
+    widths = [max(len(slug) for slug in CATALOGUE), 5, max(len(e.component) for e in CATALOGUE.values())]
+    rows = [("effect", "kinds", "where", "what was left out")]
+    rows += [(slug, effect.kinds, effect.component, effect.sentence) for slug, effect in CATALOGUE.items()]
+    lines = ["  ".join(cell.ljust(n) for cell, n in zip(row, (*widths, 0), strict=True)) for row in rows]
+    letters = ", ".join(f"{letter} {word}" for letter, word in KINDS.items())
+    return "\n".join([*lines, "", f"kinds: {letters}"])
+
+
+def described(slug: str) -> str:
+    """One effect: what it is, its law, its source, and its parameters with their ranges.
+
+    Raises:
+        InputError: if there is none; names the nearest.
+    """
+    effect = find_effect(slug)
+    law = " ".join(inspect.getdoc(effect).split())
+    lines = [
+        slug,
+        *_filled(effect.sentence),
+        "",
+        *_filled(f"Law: {law}"),
+        *_filled(f"Source: {effect.literature}."),
+        *_filled(f"Reported as: {effect.component}; in: {', '.join(KINDS[k] for k in effect.kinds)}."),
+        *_filled(f"Acts at: {', '.join(acts_at(effect))}."),
+        "",
+    ]
+    for name, spec in effect.specs.items():
+        where = f" (only: {', '.join(KINDS[k] for k in spec.kinds)})" if spec.kinds else ""
+        absent = "shape" if spec.shape else f"absent at {spec.neutral:g}"
+        numbers = f"{spec.low:g} to {spec.high:g} {spec.unit}, typically {spec.typical:g}; {absent}"
+        lines.append(f"  {name:18} {spec.text}{where}: {numbers}")
+    return "\n".join(lines)
+
+
+def acts_at(effect: type[Effect]) -> list[str]:
+    """Slots of a row that an effect overrides, in the order of `Effect`."""
+    housekeeping = {"begin", "remember"}
+    slots = [n for n, f in vars(Effect).items() if inspect.isfunction(f) and not n.startswith("_")]
+    return [n for n in slots if n not in housekeeping and getattr(effect, n) is not getattr(Effect, n)]
+
+
+def _filled(text: str) -> list[str]:
+    return textwrap.wrap(text, WIDTH, initial_indent="  ", subsequent_indent="  ")

@@ -1,0 +1,1 @@
+"""The characterisation of an elastomer on paper."""

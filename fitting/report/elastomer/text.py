@@ -1,0 +1,272 @@
+"""What the fit of an elastomer says, in sentences that a laboratory can act on."""
+
+import math
+import textwrap
+
+import numpy as np
+
+from fitting.calibrate.elastomer import drift, stability
+from fitting.calibrate.elastomer.analysis import Analysis
+from fitting.calibrate.elastomer.fit import LawFit
+from fitting.calibrate.elastomer.held_out import HeldOut, Transfer
+from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation, estimates
+from fitting.calibrate.elastomer.samples import RELATIVE_SPREAD
+from fitting.calibrate.identifiability import identifiability
+from fitting.inference.parameters import format_estimate
+
+CORRELATED = 0.3
+"""Lag-1 correlation of the residuals from which they are called correlated."""
+MOST_IN_A_SENTENCE = 4
+"""Constants of a law; more are left to the table."""
+MANY_PAIRS = 2
+"""More strongly correlated pairs than these are summed up."""
+LARGE_HYSTERESIS = 0.03
+"""Of the stress; below it loading and unloading are one curve for most purposes."""
+
+
+def constants(fit: LawFit) -> str:
+    """Constants of a law with errors and units, in one line."""
+    parts = []
+    for name, estimate in estimates(fit).items():
+        error = estimate.sd if math.isfinite(estimate.sd) else None
+        text = format_estimate(estimate.value, error).replace("+/-", "±")
+        parts.append(f"{name} = {text}{'' if estimate.unit == '1' else ' ' + estimate.unit}")
+    return ", ".join(parts)
+
+
+def kilopascal(value: float) -> str:
+    """A stress [Pa] in kPa with three digits."""
+    return f"{value / 1e3:.0f} kPa" if abs(value) >= 1e6 else f"{value / 1e3:.3g} kPa"
+
+
+def percent(fraction: float) -> str:
+    """A fraction in percent with two digits."""
+    return f"{100.0 * fraction:.2g} %" if abs(fraction) < 1.0 else f"{100.0 * fraction:.0f} %"
+
+
+def verdict(result: ElastomerCharacterisation) -> list[str]:
+    """The few sentences to read if nothing else is read."""
+    sentences = [_which_law(result.whole)]
+    one_constant = {name: d for name, d in result.whole.drifts.items() if len(d) == 1}
+    sentences += drift.verdict(result.whole.held, one_constant)
+    sentences += _past_the_range(result.whole)
+    if result.actuator is not result.whole:
+        sentences.append(_for_an_actuator(result))
+    return sentences
+
+
+def _which_law(analysis: Analysis) -> str:
+    fit, held = analysis.best, analysis.held[analysis.choice.chosen]
+    only = len(analysis.fits) == 1
+    text = "The one law that was fitted, " if only else "Recommended law, "
+    text += (
+        f"for strain {analysis.strain_min:.3g} to {analysis.strain_max:.3g}: {fit.law.label}{_numbers(fit)}. "
+    )
+    text += f"{analysis.choice.reason} " if analysis.choice.reason else ""
+    gaps = held.interpolation
+    if gaps:
+        text += "Parts of the curve left out of the fit are predicted to "
+        text += f"{kilopascal(gaps.rmse)} ({percent(gaps.rpd)}){_on_others(held)}."
+    return text.strip()
+
+
+def _numbers(fit: LawFit) -> str:
+    """Its constants, where they are few enough to be read in a sentence."""
+    return f", {constants(fit)}" if len(fit.values) <= MOST_IN_A_SENTENCE else ""
+
+
+def _on_others(held: HeldOut) -> str:
+    others = held.validation or held.recordings
+    if not others:
+        return ""
+    worst = max(others.values(), key=lambda transfer: transfer.score.rmse)
+    kind = "the validation recordings" if held.validation else "recordings left out in turn"
+    return f", {kind} to {kilopascal(worst.score.rmse)} ({percent(worst.score.rpd)}) at worst{_factor(worst)}"
+
+
+def _factor(transfer: Transfer) -> str:
+    """Remark that one factor explains most of an error, where it does."""
+    if transfer.rmse_scaled > 0.6 * transfer.score.rmse:
+        return ""
+    harder = "stiffer" if transfer.factor > 1.0 else "softer"
+    return (
+        f", most of it because that specimen is {percent(abs(transfer.factor - 1.0))} {harder} "
+        f"({kilopascal(transfer.rmse_scaled)} with one factor on its stress)"
+    )
+
+
+def _past_the_range(analysis: Analysis) -> list[str]:
+    best, chosen = analysis.choice.best_extrapolation, analysis.choice.chosen
+    if best is None:
+        return []
+    here = analysis.held[chosen].extrapolation
+    text = (
+        f"Past the stretch it was fitted to, {analysis.best.law.label} misses the next stretch of curve by "
+        f"{percent(here)} (geometric mean over the ranges)"
+    )
+    if best != chosen:
+        least = percent(analysis.held[best].extrapolation)
+        text += f"; {analysis.fits[best].law.label} goes wrong least there, {least}"
+    return [text + ". No law should be trusted beyond the stretch that was tested."]
+
+
+def _for_an_actuator(result: ElastomerCharacterisation) -> str:
+    analysis = result.actuator
+    low, high = stability.ACTUATOR_STRAIN
+    gaps = analysis.held[analysis.choice.chosen].interpolation
+    accuracy = f", to {kilopascal(gaps.rmse)} in gaps of the curve" if gaps else ""
+    return (
+        f"To simulate an actuator, whose wall sees strains of {low:g} to {high:g}, use the fit to that "
+        "range instead "
+        f"(material_actuator.toml): {analysis.best.law.label}{_numbers(analysis.best)}{accuracy}. "
+        f"{analysis.choice.reason}{_untested_side(analysis)}".replace("  ", " ")
+    )
+
+
+def _untested_side(analysis: Analysis) -> str:
+    low, high = stability.ACTUATOR_STRAIN
+    missing = []
+    if analysis.strain_min > low + 0.1:
+        missing.append(f"below strain {analysis.strain_min:.2g}")
+    if analysis.strain_max < high - 0.1:
+        missing.append(f"above strain {analysis.strain_max:.2g}")
+    return f" Nothing was tested {' or '.join(missing)}: there it is the law's guess." if missing else ""
+
+
+def warnings(result: ElastomerCharacterisation) -> list[str]:
+    """What could mislead: laws that turn back, hysteresis, constants at bounds, simulated data."""
+    found = []
+    for analysis in {id(a): a for a in (result.whole, result.actuator)}.values():
+        name = analysis.choice.chosen
+        found += stability.warnings(analysis.best, analysis.tested[name], analysis.actuator[name])
+    for name, check in result.whole.tested.items():
+        if not check.monotone and name != result.whole.choice.chosen:
+            label = result.whole.fits[name].law.label
+            found.append(
+                f"{label[0].upper()}{label[1:]} falls from strain {check.falls_from:.2g} on inside the "
+                "tested range, as no solid does, and was passed over."
+            )
+    for curve in result.samples.curves:
+        if curve.hysteresis is not None and abs(curve.hysteresis) > LARGE_HYSTERESIS:
+            found.append(
+                f"{curve.name}: stress going up is {percent(curve.hysteresis)} higher than coming down at "
+                "the same strain. A hyperelastic law is one curve: it runs through the middle of this loop."
+            )
+    for fit in result.whole.fits.values():
+        if not fit.result.success:
+            found.append(f"{fit.law.label}: {fit.result.status.value} It was passed over.")
+    return list(dict.fromkeys(found))
+
+
+def how_it_was_fitted(result: ElastomerCharacterisation) -> list[str]:
+    """Weighting, noise, what the standard errors mean, specimens."""
+    samples, fit = result.samples, result.best
+    sentences = [_weighting(result), *_noise(result), _errors(fit)]
+    if fit.factors:
+        factors = ", ".join(
+            f"{name} {format_estimate(value, sd).replace('+/-', '±')}"
+            for name, (value, sd) in fit.factors.items()
+        )
+        sentences.append(
+            f"Each specimen has its own factor on the stress, known beforehand to {percent(samples.batch)} "
+            "around one: "
+            f"{factors}. The constants describe the material, so their errors include this spread."
+        )
+    elif samples.batch > 0.0:
+        sentences.append(
+            f"One specimen was fitted. The standard errors are for it alone; another specimen may differ by "
+            f"{percent(samples.batch)} (silicone_stiffness in the material file)."
+        )
+    return sentences
+
+
+def _weighting(result: ElastomerCharacterisation) -> str:
+    if result.samples.weighting == "relative":
+        return (
+            "Least squares of engineering stress over engineering strain; residuals were divided by the "
+            "instrument's "
+            f"noise and {percent(RELATIVE_SPREAD)} of the stress together, so that small stresses count too."
+        )
+    return (
+        "Unweighted least squares of engineering stress over engineering strain within a recording: "
+        "residuals were divided "
+        "by the instrument's noise, the same for all its samples, so large stresses decide where a law "
+        "cannot follow."
+    )
+
+
+def _noise(result: ElastomerCharacterisation) -> list[str]:
+    sentences = []
+    for stated in (True, False):
+        curves = [curve for curve in result.samples.curves if curve.noise_stated is stated]
+        if curves:
+            values = ", ".join(f"{curve.name} {kilopascal(curve.noise)}" for curve in curves)
+            how = (
+                "stated in the sidecar"
+                if stated
+                else "estimated from how far samples lie off their neighbours' chord"
+            )
+            sentences.append(f"Noise of the stress (1 sigma), {how}: {values}.")
+    return sentences
+
+
+def _errors(fit: LawFit) -> str:
+    if fit.lag_one < CORRELATED:
+        kind = "the residuals look independent"
+    elif fit.mean_square > 2.0:
+        kind = "what is left is mostly the shape of the law, not noise"
+    else:
+        kind = "the noise is serially correlated"
+    return (
+        f"Residuals of {fit.law.label}: {math.sqrt(fit.mean_square):.3g} times the noise, neighbouring ones "
+        "correlated with "
+        f"{fit.lag_one:.2f} ({kind}). {fit.mask.sum()} samples therefore count as {fit.independent:.0f} "
+        f"independent ones, and the standard errors were multiplied by {fit.inflation:.3g}."
+    )
+
+
+def identifiability_of(fit: LawFit) -> list[dict]:
+    """Loose directions of a law's constants, in the unit of files."""
+    free = fit.free
+    names = [fit.law.names[k] for k in free]
+    return identifiability(names, fit.values[free], fit.covariance[np.ix_(free, free)], fit.at_bound)
+
+
+def identifiability_sentences(fit: LawFit) -> list[str]:
+    """The same as sentences; many correlated pairs become one."""
+    found = identifiability_of(fit)
+    pairs = [entry for entry in found if entry["kind"] == "correlation"]
+    if len(pairs) > MANY_PAIRS:
+        names = [name for name in fit.law.names if any(name in entry["parameters"] for entry in pairs)]
+        strongest = max(abs(entry["correlation"]) for entry in pairs)
+        together = (
+            f"{', '.join(names[:-1])} and {names[-1]} are known only together (correlations up to "
+            f"{strongest:.3f}): the curve they make is what was measured, not each of them."
+        )
+        return [together, *(entry["text"] for entry in found if entry["kind"] != "correlation")]
+    texts = [entry["text"] for entry in found]
+    return texts or [f"Every constant of the {fit.law.label} law is determined on its own by these data."]
+
+
+def text_report(result: ElastomerCharacterisation) -> str:
+    """The whole result as plain text, 100 columns wide."""
+    from .tables import drift_table, law_table, parameter_table
+
+    def block(title: str, sentences: list[str]) -> str:
+        wrapped = [textwrap.fill(s, 100, initial_indent="  ", subsequent_indent="  ") for s in sentences]
+        return "\n".join([title, *wrapped])
+
+    label = " (SIMULATED data, not measured)" if result.samples.real is False else ""
+    parts = [
+        f"{result.title}{label}",
+        block("Verdict", result.verdict),
+        block("Warnings", warnings(result)) if warnings(result) else "",
+        "Parameters\n" + parameter_table(result).text(),
+        "Laws, by error in gaps of the curve\n" + law_table(result.whole).text(),
+        "Moduli and errors over the range fitted\n" + drift_table(result.whole).text(),
+        block("How it was fitted", how_it_was_fitted(result)),
+        block("What the data do not tell apart", identifiability_sentences(result.best)),
+        block("Next test", [result.next_test.text]),
+        block("Notices", list(result.samples.notices)) if result.samples.notices else "",
+    ]
+    return "\n\n".join(part for part in parts if part)

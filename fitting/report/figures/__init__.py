@@ -1,0 +1,135 @@
+"""The house's figures: one style, colours that colour-blind readers tell apart, every axis with its unit.
+
+Figures are made from results and never fit anything. No global state of matplotlib is touched.
+"""
+
+import io
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
+from pathlib import Path
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from fitting.data.files import write_whole
+
+# Okabe and Ito's palette, in an order that also differs in lightness
+BLACK, BLUE, ORANGE, GREEN, SKY, PURPLE, VERMILION, YELLOW = (
+    "#000000", "#0072B2", "#E69F00", "#009E73", "#56B4E9", "#CC79A7", "#D55E00", "#F0E442",
+)  # fmt: skip
+GREY = "#8a8f98"
+STYLE = {
+    "font.size": 10.0,
+    "axes.titlesize": 11.0,
+    "axes.labelsize": 10.0,
+    "legend.fontsize": 9.0,
+    "legend.frameon": False,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#e3e6eb",
+    "grid.linewidth": 0.8,
+    "axes.axisbelow": True,
+    "lines.linewidth": 1.8,
+    "figure.dpi": 150,
+    "savefig.dpi": 150,
+}
+QUANTITIES = {
+    "time_s": "time [s]",
+    "pressure_kPa": "gauge pressure [kPa]",
+    "curvature_1pm": "curvature [1/m]",
+    "bend_angle_deg": "bend angle [deg]",
+    "bend_direction_deg": "bend direction [deg]",
+    "length_mm": "length [mm]",
+    "force_N": "force [N]",
+    "resistance_ohm": "resistance [ohm]",
+    "elongation_mm": "elongation [mm]",
+    "strain": "engineering strain [1]",
+    "stress_kPa": "engineering stress [kPa]",
+    "stress_MPa": "stress [MPa]",
+    "temperature_degC": "temperature [deg C]",
+}
+
+
+def style() -> AbstractContextManager:
+    """Context in which figures are made and saved."""
+    return rc_context(STYLE)
+
+
+def axis_label(column: str) -> str:
+    """Words and unit for a canonical column, such as `curvature [1/m]`."""
+    if column in QUANTITIES:
+        return QUANTITIES[column]
+    quantity, _, unit = column.rpartition("_")
+    return f"{quantity.replace('_', ' ')} [{unit}]" if quantity else column
+
+
+def png(figure: Figure) -> bytes:
+    """The figure as PNG."""
+    stream = io.BytesIO()
+    with style():
+        figure.savefig(stream, format="png")
+    return stream.getvalue()
+
+
+def save_figure(figure: Figure, path: str | Path) -> Path:
+    """Write the figure as PNG, whole or not at all.
+
+    Raises:
+        InputError: if the place cannot be written.
+    """
+    return write_whole(path, png(figure))
+
+
+def legend_above(axes: Axes, columns: int = 3) -> None:
+    """A legend in a row of its own above the axes, so that it cannot cover data."""
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2)
+
+
+def recording_figure(
+    title: str,
+    x: tuple[str, np.ndarray],
+    outputs: Mapping[str, tuple[np.ndarray, np.ndarray]],
+    noise: Mapping[str, float],
+) -> Figure:
+    """Measured and predicted outputs of a recording over its driving quantity, and what is left between them.
+
+    Args:
+        title: name of the recording.
+        x: canonical column and values of the horizontal axis.
+        outputs: measurement and prediction by canonical column, in that column's unit, shape (rows,).
+        noise: 1-sigma of the instrument by canonical column, where it is known.
+    """
+    name, values = x
+    with style():
+        figure = Figure(figsize=(2.0 + 5.4 * len(outputs), 5.6), layout="constrained")
+        figure.suptitle(title, fontsize=12)
+        panels = figure.subplots(
+            2, len(outputs), sharex=True, squeeze=False, gridspec_kw={"height_ratios": (2.2, 1.0)}
+        )
+        for (column, (measured, predicted)), (above, below) in zip(outputs.items(), panels.T, strict=True):
+            _compared(above, name, values, measured, predicted)
+            above.set_ylabel(axis_label(column))
+            _residuals(below, values, measured - predicted, noise.get(column))
+            below.set_xlabel(axis_label(name))
+            below.set_ylabel("recording - model " + axis_label(column)[axis_label(column).rindex("[") :])
+        figure.align_ylabels()
+    return figure
+
+
+def _compared(axes: Axes, name: str, x: np.ndarray, measured: np.ndarray, predicted: np.ndarray) -> None:
+    axes.plot(x, measured, ".", color=GREY, markersize=4, label="recording")
+    single = name == "time_s" or np.all(np.diff(x[np.isfinite(x)]) >= 0.0)
+    order = np.arange(len(x)) if single else np.argsort(x, kind="stable")
+    axes.plot(x[order], predicted[order], "-", color=VERMILION, label="model")
+    legend_above(axes)
+
+
+def _residuals(axes: Axes, x: np.ndarray, residual: np.ndarray, noise: float | None) -> None:
+    axes.axhline(0.0, color=BLACK, linewidth=0.8)
+    axes.plot(x, residual, ".", color=BLUE, markersize=4)
+    if noise:
+        axes.axhspan(-2.0 * noise, 2.0 * noise, color=SKY, alpha=0.35, linewidth=0)
+        axes.set_title("band: twice the stated noise", fontsize=9, loc="left", color="#444444")

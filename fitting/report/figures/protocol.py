@@ -1,0 +1,99 @@
+"""The figure of a protocol: what is done and what happens over time, and each over the other."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from fitting.simulate.protocol import Course
+
+from . import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, axis_label, legend_above, style
+
+COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
+ALIKE = {"xi0": "martensite fraction [1]", "duty": "duty cycle [1]"}
+MOST_PANELS = 3  # of outputs
+
+
+def protocol_figure(course: Course) -> Figure:
+    """Inputs and outputs over time on the left; on the right each output over the input that moves most.
+
+    Args:
+        course: of at least one row.
+    """
+    time = course.inputs["time_s"]
+    driven = _moving({name: v for name, v in course.inputs.items() if name != "time_s"})
+    outputs = dict(list(course.outputs.items())[:MOST_PANELS])
+    groups = _grouped(driven)
+    with style():
+        rows = len(groups) + len(outputs)
+        figure = Figure(figsize=(11.0, 0.8 + 1.9 * rows), layout="constrained")
+        figure.suptitle(course.title, fontsize=12)
+        left, right = figure.subfigures(1, 2, width_ratios=(1.5, 1.0))
+        panels = left.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
+        for axes, (label, members) in zip(panels, groups.items(), strict=False):
+            _lines(axes, time, members, label)
+        for axes, (name, values) in zip(panels[len(groups) :], outputs.items(), strict=True):
+            axes.plot(time, values, color=VERMILION)
+            axes.set_ylabel(_label(name))
+        panels[-1].set_xlabel("time [s]")
+        left.align_ylabels()
+        across = next(iter(driven)) if driven else "time_s"
+        loops = right.subplots(len(outputs), 1, sharex=True, squeeze=False)[:, 0]
+        for axes, (name, values) in zip(loops, outputs.items(), strict=True):
+            _loop(axes, course.inputs[across], values)
+            axes.set_ylabel(_label(name))
+        loops[-1].set_xlabel(_label(across))
+        loops[-1].set_title("open circle: start; filled: end", fontsize=9, loc="left", color="#444444")
+        right.align_ylabels()
+    return figure
+
+
+def _moving(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Inputs that change; all if none does."""
+    moving = {name: values for name, values in columns.items() if np.ptp(values) > 0.0}
+    return moving or dict(columns)
+
+
+def _grouped(columns: Mapping[str, np.ndarray]) -> dict[str, dict[str, np.ndarray]]:
+    """Inputs of one kind share a panel."""
+    groups: dict[str, dict[str, np.ndarray]] = {}
+    for name, values in columns.items():
+        groups.setdefault(_label(name, plain=True), {})[name] = values
+    return groups
+
+
+def _label(name: str, plain: bool = False) -> str:
+    """Words and unit of a column; `plain` leaves out which spring or segment it is of."""
+    bare, before = name.removeprefix("model_"), ""
+    if bare.startswith("segment_"):
+        _, number, bare = bare.split("_", 2)
+        before, bare = f"segment {number}: ", bare.removeprefix("model_")
+    stem, _, rest = bare.partition("_")
+    number = rest.partition("_")[0]
+    if number.isdigit():
+        before += f"spring {number}: "
+        words = ALIKE.get(stem) or axis_label(f"{stem}_{rest.partition('_')[2]}")
+    else:
+        words = ALIKE.get(bare) or axis_label(bare)
+    return words if plain else before + words
+
+
+def _lines(axes: Axes, time: np.ndarray, members: Mapping[str, np.ndarray], label: str) -> None:
+    few = len(members) <= len(COLOURS)
+    for k, (name, values) in enumerate(members.items()):
+        named = _label(name).removesuffix(label).rstrip(": ")
+        axes.plot(time, values, color=COLOURS[k] if few else BLUE, label=named or None)
+    axes.set_ylabel(label)
+    if len(members) > 1 and few:
+        legend_above(axes, columns=2)
+
+
+def _loop(axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
+    """An output over an input, with both ends marked."""
+    axes.plot(x, y, color=BLUE, linewidth=1.4)
+    held = np.flatnonzero(np.isfinite(y))
+    if held.size:
+        first, last = held[0], held[-1]
+        axes.plot(x[first], y[first], "o", color=BLUE, markerfacecolor="white", markersize=7)
+        axes.plot(x[last], y[last], "o", color=BLUE, markersize=5)

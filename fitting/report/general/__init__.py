@@ -1,0 +1,1 @@
+"""The characterisation of a wire, tube or actuator on paper."""

@@ -1,0 +1,210 @@
+"""What tests of wires, tubes and actuators say, in sentences that a laboratory can act on."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from fitting.calibrate.general.fit import MISFIT, OVERSTATED
+from fitting.calibrate.general.pipeline import GeneralCharacterisation
+from fitting.calibrate.general.scores import overall
+from fitting.specimens import spring_by_temperature
+from pneusma_jax.effects import find_effect
+
+from .. import profile_likelihood
+from ..figures import axis_label
+from . import wires
+
+WHAT = {"spring": "spring", "wire": "wire", "tube": "tube", "actuator": "actuator", "elastomer": "silicone"}
+BASE_LAW = {
+    "wire": "the reversible base law (one curve of the phase over temperature: no hysteresis, no shift by "
+    "stress)",
+    "tube": "the base law of a pressurised tube",
+    "actuator": "the base model of the actuator",
+    "elastomer": "the law of the silicone",
+    "spring": "the base law of the spring",
+}
+
+
+def verdict(result: GeneralCharacterisation) -> list[str]:
+    """The few sentences to read if nothing else is read."""
+    fit = result.fit
+    count = sum(recording.role == "fit" for recording in fit.recordings)
+    what = "identified from" if result.identify else "adjusted within its tolerances to"
+    plural = "" if count == 1 else "s"
+    said = [f"The {WHAT[result.kind]} was {what} {count} recording{plural}{_missed(result)}."]
+    said += untold(result)[:1] + (wires.verdict(result) if result.kind == "wire" else [])
+    if fit.reduced_chi_square > MISFIT:
+        law = law_of(result)
+        worst = max((s for s in result.scores if s.role == "fit"), key=lambda s: s.rms_over_noise)
+        said.append(
+            f"{law[0].upper()}{law[1:]} leaves more than noise (reduced "
+            f"chi-square {fit.reduced_chi_square:.3g}; {worst.name} is missed by "
+            f"{worst.rms_over_noise:.2g} times its noise): the numbers are the nearest that it comes, not "
+            f"constants of nature, and their standard errors were multiplied by {fit.inflation:.2g}. "
+            "`pneusma diagnose` looks for the cause."
+        )
+    elif fit.inflation > 1.0:
+        said.append(lasting_sentence(fit.correlation_time, fit.inflation))
+    if fit.reduced_chi_square * fit.correlation_time < OVERSTATED:  # noise that lasts was taken as larger
+        said.append(overstated_sentence(fit.reduced_chi_square))
+    open_ = [e for e in result.identifiability if e["kind"] not in ("at_bound", "absent")]
+    nothing = "These recordings determine everything that was free, each better than was known before."
+    return [*said, open_[0]["text"] if open_ else nothing]
+
+
+def lasting_sentence(time: float, inflation: float) -> str:
+    """Errors that last, in words."""
+    return (
+        f"What is left lasts about {time:.0f} samples (an instrument that drifts, or a law that is not quite "
+        f"followed), so that fewer count: standard errors were multiplied by {inflation:.2g}."
+    )
+
+
+def overstated_sentence(reduced: float) -> str:
+    """Noise that is stated too large, in words."""
+    return (
+        f"The recordings scatter by only {reduced**0.5:.2g} of the noise stated or estimated. If that "
+        "is too large, so are the standard errors, and a misfit may hide below it."
+    )
+
+
+SPRING_LAW = "the base law of the spring, its phase on one curve over temperature (no hysteresis)"
+
+
+def law_of(result: GeneralCharacterisation) -> str:
+    """What was fitted, in words: the base law, with the effects of a model on disk if it has any."""
+    if by_temperature(result):
+        return SPRING_LAW
+    effects = [] if result.model is None else [a.slug.replace("_", " ") for a in result.model.acting]
+    return BASE_LAW[result.kind] + (f" with {' and '.join(effects)}" if effects else "")
+
+
+def by_temperature(result: GeneralCharacterisation) -> bool:
+    """Whether this is a spring without resistance, whose phase follows its temperature."""
+    return result.kind == "spring" and result.fit.model is spring_by_temperature
+
+
+def untold(result: GeneralCharacterisation) -> list[str]:
+    """What a resistance would have told of a spring that was recorded without one."""
+    if not by_temperature(result):
+        return []
+    return [
+        "No resistance was recorded, so the martensite fraction follows the temperature on one curve (T_mid, "
+        "T_width).",
+        "A resistance would have told the fraction itself, row by row: how far the metal lags behind the "
+        "thermometer, and whether it heats on another branch than it cools on. Here such a lag or hysteresis "
+        "is left over as misfit.",
+        "It would also have told the constants of the resistivity "
+        f"({', '.join(spring_by_temperature.ELECTRICAL)}). They are the table's, so alloy.toml does not turn "
+        "a measured resistance into a phase.",
+        "`pneusma diagnose` needs the resistance of a spring; record it, best with four wires, in the same "
+        "rows.",
+    ]
+
+
+def about_the_model(result: GeneralCharacterisation) -> list[str]:
+    """What a model on disk brought, and which of its priors these recordings had made themselves."""
+    if result.model is None:
+        return []
+    model = result.model.model
+    said = [f"Fitted with the model {model.name}{f' ({model.path})' if model.path else ''}."]
+    for added in result.model.acting:
+        effect = find_effect(added.slug)
+        said.append(f"{added.slug}: {effect.sentence}")
+    spent = result.model.spent(result.campaign)
+    if spent:
+        said.append(
+            f"The file's priors of {', '.join(spent)} come from these recordings and are not counted again."
+        )
+    return said
+
+
+def _missed(result: GeneralCharacterisation) -> str:
+    parts = []
+    for role, word in (("fit", "fitted"), ("validation", "held-out")):
+        found = overall(result.scores, role)
+        texts = [
+            f"{axis_label(column).rsplit(' [', 1)[0]} by {m['rmse']:.3g} {_unit(column)} RMS "
+            f"({100.0 * m['rpd']:.2g} %)"
+            for column, m in found.items()
+        ]
+        if texts:
+            parts.append(f"{word} recordings are missed in {', '.join(texts)}")
+    return "; " + "; ".join(parts) if parts else ""
+
+
+def _unit(column: str) -> str:
+    label = axis_label(column)
+    unit = label[label.rindex("[") + 1 : -1] if "[" in label else ""
+    return "" if unit == "1" else unit
+
+
+def warnings(result: GeneralCharacterisation) -> list[str]:
+    """What to be careful about: bounds, parameters that never moved, fits that did not end well."""
+    said = [*wires.warnings(result)] if result.kind == "wire" else []
+    said += _together(result.identifiability)
+    if not result.fit.result.success:
+        said.append(f"The fit did not end well. {result.fit.result.status.value}")
+    ends = [x for x in result.fit.starts if x == x]
+    best = min(ends, default=0.0)
+    if len(ends) > 1 and sum(x < best + 1.0 for x in ends) == 1:
+        said.append(
+            "Only one of the starts ended at the best fit: there may be a better one that none found."
+        )
+    return said + profile_likelihood.warnings(result)
+
+
+TOGETHER = {
+    "at_bound": (
+        "stopped at their bounds: the data, or another cause of misfit, pull them further than they may go. "
+        "They have no errors, and the other errors hold if they are truly there."
+    ),
+    "at_start": "are still at the values they started from: these recordings do not show them.",
+}
+"""What is said once of several parameters that the same is to be said of."""
+
+
+def _together(entries: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Warnings about single parameters, one sentence for all that share a fate."""
+    said = []
+    for kind in ("at_bound", "at_start", "absent"):
+        mine = [e for e in entries if e["kind"] == kind]
+        names = [name for e in mine for name in e["parameters"]]
+        if kind in TOGETHER and len(names) > 1:
+            said.append(f"{', '.join(names[:-1])} and {names[-1]} {TOGETHER[kind]}")
+        else:
+            said += [e["text"] for e in mine]
+    return said
+
+
+def how_it_was_fitted(result: GeneralCharacterisation) -> list[str]:
+    """Starts, noise, priors."""
+    fit = result.fit
+    ends = ", ".join(f"{x:.1f}" for x in fit.starts)
+    return [
+        f"Least squares over all recordings with role = fit from {len(fit.starts)} "
+        f"start{'' if len(fit.starts) == 1 else 's'}; chi-square: {ends}. "
+        f"{fit.result.status.value}",
+        f"Reduced chi-square {fit.reduced_chi_square:.3g} over the noise as stated or estimated; "
+        f"residuals are correlated over {fit.correlation_time:.1f} samples; standard errors multiplied by "
+        f"{fit.inflation:.2g}.",
+        _priors(result),
+        *_specimens(result),
+    ]
+
+
+def _specimens(result: GeneralCharacterisation) -> list[str]:
+    """Whose the numbered names are."""
+    numbers = sorted({int(name.rpartition("__")[2]) for name in result.fitted if "__" in name})
+    specimens = list(result.campaign.specimens())
+    owners = [f"__{k} for {specimens[k - 1]}" for k in numbers]
+    return [f"Numbers of single specimens end in {', '.join(owners)}."] if owners else []
+
+
+def _priors(result: GeneralCharacterisation) -> str:
+    said = "Every free number has a prior: the tolerance that the recordings state, or that of its table."
+    if result.model is None:
+        return said
+    return (
+        "Base numbers have the prior of the model's file, or the tolerance that the recordings state; "
+        "parameters of effects are flat between their physical bounds where the file has no prior."
+    )

@@ -1,0 +1,110 @@
+"""What the report of a wire says before everything else: where its transformation lies in the recordings,
+rows that were set apart, and loops that its law draws without a hysteresis."""
+
+import numpy as np
+
+from fitting.calibrate.general.pipeline import GeneralCharacterisation
+from fitting.calibrate.general.scores import Score
+from fitting.specimens.thermal_runs import runs_of
+from fitting.specimens.wire import AMPLITUDE, bracket, set_apart
+
+LOOP = 1.0
+"""Kelvin between the model's heating and cooling branch, at half of its range, from which it draws a loop."""
+
+
+def warnings(result: GeneralCharacterisation) -> list[str]:
+    """Sentences about a characterised wire."""
+    first = [
+        f"{begun.text(r.name)}." for r in result.fit.recordings if (begun := set_apart(r)) is not None
+    ]
+    return [*first, *_left_out(result), *_outside(result), *_loops(result)]
+
+
+def middle(result: GeneralCharacterisation) -> dict[str, float]:
+    """Temperatures [degC] at which recordings, and the fitted law, are half-way through the transformation,
+    by name; nothing where the recordings do not show it."""
+    between, half = bracket(result.campaign), _half_way(result)
+    if between is None:
+        return {}
+    found = {"recorded_lowest_degC": between[0], "recorded_highest_degC": between[1]}
+    return found | ({} if half is None else {"fitted_law_degC": half})
+
+
+def verdict(result: GeneralCharacterisation) -> list[str]:
+    """Where the transformation is, in a sentence, if the recordings show it."""
+    found = middle(result)
+    if not found:
+        return []
+    low, high = found["recorded_lowest_degC"], found["recorded_highest_degC"]
+    at = f"{low:.1f} degC" if high - low < LOOP else f"{low:.1f} (cooling) to {high:.1f} degC (heating)"
+    law = f", the fitted law at {found['fitted_law_degC']:.1f} degC" if "fitted_law_degC" in found else ""
+    return [f"The recordings are half-way through their transformation at {at}{law}."]
+
+
+def _left_out(result: GeneralCharacterisation) -> list[str]:
+    """That the residual strain was left out, and why."""
+    held = result.unseen.get(AMPLITUDE)
+    if held is None or held.value != 0.0:
+        return []
+    return [
+        "No recording takes the load off, and with a residual strain the law drew a loop between heating and "
+        f"cooling that was not the recorded one. So it was fitted without ({AMPLITUDE} = 0): what it draws "
+        "is one curve, and the loop is left over for `pneusma diagnose`."
+    ]
+
+
+def _outside(result: GeneralCharacterisation) -> list[str]:
+    """Where `T_mid` is not between the temperatures at which recordings are half-way."""
+    between, found = bracket(result.campaign), result.parameters.get("T_mid")
+    if between is None or found is None or between[0] <= found.value <= between[1]:
+        return []
+    low, high = between
+    over = "" if high - low < LOOP else f" (lowest on cooling, highest on heating: {high - low:.3g} K apart)"
+    half = _half_way(result)
+    says = "" if half is None else f"; there the fitted law is half-way at {half:.1f} degC"
+    return [
+        f"T_mid = {found.value:.1f} degC lies outside the {low:.1f} to {high:.1f} degC in which the "
+        f"recordings are half-way through their transformation{over}{says}. It is where half of the metal is "
+        "martensite by this law, in which the stiffer austenite counts for more; do not read it as the "
+        "temperature at which half of the strain has come back."
+    ]
+
+
+def _half_way(result: GeneralCharacterisation) -> float | None:
+    """Mean temperature [degC] at which the fitted law passes the middle of its range."""
+    found = [T for score in _over_temperature(result) for _, T in _crossings(score)]
+    return float(np.mean(found)) if found else None
+
+
+def _loops(result: GeneralCharacterisation) -> list[str]:
+    """Recordings in which the law draws a loop although its phase has one curve: its residual strain does."""
+    if result.model is not None:
+        return []
+    said = []
+    for score in _over_temperature(result):
+        found = _crossings(score)
+        up, down = ([T for heating, T in found if heating is way] for way in (True, False))
+        if up and down and abs(np.mean(up) - np.mean(down)) > LOOP:
+            said.append(
+                f"In {score.name} the fitted law draws a loop of {abs(np.mean(up) - np.mean(down)):.2g} K "
+                "between heating and cooling. The base law has no hysteresis: its residual strain (gR_*) "
+                "stands in for one here, and its constants mean little."
+            )
+    return said
+
+
+def _over_temperature(result: GeneralCharacterisation) -> list[Score]:
+    return [s for s in result.scores if s.role == "fit" and s.x_column == "temperature_degC"]
+
+
+def _crossings(score: Score) -> list[tuple[bool, float]]:
+    """For every run of a prediction through the middle of its range: whether it heats, and where."""
+    y, found = score.predicted, []
+    middle = 0.5 * (y.max() + y.min())
+    for run in runs_of(score.x):
+        T, part = score.x[run.rows], y[run.rows]
+        at = np.flatnonzero((part[1:] > middle) != (part[:-1] > middle))
+        if at.size:
+            share = (middle - part[at]) / (part[at + 1] - part[at])
+            found.append((run.heating, float(np.mean(T[at] + share * (T[at + 1] - T[at])))))
+    return found

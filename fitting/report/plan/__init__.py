@@ -1,0 +1,1 @@
+"""A plan of tests on paper: its text, figure and files."""

@@ -1,0 +1,1 @@
+"""A posterior on paper: text, figures, netCDF."""

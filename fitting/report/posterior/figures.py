@@ -1,0 +1,225 @@
+"""Figures of a posterior: pairs of parameters, walks of the chains, predicted bands, priors against
+posteriors."""
+
+import logging
+
+import corner
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from fitting.sample.campaign import CampaignPosterior
+
+from ..figures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, axis_label, style
+
+ENSEMBLE_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, VERMILION, SKY)
+MOST_IN_CORNER = 12
+MOST_CURVES = 6
+MOST_POINTS = 20000  # draws behind a histogram
+MOST_STEPS = 400  # points of a walk that are drawn
+MOST_MARKS = 400
+BAND = (0.05, 0.95)
+GRID = 201
+
+
+def figures(result: CampaignPosterior) -> dict[str, Figure]:
+    """All figures by name."""
+    with style():
+        return {
+            "corner": corner_figure(result),
+            "predictive": predictive_figure(result),
+            "prior": prior_figure(result),
+            "trace": trace_figure(result),
+        }
+
+
+def label(result: CampaignPosterior, name: str) -> str:
+    """A parameter with its unit."""
+    unit = result.problem.unit(name)
+    return name if unit == "1" else f"{name} [{unit}]"
+
+
+def corner_figure(result: CampaignPosterior) -> Figure:
+    """Every pair of parameters, with the Laplace approximation's one- and two-sigma ellipses over the
+    draws."""
+    posterior, problem = result.posterior, result.problem
+    names = posterior.names[:MOST_IN_CORNER]
+    flat = {name: np.moveaxis(posterior.draws[name], 1, 0).ravel() for name in names}
+    table = np.stack([problem.shown(name, flat[name]) for name in names], axis=1)
+    table = table[np.linspace(0, len(table) - 1, min(len(table), MOST_POINTS)).astype(int)]
+    size = 1.6 + 1.75 * len(names)
+    figure = Figure(figsize=(size, size))
+    logging.getLogger("root").addFilter(_quiet)  # corner says through it that points are few for its contours
+    try:
+        corner.corner(
+            table, labels=[label(result, name) for name in names], fig=figure, color=BLUE, bins=30,
+            smooth=1.0, smooth1d=1.0, levels=(0.393, 0.865), plot_datapoints=False, fill_contours=True,
+            plot_density=False, labelpad=0.08, max_n_ticks=3, hist_kwargs={"linewidth": 1.4},
+        )  # fmt: skip
+    finally:
+        logging.getLogger("root").removeFilter(_quiet)
+    grid = np.array(figure.axes).reshape(len(names), len(names))
+    for i, row in enumerate(names):
+        for j, column in enumerate(names[: i + 1]):
+            _approximation(grid[i, j], result, column, row)
+    handles = [
+        Line2D([], [], color=BLUE, lw=1.6, label="draws: one and two sigma"),
+        Line2D([], [], color=VERMILION, lw=1.4, ls="--", label="Laplace approximation"),
+    ]
+    corner_of_page = grid[0, -1] if len(names) > 1 else grid[0, 0]
+    corner_of_page.legend(handles=handles, loc="upper right", bbox_to_anchor=(1.0, 1.0), fontsize=9)
+    return figure
+
+
+def _quiet(record: logging.LogRecord) -> bool:
+    return "Too few points" not in record.getMessage()
+
+
+def _approximation(axes: Axes, result: CampaignPosterior, column: str, row: str) -> None:
+    """Laplace's marginal on the diagonal, its ellipses below; nothing where it says nothing."""
+    laplace, problem = result.posterior.laplace, result.problem
+    pair = [result.posterior.names.index(name) for name in (column, row)]
+    if not np.all(laplace.known[pair]):
+        return
+    centre = [float(problem.shown(name, laplace.value[name])) for name in (column, row)]
+    sd = [float(problem.shown(name, laplace.sd[name], spread=True)) for name in (column, row)]
+    if column == row:
+        low, high = axes.get_xlim()
+        x = np.linspace(low, high, GRID)
+        density = np.exp(-0.5 * ((x - centre[0]) / sd[0]) ** 2)
+        axes.plot(x, density * 0.95 * _height(axes), color=VERMILION, lw=1.4, ls="--")
+        return
+    block = laplace.covariance[np.ix_(pair, pair)]
+    correlation = block / np.sqrt(np.outer(np.diag(block), np.diag(block)))
+    root = np.linalg.cholesky(correlation + 1e-12 * np.eye(2))
+    angle = np.linspace(0.0, 2.0 * np.pi, GRID)
+    for sigma in (1.0, 2.0):
+        x, y = sigma * root @ np.stack([np.cos(angle), np.sin(angle)])
+        axes.plot(centre[0] + sd[0] * x, centre[1] + sd[1] * y, color=VERMILION, lw=1.1, ls="--")
+
+
+def _height(axes: Axes) -> float:
+    """Top of the histogram that is drawn there."""
+    tops = [np.max(line.get_ydata()) for line in axes.lines if len(line.get_ydata())]
+    tops += [np.max(patch.get_xy()[:, 1]) for patch in axes.patches if hasattr(patch, "get_xy")]
+    return float(max(tops, default=axes.get_ylim()[1]))
+
+
+def trace_figure(result: CampaignPosterior) -> Figure:
+    """Where the walkers of each ensemble were at every step: mean and 5 to 95 %; the burn-in is shaded."""
+    posterior, names = result.posterior, result.posterior.names
+    steps = posterior.chains.shape[1]
+    shown = np.unique(np.linspace(0, steps - 1, min(steps, MOST_STEPS)).astype(int))
+    values = posterior.target.all_values(posterior.chains[:, shown])
+    figure = Figure(figsize=(9.6, 0.9 + 1.35 * len(names)), layout="constrained")
+    panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+    for name, axes in zip(names, panels, strict=True):
+        chains = result.problem.shown(name, values[name])
+        for k, chain in enumerate(chains):
+            colour = ENSEMBLE_COLOURS[k % len(ENSEMBLE_COLOURS)]
+            low, high = np.quantile(chain, BAND, axis=1)
+            axes.fill_between(shown, low, high, color=colour, alpha=0.13, linewidth=0)
+            axes.plot(shown, chain.mean(axis=1), color=colour, lw=1.0, label=f"ensemble {k + 1}")
+        axes.axvspan(0, posterior.convergence.burn_in, color=GREY, alpha=0.25, linewidth=0)
+        axes.set_ylabel(label(result, name), fontsize=9)
+        axes.margins(x=0.0)
+    panels[-1].set_xlabel("step (grey: burn-in, left out)")
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=min(len(handles), 6))
+    figure.align_ylabels()
+    return figure
+
+
+def predictive_figure(result: CampaignPosterior) -> Figure:
+    """Measured values with the 90 % bands of the model and of new measurements; below, what is left."""
+    curves = result.problem.curves[:MOST_CURVES]
+    columns = 2 if len(curves) == 4 else min(len(curves), 3)
+    rows = -(-len(curves) // columns)
+    figure = Figure(figsize=(1.2 + 4.2 * columns, 0.7 + 4.6 * rows), layout="constrained")
+    panels = figure.subplots(
+        2 * rows, columns, squeeze=False, gridspec_kw={"height_ratios": (2.2, 1.0) * rows}
+    )
+    for k, curve in enumerate(curves):
+        above, below = panels[2 * (k // columns), k % columns], panels[2 * (k // columns) + 1, k % columns]
+        _bands(above, below, curve, result.predictive[k])
+    for k in range(len(curves), rows * columns):
+        for axes in (panels[2 * (k // columns), k % columns], panels[2 * (k // columns) + 1, k % columns]):
+            axes.set_visible(False)
+    handles, labels = panels[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=4)
+    return figure
+
+
+def _bands(above: Axes, below: Axes, curve, predicted: np.ndarray) -> None:
+    order = np.argsort(curve.x, kind="stable")
+    x = curve.x[order]
+    low, middle, high = np.quantile(predicted[:, order], (BAND[0], 0.5, BAND[1]), axis=0)
+    spread = np.sqrt(np.var(predicted[:, order], axis=0) + curve.sigma[order] ** 2)
+    reach = 1.6448536269514722 * spread  # 90 % of a Gaussian
+    marks = order[:: max(len(order) // MOST_MARKS, 1)]
+    above.plot(curve.x[marks], curve.measured[marks], ".", color=GREY, ms=4, zorder=1, label="measured")
+    above.fill_between(
+        x, middle - reach, middle + reach, color=SKY, alpha=0.3, lw=0, label="90 % of new measurements"
+    )
+    above.fill_between(x, low, high, color=VERMILION, alpha=0.35, lw=0, label="90 % of the model")
+    above.plot(x, middle, color=VERMILION, lw=1.3, label="median")
+    below.fill_between(x, -reach, reach, color=SKY, alpha=0.3, lw=0)
+    below.fill_between(x, low - middle, high - middle, color=VERMILION, alpha=0.35, lw=0)
+    below.plot(x, curve.measured[order] - middle, ".", color=GREY, ms=3)
+    below.axhline(0.0, color=BLACK, lw=0.8)
+    above.set_title(curve.recording + (" (validation, not fitted)" if curve.role == "validation" else ""))
+    above.set_ylabel(axis_label(curve.y_column))
+    name = axis_label(curve.y_column)
+    below.set_ylabel("difference " + (name[name.rindex("[") :] if "[" in name else ""))
+    below.set_xlabel(axis_label(curve.x_column))
+
+
+def prior_figure(result: CampaignPosterior) -> Figure:
+    """What was known of each parameter before and is known now, with the Laplace approximation."""
+    names = result.posterior.names
+    columns = min(len(names), 4)
+    rows = -(-len(names) // columns)
+    figure = Figure(figsize=(0.8 + 2.7 * columns, 0.8 + 2.2 * rows), layout="constrained")
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    for name, axes in zip(names, panels, strict=False):
+        _before_and_after(axes, result, name)
+    for axes in panels[len(names) :]:
+        axes.set_visible(False)
+    handles = [
+        Line2D([], [], color=BLUE, lw=5, alpha=0.4, label="posterior"),
+        Line2D([], [], color=GREEN, lw=1.8, label="prior"),
+        Line2D([], [], color=VERMILION, lw=1.4, ls="--", label="Laplace approximation"),
+    ]
+    figure.legend(handles=handles, loc="outside upper center", ncols=3)
+    return figure
+
+
+def _before_and_after(axes: Axes, result: CampaignPosterior, name: str) -> None:
+    posterior, problem = result.posterior, result.problem
+    parameter = problem.parameters[name]
+    draws = problem.shown(name, posterior.draws[name].ravel())
+    axes.hist(draws, bins=40, density=True, color=BLUE, alpha=0.4)
+    middle, reach = float(np.median(draws)), 3.2 * float(np.std(draws))
+    low, high = middle - reach, middle + reach
+    if parameter.prior is not None:
+        mean = float(problem.shown(name, parameter.prior.mean))
+        sd = float(problem.shown(name, parameter.prior.sd, spread=True))
+        low, high = min(low, mean - 3.2 * sd), max(high, mean + 3.2 * sd)
+    ends = problem.shown(name, np.array([parameter.min, parameter.max]))
+    low, high = max(low, ends[0]), min(high, ends[1])
+    x = np.linspace(low, high, GRID)
+    if parameter.prior is not None:
+        density = np.exp(-0.5 * ((x - mean) / sd) ** 2)
+        axes.plot(x, density / np.trapezoid(density, x), color=GREEN)
+    laplace_sd = float(problem.shown(name, posterior.laplace.sd[name], spread=True))
+    if laplace_sd > 0.0:
+        mode = float(problem.shown(name, posterior.laplace.value[name]))
+        density = np.exp(-0.5 * ((x - mode) / laplace_sd) ** 2) / (laplace_sd * np.sqrt(2.0 * np.pi))
+        axes.plot(x, density, color=VERMILION, lw=1.4, ls="--")
+    if parameter.prior is None:
+        axes.text(0.98, 0.95, "flat prior", transform=axes.transAxes, ha="right", va="top", fontsize=8)
+    axes.set_xlim(low, high)
+    axes.set_yticks([])
+    axes.locator_params(axis="x", nbins=5)
+    axes.set_xlabel(label(result, name), fontsize=9)

@@ -1,0 +1,1 @@
+"""The characterisation of a spring on paper."""

@@ -1,0 +1,134 @@
+"""The posterior of a characterised campaign: words, figures and files, as a characterisation has them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from pneusma_jax.calibration.records import Calibration
+from pneusma_jax.errors import InputError, nearest
+
+from .problem import Problem
+from .result import Posterior
+from .sampling import sample
+from .settings import Settings
+
+if TYPE_CHECKING:
+    from fitting.calibrate.result import Characterisation
+
+PREDICTED = 400
+"""Draws behind a predictive band."""
+
+
+@dataclass(frozen=True)
+class CampaignPosterior:
+    """A posterior and the campaign that it is about.
+
+    Attributes:
+        problem: what was asked.
+        posterior: the draws.
+    """
+
+    problem: Problem
+    posterior: Posterior
+
+    @property
+    def converged(self) -> bool:
+        """Whether the numbers may be quoted."""
+        return self.posterior.converged
+
+    @property
+    def verdict(self) -> list[str]:
+        """Whether the chains may be believed, and where the fit's own error bars may not."""
+        from fitting.report.posterior.text import verdict
+
+        return verdict(self)
+
+    @cached_property
+    def predictive(self) -> list[np.ndarray]:
+        """Curves predicted by some hundred draws, each of shape (draws, rows), in the units of files."""
+        return self.problem.predictions(self.posterior.flat(PREDICTED))
+
+    def report(self) -> str:
+        """The whole result as plain text."""
+        from fitting.report.posterior.text import text_report
+
+        return text_report(self)
+
+    def plot(self) -> dict[str, Figure]:
+        """Figures by name: `corner`, `trace`, `predictive`, `prior`."""
+        from fitting.report.posterior.figures import figures
+
+        return figures(self)
+
+    def documents(self) -> dict[str, str | bytes]:
+        """Content of every file of the result, by file name; the chains are a file of their own."""
+        from fitting.report.posterior.documents import documents
+
+        return documents(self)
+
+    def save(self, folder: str | Path, force: bool = False) -> list[Path]:
+        """Write all files; they appear together or not at all.
+
+        Raises:
+            InputError: if files are in the way, or the place cannot be written.
+        """
+        from fitting.data.publish import publish
+
+        return publish(folder, self.documents, force)
+
+
+def posterior_of(
+    fit: "Characterisation", *, model: Calibration | None = None, **options: Any
+) -> CampaignPosterior:
+    """Sample the posterior of a characterisation, starting from its fit; float64 must be on.
+
+    Args:
+        fit: of any kind that can be sampled.
+        model: table whose priors the parameters get.
+        **options: of `sample_problem`.
+
+    Raises:
+        InputError: if this kind cannot be sampled, or `sample_problem` refuses.
+    """
+    _check_settings(options)
+    return sample_problem(fit.sampling_problem(model), **options)
+
+
+def sample_problem(
+    problem: Problem,
+    *,
+    file: str | Path | None = None,
+    resume: bool = False,
+    progress: bool | None = None,
+    **settings: Any,
+) -> CampaignPosterior:
+    """Sample what a campaign asks.
+
+    Args:
+        problem: the question, with the values to start from.
+        file: HDF5 file for the chains, so that a run can be resumed; None keeps them in memory.
+        resume: continue the chains in `file`.
+        progress: show a bar; None shows it at a terminal, and plain lines now and then elsewhere.
+        **settings: `walkers`, `ensembles`, `max_steps`, `seed`, `chunk`; see `Settings`.
+
+    Raises:
+        InputError: if there is no such setting, or `sample` refuses.
+    """
+    _check_settings(settings)
+    posterior = sample(
+        problem.target, problem.parameters, Settings(**settings), file=file, resume=resume, progress=progress
+    )
+    return CampaignPosterior(problem, posterior)
+
+
+def _check_settings(given: Mapping[str, Any]) -> None:
+    """Refuse a mistyped setting before anything is computed."""
+    known = [field.name for field in fields(Settings)]
+    for name in given:
+        if name not in (*known, "file", "resume", "progress"):
+            raise InputError(f"there is no setting {name!r} of a posterior, {nearest(name, known)}")

@@ -1,0 +1,107 @@
+"""What `pneusma posterior` decides before it fits: where the chains go, which model is asked for."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from fitting.calibrate.registry import PIPELINES, characterise, pipeline_of
+from fitting.calibrate.result import Characterisation
+from fitting.data.recordings import Campaign
+from fitting.specimens.registry import kind_of
+from fitting.specimens.saved_models.files import is_model
+from fitting.specimens.with_saved_model import OPTIONS
+from pneusma_jax.calibration import load_calibration
+from pneusma_jax.calibration.records import Calibration
+from pneusma_jax.errors import InputError
+
+from .checkpoint import same_settings, settings_of
+from .models import campaign_problem
+from .problem import Problem
+
+CHAIN = "chain.h5"
+"""Name of the chains' file in a folder of results."""
+STARTS = {"base": "alloy", "material": "silicone"}
+"""Kind of table that each option of a fit takes."""
+
+
+def chain_file(folder: Path, resume: bool, force: bool, wanted: Mapping[str, Any]) -> Path:
+    """Path of the chains, checked against what is there before anything is fitted.
+
+    Args:
+        folder: of the results.
+        resume: whether chains are continued.
+        force: whether they may be replaced.
+        wanted: settings of the chains that were asked for; None where nothing was.
+
+    Raises:
+        InputError: if chains would be overwritten without leave, or there are none to resume, or only those
+            of other settings.
+    """
+    path = folder / CHAIN
+    if resume and not path.exists():
+        raise InputError(f"{path}: there is no chain to resume; run once without --resume")
+    if resume:
+        same_settings(path, settings_of(path), dict(wanted))
+    if path.exists() and not (resume or force):
+        raise InputError(
+            f"{path}: chains are here already; continue them with --resume, or replace them with --force"
+        )
+    return path
+
+
+def problem_for(campaign: Campaign, model: str | None, law: str | None, seed: int) -> Problem:
+    """What is to be sampled, fitted first where a pipeline of the kind knows how.
+
+    Args:
+        campaign: recordings of one kind.
+        model: table of constants whose priors are used, by name or path, or a model on disk whose numbers and
+            effects are sampled; None for none.
+        law: of elastomers, to fit and sample; None for the one that predicts best.
+        seed: of the fit.
+
+    Raises:
+        InputError: if the campaign or the table cannot be used, or a law is given for what has none.
+    """
+    kind = kind_of(campaign)
+    if law is not None and kind != "elastomer":
+        raise InputError(
+            f"{campaign.path}: --law is about elastomers, but these recordings are of kind {kind}"
+        )
+    if model is not None and is_model(model):
+        if law is not None:
+            raise InputError(f"{model}: a model has a law of its own; leave out --law")
+        return characterise(campaign, model=model, seed=seed).sampling_problem()
+    if kind == "elastomer":
+        table, options = _law_and_table(model, law)
+        return pipeline_of(campaign)(campaign, seed=seed, **options).sampling_problem(table)
+    options = {} if model is None else _start_table(model, kind)
+    if kind in PIPELINES:  # its noise, and whatever a fit decides about the recordings
+        fit = pipeline_of(campaign)(campaign, seed=seed, **options)
+        if type(fit).sampling_problem is not Characterisation.sampling_problem:
+            return fit.sampling_problem()
+    return campaign_problem(campaign, **options)
+
+
+def _start_table(model: str, kind: str) -> dict[str, str]:
+    """The option of the fit by which recordings of a kind start from a table of constants."""
+    table = load_calibration(model)
+    option = "material" if table.kind == STARTS["material"] else "base"
+    if option not in OPTIONS[kind]:
+        wanted = " or ".join(repr(STARTS[o]) for o in OPTIONS[kind])
+        raise InputError(
+            f"{table.path or table.name}: kind is {table.kind!r}, but recordings of kind {kind} start from a "
+            f"table of kind {wanted}"
+        )
+    return {option: model}
+
+
+def _law_and_table(model: str | None, law: str | None) -> tuple[Calibration | None, dict[str, Any]]:
+    """The table of `--model`, and the options of the fit that it and `--law` ask for."""
+    if model is None:
+        return None, {} if law is None else {"law": law}
+    table = load_calibration(model, kind="silicone")
+    stated = table.text.get("law", "")
+    if law is not None and law != stated:
+        raise InputError(f"{table.path}: holds law {stated!r}, but --law asks for {law!r}")
+    terms = sum(name.startswith("alpha_") for name in table.quantities) if stated == "ogden" else None
+    return table, {"law": stated, "terms": terms}

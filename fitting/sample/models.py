@@ -1,0 +1,126 @@
+"""The posterior of recordings that `fitting.specimens` can predict: springs, wires, tubes, actuators."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+from fitting.data.recordings import Campaign, Recording, schema
+from fitting.inference.parameters import Parameters
+from fitting.specimens import Model, Rows, model_of, residual_of, silenced, stack
+from fitting.specimens.registry import kind_of
+from pneusma_jax.units import from_si
+
+from .problem import Curve, Problem
+from .target import Target
+
+NOISE = "Gaussian noise as the recordings state it or as it was estimated"
+HORIZONTAL = ("elongation", "pressure", "strain")
+"""Inputs that outputs are drawn over, the first that a model has; time where it has none."""
+
+
+def campaign_problem(campaign: Campaign, **options) -> Problem:
+    """Posterior of a campaign of one kind, from its model's own rows, priors and noise.
+
+    Args:
+        campaign: recordings of one kind.
+        **options: of the model's `parameters_for` and `rows_for`, such as `base`.
+
+    Raises:
+        InputError: if there is no model of this kind, or the campaign cannot be used.
+    """
+    model = model_of(kind_of(campaign))
+    parameters, rows = model.parameters_for(campaign, **options), model.rows_for(campaign, **options)
+    return model_problem(campaign.title, campaign.recordings, rows, parameters)
+
+
+def model_problem(
+    title: str,
+    recordings: Sequence[Recording],
+    rows: Sequence[Rows],
+    parameters: Parameters,
+    notes: Sequence[str] = (),
+    notices: Sequence[str] = (),
+    model: Model | None = None,
+) -> Problem:
+    """Posterior of recordings of one kind.
+
+    The likelihood is that of the model's residual, whose weights carry noise and serial correlation; latent
+    courses are profiled. Recordings for validation are predicted only.
+
+    Args:
+        title: of the campaign.
+        recordings: of one kind.
+        rows: each of them as arrays, with whatever a fit has decided about them.
+        parameters: free numbers with priors, at the values to start from; SI, `unit` the one of files.
+        notes: further sentences on how noise and priors enter.
+        notices: what else a reader should know.
+        model: what predicts; that of the kind by default.
+    """
+    kind = recordings[0].kind
+    model, everything = model or model_of(kind), stack(rows)
+    used = [
+        r if recording.role == "fit" else silenced(r) for recording, r in zip(recordings, rows, strict=True)
+    ]
+    target = Target.from_residual(residual_of(model), parameters, stack(used))
+    how = f"{NOISE}, larger where it is serially correlated."
+    shown = [
+        (k, quantity)
+        for k, recording in enumerate(recordings)
+        for quantity in model.OUTPUTS
+        if np.any(np.asarray(rows[k].weight[quantity]) > 0.0)
+    ]
+    priors = [name for name, p in parameters.items() if p.prior is not None]
+    stated = [recording.real for recording in recordings]
+    return Problem(
+        title=title,
+        kind=kind,
+        real=False if False in stated else None if None in stated else True,
+        target=target,
+        parameters=parameters,
+        predict=_predict(model, [(k, q, len(rows[k].mask), _column(kind, q)) for k, q in shown]),
+        data=everything,
+        curves=tuple(_curve(recordings[k], rows[k], quantity) for k, quantity in shown),
+        notes=(how, f"Gaussian priors, cut at their bounds, on {', '.join(priors) or 'nothing'}.", *notes),
+        notices=tuple(notices),
+    )
+
+
+def _predict(model: Model, shown: Sequence[tuple[int, str, int, str]]) -> Callable:
+    """Predictions of the shown outputs one after the other, without padding, in the units of files."""
+
+    def predict(values: Mapping[str, Array], stacked: Rows) -> Array:
+        found = jax.vmap(lambda rows: model.predict(values, rows))(stacked)
+        return jnp.concatenate([from_si(found[q][k, :count], _unit(column)) for k, q, count, column in shown])
+
+    return predict
+
+
+def _column(kind: str, quantity: str) -> str:
+    """Canonical column of a quantity: `force_N` of `force`."""
+    return next(c for c in schema.COLUMNS[kind].known if schema.quantity_and_unit(c)[0] == quantity)
+
+
+def _unit(column: str) -> str:
+    return schema.quantity_and_unit(column)[1]
+
+
+def _curve(recording: Recording, rows: Rows, quantity: str) -> Curve:
+    column, weight = _column(recording.kind, quantity), np.asarray(rows.weight[quantity])
+    held = weight > 0.0
+    over = next((name for name in HORIZONTAL if name in rows.inputs), None)
+    x_column = "time_s" if over is None else _column(recording.kind, over)
+    x = np.asarray(rows.time if over is None else rows.inputs[over])
+    measured = from_si(np.asarray(rows.measured[quantity]), _unit(column))
+    sigma = from_si(1.0 / np.where(held, weight, 1.0), _unit(column), difference=True)
+    return Curve(
+        recording=recording.name,
+        role=recording.role,
+        x_column=x_column,
+        y_column=column,
+        x=np.asarray(from_si(x, _unit(x_column))),
+        measured=np.where(held, measured, np.nan),
+        sigma=np.where(held, sigma, np.nan),
+    )

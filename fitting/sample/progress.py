@@ -1,0 +1,59 @@
+"""What a person sees while chains grow: steps, effective samples, time left."""
+
+import time
+from types import TracebackType
+
+from tqdm import tqdm
+
+from fitting.inference.progress import PlainLines, duration
+
+from .convergence import BURN_LENGTHS, LENGTHS, Convergence
+
+
+class SamplingBar:
+    """A progress bar over steps whose end moves with what is known of the autocorrelation time.
+
+    Args:
+        shown: True or False, or None to show it at a terminal, and plain lines now and then elsewhere.
+        budget: steps at most.
+        done: steps that were there already.
+    """
+
+    def __init__(self, shown: bool | None, budget: int, done: int = 0):
+        self._budget, self._first, self._began = budget, done, time.monotonic()
+        self._judged = ""
+        disable = None if shown is None else not shown
+        self._lines = PlainLines("sampling", None if shown is None else False)
+        self._bar = tqdm(
+            desc="sampling", unit=" steps", total=budget, initial=done, disable=disable, leave=False,
+            bar_format="{desc}: {percentage:3.0f}% |{bar}| {n_fmt}/{total_fmt} steps{postfix}",
+        )  # fmt: skip
+
+    def __enter__(self) -> "SamplingBar":
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self._bar.close()
+
+    def moved(self, steps: int) -> None:
+        """All ensembles have made this many steps."""
+        self._lines.say(f"{steps} steps of at most {self._budget}{self._judged}")
+        self._bar.total = max(self._bar.total, steps)
+        self._bar.update(steps - self._bar.n)
+
+    def judged(self, state: Convergence) -> None:
+        """Show effective samples and when the chains should be long enough."""
+        if self._bar.disable and not self._lines.shown:
+            return
+        expected = self._budget
+        if state.lengths > 0.0:
+            expected = min(int((LENGTHS + BURN_LENGTHS) * state.kept / state.lengths) + 1, self._budget)
+        self._bar.total = max(expected, state.steps)
+        pace = (time.monotonic() - self._began) / max(state.steps - self._first, 1)
+        left = pace * max(expected - state.steps, 0)
+        told = (
+            f"{state.effective.min():.0f} effective samples, {state.lengths:.0f} of {LENGTHS:.0f} "
+            f"autocorrelation times, R-hat {state.r_hat.max():.3f}, about {duration(left)} left"
+        )
+        self._judged = f"; when last judged: {told}"
+        self._bar.set_postfix_str(told)

@@ -1,0 +1,125 @@
+"""The entry point: from a target to a posterior, in as many steps as it needs, or as it is given."""
+
+import math
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from fitting.inference.parameters import Parameters
+from pneusma_jax.errors import InputError
+from pneusma_jax.precision import require_float64
+
+from .convergence import assess
+from .ensembles import Ensembles
+from .laplace import Laplace, laplace
+from .progress import SamplingBar
+from .result import Posterior
+from .settings import Settings
+from .target import Target
+
+GROWTH = 1.1  # between two judgements of convergence
+
+
+def sample(
+    target: Target,
+    start: Parameters | Mapping[str, float],
+    settings: Settings = Settings(),
+    *,
+    file: str | Path | None = None,
+    resume: bool = False,
+    progress: bool | None = None,
+) -> Posterior:
+    """Sample a posterior with independent emcee ensembles until they agree, or the budget is spent.
+
+    The log-probability of half an ensemble is one call of one compiled program; there is no process pool.
+    Sampling ends once every ensemble is longer than 50 integrated autocorrelation times after burn-in and the
+    split, rank-normalised R-hat between ensembles is below 1.01 for every parameter; otherwise the result
+    says that it has not converged.
+
+    Args:
+        target: what is sampled.
+        start: values of the free parameters near which the most probable point is searched.
+        settings: walkers, ensembles, budget, seed; see `Settings`.
+        file: HDF5 file for the chains, replaced after every chunk; None keeps them in memory.
+        resume: continue the chains in `file`. With the same seed the result is the one of an uninterrupted
+            run.
+        progress: show a bar; None shows it at a terminal, and plain lines now and then elsewhere.
+
+    Returns:
+        The posterior; look at its `converged`.
+
+    Raises:
+        InputError: if the start has no finite log-probability, nothing bounds an undetermined parameter, or
+            the chain in the file is of something else.
+    """
+    require_float64()
+    settings = settings.resolved(target.dimension)
+    file = None if file is None else Path(file)
+    if resume and file is None:
+        raise ValueError("Argument `file` must be given with `resume`, but it is None.")
+    found = laplace(target, _vector(target, start))
+    _check_proper(target, found)
+    ensembles = Ensembles(target, settings, file)
+    ensembles.resume() if resume else ensembles.begin(found)
+    began, state = time.monotonic(), None
+    with SamplingBar(progress, settings.max_steps, ensembles.steps) as bar:
+        for goal in _judgements(settings.chunk, settings.max_steps):
+            if goal < ensembles.steps:
+                continue
+            while ensembles.steps < goal:
+                ensembles.advance(min(settings.chunk, goal - ensembles.steps))
+                bar.moved(ensembles.steps)
+            state = assess(ensembles.chains)
+            bar.judged(state)
+            if state.converged:
+                break
+    return Posterior(
+        target=target,
+        settings=settings,
+        chains=ensembles.chart.back(np.stack(ensembles.chains)),
+        log_probabilities=np.stack(ensembles.log_probabilities),
+        convergence=assess(ensembles.chains) if state is None else state,
+        laplace=found,
+        acceptance=tuple(ensembles.acceptance),
+        evaluations=ensembles.evaluator.evaluations,
+        failures=ensembles.evaluator.failures,
+        seconds=time.monotonic() - began,
+    )
+
+
+def _judgements(chunk: int, budget: int) -> Iterator[int]:
+    """Steps at which convergence is judged: a fixed series, so that an interrupted run stops where another
+    would."""
+    goal = chunk
+    while goal < budget:
+        yield goal
+        goal = chunk * math.ceil(max(goal + chunk, GROWTH * goal) / chunk)
+    yield budget
+
+
+def _vector(target: Target, start: Parameters | Mapping[str, float]) -> np.ndarray:
+    """Coordinates of the starting values."""
+    values = start.valuesdict() if isinstance(start, Parameters) else dict(start)
+    missing = [name for name in target.names if name not in values]
+    if missing:
+        raise InputError(f"no starting value for parameter {missing[0]!r}; give one for each that is sampled")
+    plain = np.array([values[name] for name in target.names], float)
+    logarithmic = np.asarray(target.layout.logarithmic, bool)
+    if np.any(plain[logarithmic] <= 0.0):
+        raise InputError("a parameter that is fitted by its logarithm must start above zero")
+    vector = np.where(logarithmic, np.log(np.where(logarithmic, plain, 1.0)), plain)
+    return np.clip(vector, np.asarray(target.lower), np.asarray(target.upper))
+
+
+def _check_proper(target: Target, found: Laplace) -> None:
+    """Refuse a posterior that cannot be normalised: something unbounded that neither data nor a prior
+    determine."""
+    for i, name in enumerate(target.names):
+        bounded = np.isfinite(target.lower[i]) and np.isfinite(target.upper[i])
+        if not (found.known[i] or found.at_bound[i] or bounded or name in target.prior_names):
+            raise InputError(
+                f"parameter {name!r}: the data do not determine it and nothing bounds it, so it has no "
+                "posterior; give it a prior or bounds, or fix it"
+            )

@@ -1,0 +1,254 @@
+"""The density that is sampled: priors and likelihood over the fitting coordinates of
+`fitting.inference.parameters`.
+
+Coordinates are the parameters' own (the logarithm of those with `scale="log"`), inside the box of their
+bounds; outside it the probability is zero. A truncated Gaussian posterior then stays one, so that the Laplace
+approximation is exact where it should be, and scales need no care because the samplers are affine invariant.
+A logistic map to an unbounded line would bend such a posterior for nothing.
+
+Priors: a parameter's Gaussian, cut at its bounds, is a density of its *value*; for one fitted by its
+logarithm u the Jacobian `exp(u)` is applied. Without a prior a parameter is flat between its bounds in the
+coordinate that is fitted: in its value, or in its logarithm. A tied parameter's prior multiplies in as one
+more observation, as in the fit.
+"""
+
+import functools
+import hashlib
+from collections.abc import Callable
+from typing import Any, Literal
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, PyTree
+
+from fitting.inference.parameters import Layout, Parameters
+from pneusma_jax.errors import InputError
+from pneusma_jax.precision import require_float64
+
+from .likelihood import GivenLikelihood, KnownNoise, Residual, UnknownNoise
+
+
+class Target(eqx.Module):
+    """Numbers (traced) and structure (static) of a posterior.
+
+    Make one with `from_residual` or `from_log_likelihood`.
+
+    Attributes:
+        likelihood: log-likelihood of `(values, data)`.
+        data: passed on to it.
+        stored: (all,) values of the parameters that are not free, in the layout's order.
+        lower, upper: (n,) bounds of the coordinates, infinite for none.
+        prior_mean, prior_sd: (p,) of the parameters `prior_names`.
+        layout: how coordinates become values.
+        prior_names: parameters with a prior, free or tied.
+    """
+
+    likelihood: KnownNoise | UnknownNoise | GivenLikelihood
+    data: PyTree
+    stored: Float[Array, " all"]
+    lower: Float[Array, " n"]
+    upper: Float[Array, " n"]
+    prior_mean: Float[Array, " p"]
+    prior_sd: Float[Array, " p"]
+    layout: Layout = eqx.field(static=True)
+    prior_names: tuple[str, ...] = eqx.field(static=True)
+
+    @classmethod
+    def from_residual(
+        cls,
+        residual: Residual,
+        parameters: Parameters,
+        data: PyTree = None,
+        noise: Literal["known", "unknown"] = "known",
+        observations: float | None = None,
+    ) -> "Target":
+        """Posterior of a least-squares problem, as `fit_least_squares` takes it.
+
+        Args:
+            residual: `residual(values, data)`, weighted; differentiable by JAX.
+            parameters: free ones are sampled; their priors and bounds count.
+            data: passed on to the residual.
+            noise: `"known"` for residuals in units of sigma; `"unknown"` to integrate one common factor out.
+            observations: residuals that count as independent, for unknown noise; by default all of them.
+
+        Raises:
+            InputError: if nothing is free, there are no residuals, or unknown noise has too few of them.
+            ValueError: if `noise` is neither word.
+        """
+        if noise not in ("known", "unknown"):
+            raise ValueError(f"Argument `noise` must be 'known' or 'unknown', but it is {noise!r}.")
+        target = cls._make(KnownNoise(residual), parameters, data)
+        rows = jax.eval_shape(
+            lambda v: jnp.ravel(residual(v, target.data)), target.values(target.pack(parameters))
+        ).size
+        if rows == 0:
+            raise InputError("the residual has no rows: there is no data to learn from")
+        if noise == "known":
+            return target
+        count = float(rows if observations is None else observations)
+        if count <= len(target.layout.free):
+            raise InputError(
+                f"{count:g} independent residuals cannot tell the size of the noise beside "
+                f"{len(target.layout.free)} free parameters; state sigma, or add data"
+            )
+        return cls._make(UnknownNoise(residual, jnp.asarray(count)), parameters, data)
+
+    @classmethod
+    def from_log_likelihood(
+        cls,
+        log_likelihood: Callable[[dict[str, Array], PyTree], Array],
+        parameters: Parameters,
+        data: PyTree = None,
+        residual: Residual | None = None,
+    ) -> "Target":
+        """Posterior of any log-likelihood.
+
+        Args:
+            log_likelihood: `log_likelihood(values, data)` to a scalar; twice differentiable unless there is a
+                residual.
+            parameters, data: as for `from_residual`.
+            residual: see `GivenLikelihood`.
+
+        Raises:
+            InputError: if nothing is free.
+        """
+        return cls._make(GivenLikelihood(log_likelihood, residual), parameters, data)
+
+    @classmethod
+    def _make(cls, likelihood: Any, parameters: Parameters, data: PyTree) -> "Target":
+        require_float64()
+        layout = parameters.layout()
+        if not layout.free:
+            raise InputError("no parameter is free; set vary=True and no tie for those to be sampled")
+        parameters.valuesdict()
+        names = tuple(name for name, p in parameters.items() if p.prior is not None and (p.free or p.tie))
+        lower, upper = parameters.box()
+        return cls(
+            likelihood=likelihood,
+            data=jax.tree.map(jnp.asarray, data),  # Python floats would be compiled in as constants
+            stored=parameters.stored(),
+            lower=lower,
+            upper=upper,
+            prior_mean=jnp.asarray([parameters[name].prior.mean for name in names], float),
+            prior_sd=jnp.asarray([parameters[name].prior.sd for name in names], float),
+            layout=layout,
+            prior_names=names,
+        )
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The sampled parameters, in the order of the coordinates."""
+        return self.layout.free
+
+    @property
+    def dimension(self) -> int:
+        """Number of coordinates n."""
+        return len(self.layout.free)
+
+    def pack(self, parameters: Parameters) -> Float[Array, " n"]:
+        """Coordinates of the present values of a set of parameters."""
+        return parameters.pack()
+
+    def values(self, vector: Float[Array, " n"]) -> dict[str, Array]:
+        """All values by name at a point, fixed and tied ones included."""
+        return self.layout.values(vector, self.stored)
+
+    def prior_rows(self, vector: Float[Array, " n"]) -> Float[Array, " p"]:
+        """Distances from the prior means in standard deviations."""
+        if not self.prior_names:
+            return jnp.zeros(0, vector.dtype)
+        values = self.values(vector)
+        return (jnp.stack([values[name] for name in self.prior_names]) - self.prior_mean) / self.prior_sd
+
+    def inside(self, vector: Float[Array, " n"]) -> Array:
+        """Whether a point is within all bounds."""
+        return jnp.all((vector >= self.lower) & (vector <= self.upper))
+
+    def log_prior(self, vector: Float[Array, " n"]) -> Float[Array, ""]:
+        """Log-density of the prior over the coordinates, up to a constant; -inf outside the bounds."""
+        jacobian = [
+            vector[i]
+            for i, name in enumerate(self.names)
+            if self.layout.logarithmic[i] and name in self.prior_names
+        ]
+        density = sum(jacobian, -0.5 * jnp.sum(self.prior_rows(vector) ** 2))
+        return jnp.where(self.inside(vector), density, -jnp.inf)
+
+    def log_probability(self, vector: Float[Array, " n"]) -> Float[Array, ""]:
+        """Log-density of the posterior over the coordinates, up to a constant; NaN where the model has no
+        answer.
+
+        Outside the bounds the model is not asked: it sees the nearest point inside.
+        """
+        nearest = jnp.clip(vector, self.lower, self.upper)
+        likelihood = self.likelihood(self.values(nearest), self.data)
+        return jnp.where(self.inside(vector), self.log_prior(nearest) + likelihood, -jnp.inf)
+
+    def all_values(self, coordinates: Float[Array, "... n"]) -> dict[str, np.ndarray]:
+        """Every parameter that depends on the coordinates, at many points: arrays of the points' shape."""
+        points = jnp.reshape(jnp.asarray(coordinates), (-1, self.dimension))
+        shape = np.shape(coordinates)[:-1]
+        tied = [name for name, _ in self.layout.ties]
+        values = jax.vmap(self.values)(points)
+        return {name: np.asarray(values[name]).reshape(shape) for name in (*self.names, *tied)}
+
+    def fingerprint(self) -> str:
+        """Hash of everything that makes this posterior this one, the code of the model apart."""
+        digest = hashlib.sha256(
+            repr((self.layout, self.prior_names, type(self.likelihood).__name__)).encode()
+        )
+        for leaf in jax.tree.leaves(eqx.filter(self, eqx.is_array)):
+            array = np.asarray(leaf)
+            digest.update(f"{array.shape} {array.dtype}".encode())
+            digest.update(np.ascontiguousarray(array).tobytes())
+        return digest.hexdigest()
+
+
+@functools.lru_cache(maxsize=64)
+def _program(functions: tuple, static: Any, structure: Any) -> Callable:
+    """Compiled log-probability of a block of points: one for each structure of a target."""
+
+    def block(leaves: list[Array], points: Array) -> Array:
+        fixed = jax.tree.unflatten(static, functions)
+        target = eqx.combine(jax.tree.unflatten(structure, leaves), fixed)
+        return jax.vmap(target.log_probability)(points)
+
+    return jax.jit(block)
+
+
+class Evaluator:
+    """The log-probability as emcee's `vectorize=True` wants it: one compiled program, fed blocks of one
+    shape.
+
+    Both halves of an ensemble have the same size, so nothing but the last block of a larger call is ever
+    padded. What is not a number, or infinitely probable, counts as impossible and is counted.
+
+    Args:
+        target: what is sampled.
+        block: points for which the program is compiled, half an ensemble.
+    """
+
+    def __init__(self, target: Target, block: int):
+        arrays, fixed = eqx.partition(target, eqx.is_array)
+        self._leaves, structure = jax.tree.flatten(arrays)
+        functions, static = jax.tree.flatten(fixed)
+        self._program = _program(tuple(functions), static, structure)
+        self.block = block
+        self.evaluations = 0
+        self.failures = 0
+
+    def __call__(self, points: Float[np.ndarray, "m n"]) -> Float[np.ndarray, " m"]:
+        """Log-probabilities; -inf for what is impossible."""
+        points = np.asarray(points, float)
+        count = len(points)
+        padded = -(-count // self.block) * self.block
+        if padded != count:
+            points = np.concatenate([points, np.repeat(points[-1:], padded - count, axis=0)])
+        blocks = points.reshape(-1, self.block, points.shape[1])
+        found = np.concatenate([np.asarray(self._program(self._leaves, part)) for part in blocks])[:count]
+        broken = np.isnan(found) | (found == np.inf)
+        self.evaluations += count
+        self.failures += int(broken.sum())
+        return np.where(broken, -np.inf, found)

@@ -1,0 +1,21 @@
+"""What the model predicts for recordings and single states: specimens, histories, cautions."""
+
+from fitting.inference.latent_trajectory.denoise import martensite_fraction
+from fitting.specimens.model_objects import actuator_of, alloy_of, geometry_of, law_of, spring_of
+
+from .cautions import actuator_cautions, silicone_cautions, spring_cautions
+from .recording import Prediction, predict
+
+__all__ = [
+    "Prediction",
+    "actuator_cautions",
+    "actuator_of",
+    "alloy_of",
+    "martensite_fraction",
+    "geometry_of",
+    "law_of",
+    "predict",
+    "silicone_cautions",
+    "spring_cautions",
+    "spring_of",
+]

@@ -1,0 +1,188 @@
+"""One state of a chain of segments: each segment's own, and the shape that they make."""
+
+import functools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import equinox as eqx
+import jax
+import numpy as np
+
+import pneusma_jax as pj
+from fitting.data.recordings import Recording
+from fitting.specimens.model_objects import BASE, actuator_of, material_of
+from fitting.specimens.saved_models import AugmentedModel
+from pneusma_jax.serial_chain.designs import ChainDesign, make_chain
+from pneusma_jax.units import from_si
+
+from .state import ActuatorState, described_actuator, described_state, drive_of
+
+
+@dataclass
+class ChainState:
+    """A solved chain.
+
+    Attributes:
+        design: what its file says.
+        chain: what was solved.
+        segments: from base to tip.
+        found: the equilibrium; its shape is NaN beyond a segment that has none.
+    """
+
+    design: ChainDesign
+    chain: pj.SegmentChain
+    segments: list[ActuatorState]
+    found: pj.ChainEquilibrium
+
+    @property
+    def status(self) -> str:
+        """Name of the outcome: that of the segment which tells most about why there is no result, if any."""
+        return pj.Status(int(self.found.status)).name
+
+    @property
+    def converged(self) -> bool:
+        """Whether every segment has a result."""
+        return all(segment.converged for segment in self.segments)
+
+    @property
+    def sentence(self) -> str:
+        """The outcome in words."""
+        for number, segment in enumerate(self.segments, 1):
+            if not segment.converged and segment.status == self.status:
+                alone = not self.chain.loaded or self.status != pj.Status.no_equilibrium.name
+                return (
+                    f"segment {number}: {segment.sentence}"
+                    if alone
+                    else f"under its loads: {segment.sentence}"
+                )
+        return pj.Status.converged.sentence
+
+    @property
+    def stable(self) -> bool:
+        """Whether the chain would stay in this equilibrium; without loads that is not looked at."""
+        return self.found.stable is None or bool(self.found.stable)
+
+    @property
+    def tip(self) -> np.ndarray:
+        """Place of the tip in the frame of the base [mm], shape (3,)."""
+        return from_si(np.asarray(self.found.end_pose)[:3, 3], "mm")
+
+    @property
+    def clearance(self) -> float:
+        """The tightest place of the chain [mm]; negative where parts would overlap."""
+        return float(from_si(np.asarray(self.found.shape.clearance().smallest), "mm"))
+
+    @property
+    def notices(self) -> list[str]:
+        """What to read with care, with the segments that it is about."""
+        told: dict[str, list[int]] = {}
+        for number, segment in enumerate(self.segments, 1):
+            for sentence in segment.notices:
+                told.setdefault(sentence, []).append(number)
+        named = {s: "all segments" if len(k) == len(self.segments) else _listed(k) for s, k in told.items()}
+        sentences = [f"{where}: {sentence}" for sentence, where in named.items()]
+        if self.converged and not self.stable:
+            sentences.append(
+                "the chain would not stay in this equilibrium: a small push lets it buckle into another"
+            )
+        if self.converged and self.clearance < 0.0:
+            sentences.append(
+                f"parts of the chain overlap by {-self.clearance:.3g} mm: contact is not modelled"
+            )
+        return sentences
+
+    def contract(self) -> dict[str, Any]:
+        """The object of `simulate --json` for a chain; null for what is not there."""
+        pose = np.asarray(self.found.end_pose)
+        solved = bool(np.all(np.isfinite(pose)))
+        return {
+            "status": self.status,
+            "tip_mm": self.tip.tolist() if solved else None,
+            "tip_axes": pose[:3, :3].tolist() if solved else None,
+            "clearance_mm": self.clearance if solved else None,
+            "stable": self.stable if solved and self.chain.loaded else None,
+            "segments": [segment.contract() for segment in self.segments],
+        }
+
+
+def _listed(numbers: Sequence[int]) -> str:
+    word = "segment" if len(numbers) == 1 else "segments"
+    return f"{word} {', '.join(map(str, numbers))}"
+
+
+def chain_specimens(design: ChainDesign, overrides: Mapping[str, Any]) -> dict[str, Recording]:
+    """Each design of a chain as a recording would describe it, by its name or path.
+
+    Args:
+        design: from its file.
+        overrides: keys of `[geometry]` that hold for all segments, such as `alloy`.
+
+    Raises:
+        InputError: for anything that cannot be.
+    """
+    names = dict.fromkeys(design.designs)
+    return {name: described_actuator(None, {**overrides, "design": name}) for name in names}
+
+
+def build_chain(
+    design: ChainDesign, specimens: Mapping[str, Recording], model: AugmentedModel = BASE
+) -> pj.SegmentChain:
+    """The chain of a design with a model's numbers.
+
+    Raises:
+        InputError: if it cannot be built, or the model has effects, which a chain does not carry.
+    """
+    if model.added:
+        raise pj.InputError(
+            f"{model.path}: a chain takes a model's numbers, but not its effects; simulate one segment"
+        )
+    return make_chain(
+        design,
+        lambda name: actuator_of(specimens[name], model),
+        lambda name: material_of(specimens[name], model).values().get("density"),
+    )
+
+
+@functools.partial(eqx.filter_jit, compiler_options={"xla_backend_optimization_level": 0})
+def _solve_once(
+    chain: pj.SegmentChain, pressure: Any, activations: tuple, states: tuple
+) -> pj.ChainEquilibrium:
+    """One state. It takes milliseconds however it is compiled, and to optimise its program takes seconds."""
+    return pj.solve_chain(chain, pressure, activations, states, throw=False)
+
+
+def chain_state(
+    design: ChainDesign,
+    overrides: Mapping[str, Any],
+    pressure: float,
+    given: Sequence[Mapping[str, float]],
+    model: AugmentedModel = BASE,
+) -> ChainState:
+    """Solve one state of a chain.
+
+    Args:
+        design: from its file.
+        overrides: keys of `[geometry]` that hold for all segments.
+        pressure: gauge [Pa], in all segments.
+        given: for each segment what `drive_of` takes.
+        model: with numbers of its own.
+
+    Raises:
+        InputError: for what cannot be.
+    """
+    specimens = chain_specimens(design, overrides)
+    chain = build_chain(design, specimens, model)
+    drives = [
+        drive_of(specimens[name], body, said, model)
+        for name, body, said in zip(design.designs, chain.segments, given, strict=True)
+    ]
+    solved = _solve_once(
+        chain,
+        np.asarray(pressure),
+        tuple(drive.activations for drive in drives),
+        tuple(drive.states for drive in drives),
+    )
+    rows = zip(design.designs, chain.segments, jax.tree.map(np.asarray, solved.segments), drives, strict=True)
+    segments = [described_state(specimens[name], body, found, drive) for name, body, found, drive in rows]
+    return ChainState(design, chain, segments, solved)

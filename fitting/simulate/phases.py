@@ -1,0 +1,194 @@
+"""Martensite fractions of an actuator's springs from their measured resistances, all rows together.
+
+The fractions wander slowly and the resistances are noisy. So the trajectory of all fractions is smoothed
+about the answer of the whole actuator: a heated spring pulls the other one longer, and both resistances
+change. A row by itself may have several equilibria or, with noise, none. A trajectory has one most likely
+course.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+import pneusma_jax as pj
+from fitting.inference.noise import robust_noise
+from pneusma_jax.actuator.balance import Problem, configuration, spring_responses
+from pneusma_jax.actuator.root_find import attached
+
+ROUNDS = 12
+"""Maximum of linearisations. Most recordings take three to six."""
+CLOSE = 1e-4
+"""Maximum change of a fraction at which the rounds end [1]."""
+LONGEST = 0.1
+"""Longest step of a fraction in a round [1]; a tangent near full heat would throw it anywhere."""
+LEAST_NOISE = 2e-6
+"""Minimum noise of a resistance, relative; below it lie the digits that files keep."""
+WANDER = 10.0 ** np.arange(-9.0, 0.0, 1.0)
+"""Tried variances of a fraction's change [1/s]. From a cold spring, which stays, to one heated in seconds."""
+FIRST = 1.0
+"""Variance of a fraction before the first reading [1]: nothing is known of it."""
+
+
+def fractions_behind(
+    actuator: pj.Actuator,
+    time: np.ndarray,
+    pressure: np.ndarray,
+    measured: Mapping[int, np.ndarray],
+    given: Sequence[pj.MartensiteFraction],
+    states: tuple[pj.SpringState, ...],
+) -> list[pj.MartensiteFraction]:
+    """The fractions of all springs.
+
+    Args:
+        actuator: what is loaded.
+        time: [s], ascending, shape (rows,).
+        pressure: gauge [Pa], shape (rows,).
+        measured: resistance of the springs that have one [ohm], shape (rows,), by index.
+        given: fractions to begin with, one per spring, of shape (rows,) or (); those of springs that are not
+            measured are kept.
+        states: memories before the first row.
+
+    Returns:
+        One per spring; of shape (rows,) where measured.
+    """
+    wired = sorted(measured)
+    rows = len(time)
+    read = np.stack([measured[k] for k in wired], axis=1)
+    noise = np.array([max(robust_noise(time, r), LEAST_NOISE * np.median(r)) for r in read.T])
+    begun = np.stack([np.broadcast_to(np.asarray(given[k].value), rows) for k in wired], axis=1)
+    starts = [begun]
+    for column in range(len(wired)):  # noise may have led a spring astray that is cold throughout
+        cold = begun.copy()
+        cold[:, column] = 1.0
+        starts += [cold] if np.min(begun[:, column]) < 1.0 - CLOSE else []
+    tried = [_followed(actuator, time, pressure, read, noise, x, wired, given, states) for x in starts]
+    best, _ = max(tried, key=lambda one: one[1])
+    return list(_with(given, wired, np.clip(best, 0.0, 1.0)))
+
+
+def _followed(
+    actuator: pj.Actuator,
+    time: np.ndarray,
+    pressure: np.ndarray,
+    read: np.ndarray,
+    noise: np.ndarray,
+    x: np.ndarray,
+    wired: Sequence[int],
+    given: Sequence[pj.MartensiteFraction],
+    states: tuple[pj.SpringState, ...],
+) -> tuple[np.ndarray, float]:
+    """Fractions of the measured springs from a start, shape (rows, wired), and their log-likelihood."""
+    wander, likelihood = None, -np.inf
+    for _ in range(ROUNDS):
+        held = _with(given, wired, np.clip(x, 0.0, 1.0))
+        history = pj.simulate_history(actuator, pressure, held, states)
+        found = _read_off(actuator, pressure, held, states, history, tuple(wired))
+        ohms, slope = (np.asarray(part) for part in found)
+        good = np.all(np.isfinite(slope), axis=(1, 2)) & np.all(np.isfinite(ohms), axis=1)
+        ohms, slope = np.where(good[:, None], ohms, read), np.where(good[:, None, None], slope, 0.0)
+        # beyond its ends a fraction is continued, so that noise about a cold spring does not heat it
+        ohms = ohms + np.einsum("tij,tj->ti", slope, x - np.clip(x, 0.0, 1.0))
+        target = read - ohms + np.einsum("tij,tj->ti", slope, x)
+        slope, target = slope / noise[:, None], target / noise
+        if wander is None:
+            wander = _wander_of(time, target, slope)
+        after, likelihood = _smooth(time, target, slope, wander)
+        step = np.clip(after - x, -LONGEST, LONGEST)
+        x = x + step
+        if np.max(np.abs(step)) < CLOSE:
+            break
+    return x, likelihood
+
+
+def _with(
+    given: Sequence[pj.MartensiteFraction], wired: Sequence[int], x: np.ndarray
+) -> tuple[pj.MartensiteFraction, ...]:
+    """Activations with the fractions of the measured springs replaced."""
+    held = list(given)
+    for column, k in enumerate(wired):
+        held[k] = pj.MartensiteFraction(x[:, column])
+    return tuple(held)
+
+
+@eqx.filter_jit
+def _read_off(
+    actuator: pj.Actuator,
+    pressure: Array,
+    given: tuple[pj.MartensiteFraction, ...],
+    states: tuple[pj.SpringState, ...],
+    history: pj.History,
+    wired: tuple[int, ...],
+) -> tuple[Array, Array]:
+    """Resistances of a history, shape (rows, wired), and their slopes over the fractions of each row."""
+    rows = jnp.shape(pressure)[0]
+    whole = jnp.stack([jnp.broadcast_to(a.value, (rows,)) for a in given], axis=1)
+    begun = lambda first, later: jnp.concatenate([jnp.broadcast_to(first, (1,)), later[:-1]])  # noqa: E731
+    before = jax.tree.map(begun, states, history.states)
+
+    def ohms_at(moved: Array, row: tuple) -> Array:
+        pressure, fractions, states, root = row
+        fractions = fractions.at[jnp.asarray(wired)].set(moved)
+        activations = tuple(pj.MartensiteFraction(x) for x in fractions)
+        problem = Problem(actuator, pressure, activations, states)
+        responses = spring_responses(problem, *configuration(actuator, attached(problem, root)))
+        return jnp.stack([responses[k].resistance for k in wired])
+
+    def one(row: tuple) -> tuple[Array, Array]:
+        moved = row[1][jnp.asarray(wired)]
+        return ohms_at(moved, row), jax.jacfwd(ohms_at)(moved, row)
+
+    return jax.vmap(one)((jnp.asarray(pressure), whole, before, history.rows.unknowns))
+
+
+def _wander_of(time: np.ndarray, target: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    """Most likely variance of each fraction's change [1/s], one spring after the other, twice."""
+    count = target.shape[1]
+    wander = np.full(count, 1e-4)
+    for _ in range(2):
+        for k in range(count):
+            trials = np.repeat(wander[None], len(WANDER), axis=0)
+            trials[:, k] = WANDER
+            wander = trials[int(np.argmax([_smooth(time, target, slope, w)[1] for w in trials]))]
+    return wander
+
+
+def _smooth(
+    time: np.ndarray, target: np.ndarray, slope: np.ndarray, wander: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """Kalman filter and Rauch-Tung-Striebel smoother of a random walk.
+
+    Args:
+        time: [s], ascending, shape (n,).
+        target: readings in units of their noise, shape (n, m).
+        slope: of the readings over the fractions, shape (n, m, m).
+        wander: variance of each fraction's change [1/s], shape (m,).
+
+    Returns:
+        Fractions, shape (n, m), and the log-likelihood of the readings.
+    """
+    rows, count = target.shape
+    steps = np.diff(time, prepend=time[0])
+    unit = np.eye(count)
+    means, variances = np.empty((rows, count)), np.empty((rows, count, count))
+    mean, variance, likelihood = np.full(count, 0.5), FIRST * unit, 0.0
+    for t in range(rows):
+        variance = variance + np.diag(wander * steps[t])
+        H = slope[t]
+        spread = H @ variance @ H.T + unit
+        surprise = target[t] - H @ mean
+        gain = np.linalg.solve(spread, H @ variance).T
+        mean = mean + gain @ surprise
+        variance = variance - gain @ H @ variance
+        variance = 0.5 * (variance + variance.T)
+        likelihood -= 0.5 * (surprise @ np.linalg.solve(spread, surprise) + np.log(np.linalg.det(spread)))
+        means[t], variances[t] = mean, variance
+    smooth = means.copy()
+    for t in range(rows - 2, -1, -1):
+        ahead = variances[t] + np.diag(wander * steps[t + 1])
+        gain = np.linalg.solve(ahead + 1e-300 * unit, variances[t]).T
+        smooth[t] = means[t] + gain @ (smooth[t + 1] - means[t])
+    return smooth, float(likelihood)

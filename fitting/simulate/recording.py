@@ -1,0 +1,317 @@
+"""The model's answer to a recording: its inputs drive the model, its outputs are predicted."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+import pneusma_jax as pj
+from fitting.data.recordings import Recording
+from fitting.inference.latent_trajectory.denoise import denoised, martensite_fraction
+from fitting.inference.noise import robust_noise
+from fitting.specimens.model_objects import (
+    BASE,
+    actuator_of,
+    full_geometry,
+    geometry_of,
+    gravity_of,
+    law_of,
+    named_table,
+    place,
+    spring_of,
+)
+from fitting.specimens.saved_models import AugmentedModel
+from pneusma_jax.nitinol import WireAlloy, simulate_wire
+from pneusma_jax.silicone import SiliconeLaw
+from pneusma_jax.simulate.coupon import simulate_coupon
+from pneusma_jax.simulate.tube import make_tube, simulate_tube
+from pneusma_jax.units import from_si
+
+from .cautions import actuator_cautions, silicone_cautions, spring_cautions
+from .phases import fractions_behind
+from .unmodelled import marked
+
+
+@dataclass
+class Prediction:
+    """Rows of a recording as the model has them.
+
+    Attributes:
+        outputs: by canonical column (`curvature_1pm`, ...) in that column's unit, shape (rows,); NaN where a
+            row could not be computed.
+        states: what else the model knows of each row: `xi0_2`, `gamma_R_2` (no unit), `status` (its name).
+        notices: in words, what to read with care.
+        marks: by column, what of the outputs is an unmodelled remainder, and where that is beyond what was
+            seen; see `unmodelled.marked`.
+    """
+
+    outputs: dict[str, np.ndarray]
+    states: dict[str, np.ndarray] = field(default_factory=dict)
+    notices: list[str] = field(default_factory=list)
+    marks: dict[str, np.ndarray] = field(default_factory=dict)
+
+
+def predict(recording: Recording, denoise: bool = True, model: AugmentedModel = BASE) -> Prediction:
+    """Predict the outputs that a recording holds.
+
+    Args:
+        recording: checked data of any kind.
+        denoise: recover the martensite fraction from the whole course of a resistance; otherwise from each
+            sample alone, noise and all. Where a model has effects, the resistance itself is smoothed.
+        model: used instead of the base model; outputs are what its instruments show.
+
+    Raises:
+        InputError: if the recording leaves its alloy or material open, a wire's has no temperature, or no row
+            has all that drives the model.
+    """
+    drivers = [name for name in _drivers(recording) if recording.has(name)]
+    complete = ~np.any([recording.missing(name) for name in drivers], axis=0)
+    if not complete.any():
+        raise pj.InputError(f"{place(recording)}: no row has all of {', '.join(drivers)}")
+    inputs = {name: recording.si(name)[complete] for name in drivers}
+    if model.added:
+        inputs |= _read_by_effects(recording, complete, inputs)
+    prediction = _PREDICTORS[recording.kind](recording, inputs, denoise, model)
+    outputs = {name: prediction.outputs[name] for name in recording.outputs if name in prediction.outputs}
+    prediction.outputs = {name: _spread(values, complete) for name, values in outputs.items()}
+    prediction.states = {name: _spread(values, complete) for name, values in prediction.states.items()}
+    prediction.marks = {name: _spread(values, complete) for name, values in prediction.marks.items()}
+    if not complete.all():
+        gaps = f"{int(np.sum(~complete))} of {len(complete)} rows lack one of {', '.join(drivers)}"
+        prediction.notices.append(f"{gaps}: they are passed over")
+    return prediction
+
+
+def _drivers(recording: Recording) -> tuple[str, ...]:
+    """Quantities that drive the model; of an actuator's resistances those of springs that are there."""
+    if recording.kind == "wire":
+        return ("time", "temperature", "stress" if _by_stress(recording) else "strain")
+    names = DRIVERS[recording.kind]
+    if recording.kind != "actuator":
+        return names
+    numbers = pj.layout(recording.full_geometry()["design"]).spring_numbers
+    return (*names, *(f"resistance_{n}" for n in numbers))
+
+
+def _read_by_effects(
+    recording: Recording, complete: np.ndarray, inputs: dict[str, np.ndarray]
+) -> dict[str, np.ndarray]:
+    """Currents and temperature, which drive nothing in the base model; interpolated where missing."""
+    names = [name for name in ("temperature", *(f"current_{k}" for k in (1, 2, 3))) if recording.has(name)]
+    found = {}
+    for name in names:
+        values = recording.si(name)[complete]
+        held = np.isfinite(values)
+        if name not in inputs and held.any():
+            found[name] = np.interp(inputs["time"], inputs["time"][held], values[held])
+    return found
+
+
+def _spread(values: np.ndarray, complete: np.ndarray) -> np.ndarray:
+    """Values of the complete rows in their places; NaN, or no word, in the others."""
+    values = np.asarray(values)
+    words = values.dtype.kind == "U"
+    result = np.full(complete.shape, "", values.dtype) if words else np.full(complete.shape, np.nan)
+    result[complete] = values
+    return result
+
+
+def _predict_actuator(
+    recording: Recording, inputs: dict[str, np.ndarray], denoise: bool, model: AugmentedModel
+) -> Prediction:
+    actuator = actuator_of(recording, model)
+    prestrain = full_geometry(recording, model)["prestrain"] if actuator.springs else 0.0
+    states = tuple(pj.SpringState.fresh(prestrain) for _ in actuator.springs)
+    notices, activations = [], []
+    for n in actuator.spring_numbers:
+        if f"resistance_{n}" in inputs:
+            activations.append(pj.Resistance(_smoothed(inputs, f"resistance_{n}", denoise and model.added)))
+        else:
+            activations.append(pj.MartensiteFraction(1.0))
+            notices.append(f"the resistance of spring {n} was not recorded: it is taken as cold (xi0 = 1)")
+    pressure = _smoothed(inputs, "pressure", denoise)
+    if denoise and not model.added and any(isinstance(a, pj.Resistance) for a in activations):
+        found, read = _denoised_history(actuator, inputs["time"], pressure, activations, states)
+        seen = {"curvature": found.curvature, "bend_angle": found.bend_angle, "length": found.length}
+    else:
+        history = pj.simulate_history(
+            actuator, pressure, tuple(activations), states, time=inputs["time"], effects=model.effects,
+            currents=tuple(inputs.get(f"current_{n}") for n in actuator.spring_numbers),
+            ambient=inputs.get("temperature"),
+            gravity=gravity_of(recording),
+        )  # fmt: skip
+        read, found, seen = history.rows, history.rows, history.seen
+    bend = seen["bend_angle"] if actuator.planar else found.bend_magnitude
+    outputs = {
+        "curvature_1pm": seen["curvature"] if actuator.planar else bend / found.length,
+        "bend_angle_deg": from_si(bend, "deg"),
+        "length_mm": from_si(seen["length"], "mm"),
+        "bend_direction_deg": from_si(found.bend_direction, "deg"),
+    }
+    status = np.asarray(found.status)
+    several = np.asarray(read.status) == pj.Status.several_equilibria
+    status = np.where((status == pj.Status.converged) & several, pj.Status.several_equilibria, status)
+    known = {"status": np.array([pj.Status(code).name for code in status])}
+    for n, response in zip(actuator.spring_numbers, found.springs, strict=True):
+        known |= {f"xi0_{n}": response.xi0, f"gamma_R_{n}": response.gamma_R}
+    clearance = recording.geometry.get("tip_to_base_clearance_deg")
+    notices += actuator_cautions(actuator, found, clearance, read)
+    marks, more = marked(model, seen, "actuator", () if actuator.planar else ("curvature", "bend_angle"))
+    return Prediction(outputs, known, notices + more, marks)
+
+
+def _smoothed(inputs: dict[str, np.ndarray], name: str, wanted: object) -> np.ndarray:
+    return denoised(inputs["time"], inputs[name]) if wanted else inputs[name]
+
+
+def _denoised_history(
+    actuator: pj.Actuator,
+    time: np.ndarray,
+    pressure: np.ndarray,
+    activations: list,
+    states: tuple[pj.SpringState, ...],
+) -> tuple[pj.Equilibrium, pj.Equilibrium]:
+    """The history at the fractions behind the resistances, and the one at smoothed resistances."""
+    measured = {k: np.asarray(a.value) for k, a in enumerate(activations) if isinstance(a, pj.Resistance)}
+    smoothed = [
+        pj.Resistance(denoised(time, measured[k]), np.full(len(time), robust_noise(time, measured[k])))
+        if k in measured else a
+        for k, a in enumerate(activations)
+    ]  # fmt: skip
+    read = pj.simulate_history(actuator, pressure, tuple(smoothed), states).rows
+    begun = []
+    for k, activation in enumerate(activations):
+        xi0 = np.asarray(read.springs[k].xi0)
+        known = np.isfinite(xi0)
+        if k in measured:
+            rows = np.arange(len(xi0))
+            xi0 = np.interp(rows, rows[known], xi0[known]) if known.any() else np.ones(len(xi0))
+            activation = pj.MartensiteFraction(xi0)
+        begun.append(activation)
+    given = fractions_behind(actuator, time, pressure, measured, begun, states)
+    return pj.simulate_history(actuator, pressure, tuple(given), states).rows, read
+
+
+def _predict_spring(
+    recording: Recording, inputs: dict[str, np.ndarray], denoise: bool, model: AugmentedModel
+) -> Prediction:
+    spring = spring_of(recording, model)
+    state = pj.SpringState.fresh(full_geometry(recording, model)["prestrain"])
+    ohms = _smoothed(inputs, "resistance", denoise and model.added)
+    history = pj.simulate_spring(
+        spring, inputs["elongation"], pj.Resistance(ohms), state, time=inputs["time"], effects=model.effects,
+        temperature=inputs.get("temperature") if model.added else None,
+    )  # fmt: skip
+    read = history.rows
+    if denoise and not model.added:
+        xi0 = martensite_fraction(spring, inputs["time"], inputs["resistance"], np.asarray(read.gamma))
+        history = pj.simulate_spring(spring, inputs["elongation"], pj.MartensiteFraction(xi0), state)
+    response = history.rows
+    outputs = {"force_N": history.seen["force"]}
+    notices = spring_cautions(spring, response, "the spring", read)
+    if "temperature" in inputs:
+        xi0 = spring.alloy.martensite_fraction_at(inputs["temperature"])
+        rho = spring.alloy.resistivity(xi0, response.gamma)
+        outputs["resistance_ohm"] = rho * spring.geometry.wire_length
+        notices.append("force is predicted from resistance, and resistance from temperature on one curve")
+    else:
+        notices.append("resistance drives the spring, so it is not predicted; that takes temperature")
+    marks, more = marked(model, history.seen, "spring", ("resistance",))
+    return Prediction(
+        outputs, {"xi0": response.xi0, "gamma_R": response.gamma_R}, notices + more, marks
+    )
+
+
+def _by_stress(recording: Recording) -> bool:
+    """Whether stress drives a wire: it varies less, next to its size, than the strain does."""
+    sizes = [recording.si(name)[np.isfinite(recording.si(name))] for name in ("stress", "strain")]
+    stress, strain = (np.ptp(v) / np.max(np.abs(v)) if v.size and np.any(v) else 0.0 for v in sizes)
+    return stress < 0.5 * strain
+
+
+def _predict_wire(
+    recording: Recording, inputs: dict[str, np.ndarray], denoise: bool, model: AugmentedModel
+) -> Prediction:
+    if "temperature" not in inputs:
+        raise pj.InputError(
+            f"{place(recording)}: a wire's phase follows from its temperature,"
+            " but temperature_degC is missing"
+        )
+    named = named_table(recording, "alloy") if "alloy" in recording.geometry else "niti_wire"
+    wire = WireAlloy.from_calibration(model.table("alloy", named, recording.specimen))
+    prescribed = "stress" if "stress" in inputs else "strain"
+    history = simulate_wire(
+        wire,
+        **{prescribed: inputs[prescribed]},
+        temperature=_smoothed(inputs, "temperature", denoise),
+        state=pj.SpringState.fresh(full_geometry(recording, model)["prestrain"]),
+        time=inputs["time"],
+        effects=model.effects,
+    )
+    outputs = {"strain": history.seen["strain"]} if prescribed == "stress" else {
+        "stress_MPa": from_si(history.seen["stress"], "MPa")
+    }  # fmt: skip
+    lost = int(np.sum(~np.asarray(history.converged)))
+    notices = [f"{prescribed} drives the wire, as it was held or varies less"]
+    notices += [f"in {lost} of {len(inputs['time'])} rows no strain carries the stress"] if lost else []
+    marks, more = marked(model, history.seen, "wire")
+    return Prediction(outputs, {"xi0": history.rows.xi0}, notices + more, marks)
+
+
+def _predict_elastomer(
+    recording: Recording, inputs: dict[str, np.ndarray], denoise: bool, model: AugmentedModel
+) -> Prediction:
+    law, strain = law_of(recording, model), inputs["strain"]
+    stress, seen = law(jnp.asarray(strain)), {}
+    if model.added:
+        rows = ~recording.missing("strain")
+        timed = {name: recording.si(name)[rows] for name in ("time", "cycle") if recording.has(name)}
+        timed.setdefault("time", 1.0 * np.flatnonzero(rows))  # numbers of rows, as fits take them
+        seen = simulate_coupon(law, strain, **timed, effects=model.effects).seen
+        stress = seen["stress"]
+    marks, more = marked(model, seen, "elastomer")
+    notices = silicone_cautions(law, strain, strain) + more
+    return Prediction({"stress_kPa": from_si(stress, "kPa")}, {}, notices, marks)
+
+
+def _predict_tube(
+    recording: Recording, inputs: dict[str, np.ndarray], denoise: bool, model: AugmentedModel
+) -> Prediction:
+    geometry, law, seen = geometry_of(recording, model), law_of(recording, model), {}
+    if model.added:
+        tube, pressure = make_tube(geometry, law), _smoothed(inputs, "pressure", denoise)
+        history = simulate_tube(tube, pressure, time=inputs["time"], effects=model.effects)
+        seen, strain = history.seen, np.asarray(history.rows.length) / float(geometry.length) - 1.0
+        length = np.asarray(seen["length"])
+    else:
+        length = np.asarray(_tube_rows(inputs["pressure"], geometry, law))
+        strain = length / float(geometry.length) - 1.0
+    marks, more = marked(model, seen, "tube")
+    notices = silicone_cautions(law, strain, strain) + more
+    return Prediction({"length_mm": from_si(length, "mm")}, {}, notices, marks)
+
+
+@eqx.filter_jit
+def _tube_rows(pressure: jax.Array, geometry: pj.Geometry, law: SiliconeLaw) -> jax.Array:
+    """Length of a pressurised tube [m] for gauge pressures [Pa], shape (rows,)."""
+    sizes = (geometry.length, geometry.outer_diameter, geometry.wall_thickness)
+    return jax.vmap(lambda p: pj.tube_length(p, *sizes, law))(jnp.asarray(pressure))
+
+
+# what drives the model in a recording of each kind; a row that lacks one of them cannot be predicted
+DRIVERS = {
+    "actuator": ("time", "pressure"),
+    "spring": ("time", "elongation", "resistance", "temperature"),
+    "elastomer": ("strain",),
+    "tube": ("pressure", "time"),
+}
+_PREDICTORS: dict[str, Callable[[Recording, dict[str, np.ndarray], bool, AugmentedModel], Prediction]] = {
+    "actuator": _predict_actuator,
+    "spring": _predict_spring,
+    "wire": _predict_wire,
+    "elastomer": _predict_elastomer,
+    "tube": _predict_tube,
+}

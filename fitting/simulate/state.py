@@ -1,0 +1,291 @@
+"""One state of an actuator: from dimensions, pressure and what is known of the springs to a result."""
+
+import functools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import equinox as eqx
+import jax
+import numpy as np
+
+import pneusma_jax as pj
+from fitting.data.recordings import Recording, check_recording, resistance_range, schema, sidecar
+from fitting.specimens.model_objects import BASE, actuator_of, full_geometry, gravity_of, place
+from fitting.specimens.saved_models import AugmentedModel
+from pneusma_jax.units import from_si
+
+from .cautions import actuator_cautions
+from .unmodelled import marked
+
+
+def read_geometry(path: str | Path) -> dict[str, Any]:
+    """The `[geometry]` table of a TOML file; a file that has nothing but its keys is one, too.
+
+    Returns:
+        Canonical keys, numbers in the units that these name.
+
+    Raises:
+        InputError: if the file cannot be read, or a key, unit or number in it cannot be.
+    """
+    path = Path(path)
+    document = sidecar.read_toml(path)
+    allowed = (*schema.SIDECAR_KEYS, *schema.CAMPAIGN_KEYS)
+    if "geometry" not in document and not any(key in allowed for key in document):
+        document = {"geometry": document}
+    settings = sidecar.check_settings(document, path, allowed)
+    if not settings.get("geometry"):
+        raise pj.InputError(f"{path}: there is no [geometry] table with dimensions in it")
+    return settings["geometry"]
+
+
+def described_actuator(geometry: str | Path | None, overrides: Mapping[str, Any]) -> Recording:
+    """An actuator as a recording would describe it, checked; see `described_specimen`."""
+    return described_specimen("actuator", geometry, overrides)
+
+
+def described_specimen(kind: str, geometry: str | Path | None, overrides: Mapping[str, Any]) -> Recording:
+    """A specimen as a recording would describe it, checked.
+
+    Args:
+        kind: of recording.
+        geometry: TOML file with dimensions, or None for the nominal ones.
+        overrides: keys of `[geometry]` that take precedence.
+
+    Raises:
+        InputError: for anything that cannot be, naming the file or the command line.
+    """
+    stated = {} if geometry is None else read_geometry(geometry)
+    stated |= sidecar.check_settings({"geometry": dict(overrides)}, sidecar.COMMAND_LINE, ("geometry",))[
+        "geometry"
+    ]
+    specimen = Recording(
+        name=sidecar.COMMAND_LINE,
+        path=None if geometry is None else Path(geometry),
+        kind=kind,
+        geometry=stated,
+        columns={"time_s": np.zeros(1)},
+    )
+    check_recording(specimen)
+    return specimen
+
+
+@dataclass
+class ActuatorState:
+    """A solved state, and how it was asked for.
+
+    Attributes:
+        title: design, alloy and silicone.
+        actuator: what was solved.
+        found: the equilibrium, NumPy arrays; NaN where there is none.
+        given: what was said of each spring, `"given"`, `"from resistance"` or `"cold"`.
+        notices: in words, what to read with care.
+        seen: `curvature`, `bend_angle` and `length` as the instruments show them, where effects change them.
+    """
+
+    title: str
+    actuator: pj.Actuator
+    found: pj.Equilibrium
+    given: dict[int, str]
+    notices: list[str]
+    seen: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """Of the springs that are there."""
+        return self.actuator.spring_numbers
+
+    @property
+    def planar(self) -> bool:
+        """Whether it bends in one plane only."""
+        return self.actuator.planar
+
+    @property
+    def status(self) -> str:
+        """Name of the outcome."""
+        return pj.Status(int(self.found.status)).name
+
+    @property
+    def sentence(self) -> str:
+        """The outcome in words."""
+        return pj.Status(int(self.found.status)).sentence
+
+    @property
+    def converged(self) -> bool:
+        """Whether there is a result."""
+        return int(self.found.status) <= pj.Status.several_equilibria
+
+    def quantities(self) -> list[tuple[str, float, str]]:
+        """What describes the configuration: key without unit, value, unit."""
+        found = self.found
+        sides = {1: found.delta_1, 2: found.delta_2}
+        if not self.planar and self.numbers:  # springs, whose places are the sides
+            sides = dict(zip(self.numbers, found.spring_elongations, strict=True))
+        bend = found.bend_angle if self.planar else np.linalg.norm(found.bend)
+        shown = {"length": found.length, "bend_angle": bend, "curvature": bend / found.length} | self.seen
+        rows = [(f"delta_{k}", float(from_si(value, "mm")), "mm") for k, value in sides.items()]
+        rows.append(("length", float(from_si(shown["length"], "mm")), "mm"))
+        rows.append(("bend_angle", float(from_si(shown["bend_angle"], "deg")), "deg"))
+        if not self.planar:
+            rows.append(("bend_direction", float(from_si(found.bend_direction, "deg")) % 360.0, "deg"))
+        rows.append(("curvature", float(shown["curvature"]), "1/m"))
+        return rows
+
+    def contract(self) -> dict[str, Any]:
+        """The object of `simulate --json`; null for what is not there."""
+        result: dict[str, Any] = {"status": self.status}
+        for name, value, unit in self.quantities():
+            result[f"{name}_{unit.replace('1/m', '1pm')}"] = _or_none(value)
+        forces = {n: float(r.force) for n, r in zip(self.numbers, self.found.springs, strict=True)}
+        for number in sorted({1, 2, *self.numbers}):
+            result[f"force_{number}_N"] = _or_none(forces.get(number, math.nan))
+        return result
+
+    def spring_rows(self) -> list[list[str]]:
+        """A table of the springs: name of the quantity, then one value per spring."""
+        if not self.numbers:
+            return []
+        springs = self.found.springs
+        rows = [["how its phase is known", *(self.given[n] for n in self.numbers)]]
+        for name, values in {
+            "martensite fraction xi0 [1]": [r.xi0 for r in springs],
+            "pull [N]": [r.force for r in springs],
+            "shear strain of the wire [1]": [r.gamma for r in springs],
+            "residual strain [1]": [r.gamma_R for r in springs],
+            "shear stress of the wire [MPa]": [from_si(r.stress, "MPa") for r in springs],
+            "resistance [ohm]": [r.resistance for r in springs],
+        }.items():
+            rows.append([name, *(f"{float(value):.5g}" for value in values)])
+        return rows
+
+
+def _or_none(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+@dataclass
+class Drive:
+    """What drives the springs of one actuator in one state.
+
+    Attributes:
+        activations, states: one per spring.
+        given: what was said of each, for people.
+        notices: in words.
+    """
+
+    activations: tuple[Any, ...]
+    states: tuple[pj.SpringState, ...]
+    given: dict[int, str]
+    notices: list[str]
+
+
+def drive_of(
+    specimen: Recording, actuator: pj.Actuator, given: Mapping[str, float], model: AugmentedModel = BASE
+) -> Drive:
+    """Activations and memories of a specimen's springs.
+
+    Args:
+        specimen: the actuator, from `described_actuator`.
+        actuator: built from it.
+        given: `xi0_K` [1] or `resistance_K` [ohm] for spring K; a spring that nothing is said of is cold.
+        model: with numbers of its own.
+
+    Raises:
+        InputError: for a resistance that the alloy cannot show.
+    """
+    _check_resistances(specimen, given)
+    notices, activations, known = [], [], {}
+    for name in given:
+        number = int(name.rpartition("_")[2])
+        if number not in actuator.spring_numbers:
+            there = ", ".join(map(str, actuator.spring_numbers)) or "none"
+            design = _word(specimen, "design")
+            notices.append(f"{design} has no spring {number} (it has: {there}); {name} is left out")
+    for number in actuator.spring_numbers:
+        if f"resistance_{number}" in given:
+            activations.append(pj.Resistance(given[f"resistance_{number}"]))
+        else:
+            activations.append(pj.MartensiteFraction(given.get(f"xi0_{number}", 1.0)))
+        words = {f"resistance_{number}": "from resistance", f"xi0_{number}": "given"}
+        known[number] = next((words[key] for key in words if key in given), "cold")
+    prestrain = full_geometry(specimen, model)["prestrain"] if actuator.springs else 0.0
+    states = tuple(pj.SpringState.fresh(prestrain) for _ in actuator.springs)
+    return Drive(tuple(activations), states, known, notices)
+
+
+def actuator_state(
+    specimen: Recording, pressure: float, given: Mapping[str, float], model: AugmentedModel = BASE
+) -> ActuatorState:
+    """Solve one state.
+
+    Args:
+        specimen: the actuator, from `described_actuator`.
+        pressure: gauge [Pa].
+        given: as for `drive_of`.
+        model: used instead of the base model; its effects act as at the start of a recording.
+
+    Raises:
+        InputError: for a resistance that the alloy cannot show, or dimensions that cannot be.
+    """
+    actuator = actuator_of(specimen, model)
+    drive = drive_of(specimen, actuator, given, model)
+    if not model.added:
+        solved = _solve_once(actuator, np.asarray(pressure), drive.activations, drive.states)
+        found = jax.tree.map(np.asarray, solved)  # JAX would compile every small conversion that follows
+        return described_state(specimen, actuator, found, drive)
+    history = pj.simulate_history(
+        actuator, np.array([pressure]), drive.activations, drive.states,
+        time=np.zeros(1), effects=model.effects, gravity=gravity_of(specimen),
+    )  # fmt: skip
+    found, seen = jax.tree.map(lambda x: np.asarray(x)[0], (history.rows, history.seen))
+    bent = () if actuator.planar else ("curvature", "bend_angle")
+    drive.notices += marked(model, seen, "actuator", bent)[1]
+    if not actuator.planar:  # the instruments show the plane of sides 1 and 2; free bending has a size
+        seen = {"length": seen["length"]}
+    return described_state(specimen, actuator, found, drive, seen)
+
+
+@functools.partial(eqx.filter_jit, compiler_options={"xla_backend_optimization_level": 0})
+def _solve_once(actuator: pj.Actuator, pressure: Any, activations: tuple, states: tuple) -> pj.Equilibrium:
+    """One state. It takes milliseconds however it is compiled, and to optimise its program takes seconds."""
+    return pj.solve(actuator, pressure, activations, states, throw=False)
+
+
+def described_state(
+    specimen: Recording,
+    actuator: pj.Actuator,
+    found: pj.Equilibrium,
+    drive: Drive,
+    seen: dict[str, Any] | None = None,
+) -> ActuatorState:
+    """A solved state with its words.
+
+    Args:
+        specimen, actuator, drive: what was solved.
+        found: NumPy arrays.
+        seen: see `ActuatorState`.
+    """
+    clearance = specimen.full_geometry().get("tip_to_base_clearance_deg")
+    notices = drive.notices + actuator_cautions(actuator, found, clearance)
+    parts = ("design", "alloy", "material") if actuator.springs else ("design", "material")
+    title = ", ".join(_word(specimen, key) for key in parts)
+    return ActuatorState(title, actuator, found, drive.given, notices, seen or {})
+
+
+def _word(specimen: Recording, key: str) -> str:
+    """Name of a table without its folder."""
+    return Path(str(specimen.full_geometry()[key])).name.removesuffix(".toml")
+
+
+def _check_resistances(specimen: Recording, given: Mapping[str, float]) -> None:
+    bounds = resistance_range(specimen)
+    for name, value in given.items():
+        if bounds and name.startswith("resistance") and not bounds[0] <= value <= bounds[1]:
+            geometry, option = specimen.full_geometry(), f"--{name.replace('_', '-')}-ohm"
+            raise pj.InputError(
+                f"{place(specimen)}: {option} {value:g} cannot be: half to twice the range of alloy"
+                f" {geometry['alloy']!r} on a spring of {geometry['active_coils']:g} coils is"
+                f" {bounds[0]:.3g} to {bounds[1]:.3g} ohm"
+            )

@@ -1,0 +1,132 @@
+"""Phases of an actuator whose model has effects: read from the resistances under the whole answer, then
+followed while parameters change. Fits and samplers of a model on disk use them; a diagnosis has hidden
+courses.
+"""
+
+from collections.abc import Callable
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+from fitting.inference.latent_trajectory.denoise import smooth_walk
+from pneusma_jax.nitinol import Alloy
+from pneusma_jax.nitinol.resistivity import PhaseReading
+from pneusma_jax.pipeline import PLAIN, Chain
+
+from .actuator_phase import BLIND, FLATTEST, LONGEST, NUDGE, replaced
+from .actuator_rows import body_of
+from .rows import Rows, numbers
+
+ROUNDS = 3
+"""Rounds of smoothing from phases that were read under a similar model."""
+FOLD = 0.08
+"""Slope of the whole answer over that at a fixed strain below which a resistance is not followed: two
+configurations of one resistance meet there."""
+
+
+class FollowedPhase(eqx.Module):
+    """A martensite fraction known from a smoothed resistance, that follows sensors, resistivities and
+    strain as far as the resistance tells it: not at all where a hot wire's resistance is blind to it.
+
+    Strain moves the reading only in the last step of a row: iterated, strain and fraction would chase
+    each other to another configuration of the same resistance. `settled` starts that step near its end.
+
+    Attributes:
+        xi0: smoothed fraction [1]; ohms: its resistance [ohm]; gain: fraction per resistance [1/ohm].
+        gamma: strain at which it was read [1].
+        strained: whether strain moves the reading.
+    """
+
+    xi0: Array
+    ohms: Array
+    gain: Array
+    gamma: Array
+    strained: bool = eqx.field(static=True, default=True)
+
+    def held(self) -> "FollowedPhase":
+        """The same at the strain at which it was read."""
+        return FollowedPhase(self.xi0, self.ohms, self.gain, self.gamma, False)
+
+    def read(self, alloy: Alloy, gamma: Array, wire_length: Array, chain: Chain = PLAIN) -> PhaseReading:
+        """Fraction by one step from the smoothed one."""
+        wire = chain.through("wire_resistance", self.ohms)
+        at = gamma if self.strained else self.gamma
+        surplus = wire - alloy.resistivity(self.xi0, at) * wire_length
+        no = jnp.zeros((), bool)
+        return PhaseReading(jnp.clip(self.xi0 + self.gain * surplus, 0.0, 1.0), no, no)
+
+
+def settled(recordings: list[Rows], evaluate: Callable[[list[Rows]], dict[str, np.ndarray]]) -> list[Rows]:
+    """Recordings whose phases are read anew under a model: smoothed about its whole answer, as
+    `actuator_phase`.
+
+    Args:
+        recordings: before.
+        evaluate: drivers of the model for recordings, by name, shape (recordings, rows).
+    """
+    layout = recordings[0].extra["layout"]
+    wired = [(k, n) for k, n in enumerate(layout.spring_numbers) if f"resistance_{n}" in recordings[0].inputs]
+    if not wired:
+        return recordings
+    slopes: dict[int, np.ndarray] = {}
+    held = [
+        replaced(rows, gain=tuple(0.0 * np.asarray(g) for g in rows.extra["gain"])) for rows in recordings
+    ]
+    for _ in range(ROUNDS):
+        here = evaluate(held)
+        for k, n in wired:
+            there = evaluate([_moved(rows, k) for rows in held])
+            slope = (there[f"ohms_{n}"] - here[f"ohms_{n}"]) / (there[f"xi0_{n}"] - here[f"xi0_{n}"])
+            held = [_read(rows, k, n, here[f"ohms_{n}"][j], slope[j]) for j, rows in enumerate(held)]
+            slopes[k] = slope
+    here = evaluate(held)
+    found = []
+    for j, rows in enumerate(held):
+        count = len(rows.mask)
+        told = {
+            name: tuple(np.nan_to_num(here[f"{name}_{n}"][j, :count]) for n in layout.spring_numbers)
+            for name in ("ohms", "gamma")
+        }
+        gain = [np.zeros(count) for _ in layout.spring_numbers]
+        for k, n in wired:
+            gain[k] = _gain(rows, k, n, told["gamma"][k], np.nan_to_num(slopes[k][j, :count]))
+        found.append(replaced(rows, gain=tuple(gain), **told))
+    return found
+
+
+def _gain(rows: Rows, k: int, number: int, gamma: np.ndarray, total: np.ndarray) -> np.ndarray:
+    """Fraction per resistance at a fixed strain, less where noise or a fold of the whole answer blinds it."""
+    noise = float(rows.extra[f"noise_resistance_{number}"])
+    if not noise > 0.0:
+        return np.zeros(len(gamma))
+    spring = body_of(numbers({}, rows), rows).springs[k]
+    law = lambda x: spring.alloy.resistivity(x, jnp.asarray(gamma)) * spring.geometry.wire_length  # noqa: E731
+    xi0 = jnp.asarray(rows.extra["xi0"][k])
+    partial = np.asarray(jax.jvp(law, (xi0,), (jnp.ones_like(xi0),))[1])
+    square = np.where(total * partial > 0.0, total**2, 0.0)
+    trust = square / (square + (FOLD * partial) ** 2 + (noise / BLIND) ** 2)
+    return trust / np.where(partial == 0.0, np.inf, partial)
+
+
+def _moved(rows: Rows, k: int) -> Rows:
+    """The recording with the fraction of spring k a little different."""
+    xi0 = [np.asarray(x) for x in rows.extra["xi0"]]
+    xi0[k] = xi0[k] + np.where(xi0[k] > 0.5, -NUDGE, NUDGE)
+    return replaced(rows, xi0=tuple(xi0))
+
+
+def _read(rows: Rows, k: int, number: int, ohms: np.ndarray, slope: np.ndarray) -> Rows:
+    """One round of smoothing of spring k's fraction; rows without an equilibrium keep theirs."""
+    if not float(rows.extra[f"noise_resistance_{number}"]) > 0.0:
+        return rows
+    count = len(rows.mask)
+    before, read = np.asarray(rows.extra["xi0"][k]), np.asarray(rows.inputs[f"resistance_{number}"])
+    least = FLATTEST * float(np.median(read))
+    slope = np.nan_to_num(slope[:count])
+    slope = np.where(np.abs(slope) < least, least, slope)
+    step = np.clip(np.nan_to_num((read - ohms[:count]) / slope), -LONGEST, LONGEST)
+    after = np.clip(smooth_walk(np.asarray(rows.time), before + step, slope**2), 0.0, 1.0)
+    return replaced(rows, xi0=tuple(after if j == k else x for j, x in enumerate(rows.extra["xi0"])))

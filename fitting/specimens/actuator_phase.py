@@ -1,0 +1,213 @@
+"""Martensite fractions behind the measured resistances of an actuator, and what their uncertainty costs.
+
+A resistance says much about a cold wire and hardly anything about a hot one, and a spring that is a little
+colder is also longer, which its resistance shows too. So the fraction is taken to wander slowly behind the
+resistance and is smoothed as in `inference.latent_trajectory.denoise`, about the whole answer of the
+actuator, by repeated linearisation. Beside it go a gain, by which the fraction follows other parameters as
+far as the resistance really tells it, and weights of outputs that are smaller where an uncertain fraction
+makes them uncertain.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+import pneusma_jax as pj
+from fitting.inference.latent_trajectory.denoise import smooth_walk
+from fitting.inference.program_cache import cached_program
+
+from .actuator_rows import Solved, body_of, trajectory
+from .rows import Rows, numbers, stack
+
+ROUNDS = 25
+"""Most rounds of smoothing."""
+SETTLED = 1e-3
+"""Largest change of a fraction at which the rounds end."""
+LONGEST = 0.1
+"""Longest step of a fraction in one round; near full heat the tangent would throw it anywhere."""
+FLATTEST = 1e-6
+"""Of a wire's resistance: least slope over the fraction, relative."""
+UNKNOWN = 0.3
+"""1-sigma of a fraction of which the resistance says nothing [1]."""
+LEAST_NOISE = 2e-6
+"""Of a wire's resistance: 1-sigma that any reading has, relative."""
+BLIND = 0.05
+"""1-sigma of a fraction from which its error is the same along a recording, not new in each row."""
+NUDGE = 0.02
+"""Change of a fraction by which slopes over it are taken."""
+NARROWEST = 1e-9
+BEGIN = 0.9
+"""Fraction at which the rounds begin; further from full heat than any tangent is flat."""
+DECIDED = ("xi0", "gain", "ohms", "sd")
+
+_rows = cached_program(
+    lambda values, stacked: vars(jax.vmap(trajectory, (None, 0))(values, stacked)), "actuator rows"
+)
+
+
+def _solve(values: Mapping[str, Array], stacked: Rows) -> Solved:
+    """`trajectory` of every recording of a stack."""
+    return Solved(**_rows(values, stacked))
+
+
+def undecided(rows: Rows, count: int) -> Rows:
+    """A recording whose springs are all cold, to begin with.
+
+    Args:
+        rows: one recording without decisions.
+        count: springs of the actuator.
+    """
+    fill = {"xi0": 1.0, "gain": 0.0, "ohms": 1.0, "sd": 0.0}
+    blank = {name: tuple(np.full(len(rows.mask), fill[name]) for _ in range(count)) for name in DECIDED}
+    clean = {name: np.asarray(weight) for name, weight in rows.weight.items()}
+    return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, **blank, "clean": clean})
+
+
+def decided(values: Mapping[str, float], recordings: Sequence[Rows]) -> list[Rows]:
+    """The same recordings with fractions, gains and weights as they are at these parameters.
+
+    Args:
+        values: free parameters by name, SI.
+        recordings: of `undecided`, or of an earlier decision.
+    """
+    values = {name: jnp.asarray(float(value)) for name, value in values.items()}
+    numbers_ = recordings[0].extra["layout"].spring_numbers
+    wired = [k for k, n in enumerate(numbers_) if f"resistance_{n}" in recordings[0].inputs]
+    found = [_begun(rows, wired) for rows in recordings]
+    if not wired:
+        return found
+    for _ in range(ROUNDS):
+        stacked = _held(stack(found))
+        here = jax.device_get(_solve(values, stacked))
+        slopes = [_slopes(values, stacked, here, k) for k in wired]
+        change = 0.0
+        for k, (_, slope) in zip(wired, slopes, strict=True):
+            for number, rows in enumerate(found):
+                found[number], moved = _smoothed(rows, k, here.ohms[number][k], slope[number])
+                change = max(change, moved)
+        if change < SETTLED:
+            break
+    return _finished(values, found, wired)
+
+
+def _begun(rows: Rows, wired: Sequence[int]) -> Rows:
+    """A recording whose measured springs start from what was decided before, or from `BEGIN`."""
+    xi0 = list(rows.extra["xi0"])
+    for k in wired:
+        if _noise(rows, k) > 0.0 and not np.any(rows.extra["sd"][k] > 0.0):
+            xi0[k] = np.full(len(rows.mask), BEGIN)
+    return replaced(rows, xi0=tuple(xi0))
+
+
+def _noise(rows: Rows, k: int) -> float:
+    """1-sigma of a reading of spring k's resistance [ohm]; 0 where it was not measured."""
+    number = rows.extra["layout"].spring_numbers[k]
+    stated = float(rows.extra[f"noise_resistance_{number}"])
+    typical = float(np.median(np.asarray(rows.inputs[f"resistance_{number}"])))
+    return max(stated, LEAST_NOISE * typical) if stated > 0.0 else 0.0
+
+
+def _slopes(
+    values: Mapping[str, Array], stacked: Rows, here: Solved, k: int
+) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Slopes of the outputs and of spring k's resistance over its fraction, shape (recordings, rows)."""
+    xi0 = stacked.extra["xi0"][k]
+    nudge = jnp.where(xi0 > 0.5, -NUDGE, NUDGE)
+    there = jax.device_get(_solve(values, _with_phase(stacked, k, xi0 + nudge)))
+    outputs = {name: (getattr(there, name) - getattr(here, name)) / np.asarray(nudge) for name in OUTPUTS}
+    return outputs, (there.ohms[:, k] - here.ohms[:, k]) / np.asarray(nudge)
+
+
+OUTPUTS = ("curvature", "bend_angle", "length", "bend_direction")
+
+
+def _smoothed(rows: Rows, k: int, ohms: np.ndarray, slope: np.ndarray) -> tuple[Rows, float]:
+    """One round for one spring of one recording, and the largest change of its fraction."""
+    if _noise(rows, k) == 0.0:
+        return rows, 0.0
+    count = len(rows.mask)
+    before, number = np.asarray(rows.extra["xi0"][k]), rows.extra["layout"].spring_numbers[k]
+    read = np.asarray(rows.inputs[f"resistance_{number}"])
+    least = FLATTEST * float(np.median(read))
+    slope = np.where(np.abs(slope[:count]) < least, least, slope[:count])
+    step = np.clip((read - ohms[:count]) / slope, -LONGEST, LONGEST)
+    after = np.clip(smooth_walk(np.asarray(rows.time), before + step, slope**2), 0.0, 1.0)
+    xi0 = tuple(after if j == k else x for j, x in enumerate(rows.extra["xi0"]))
+    return replaced(rows, xi0=xi0), float(np.max(np.abs(after - before)))
+
+
+def _finished(values: Mapping[str, Array], found: list[Rows], wired: Sequence[int]) -> list[Rows]:
+    """Gains, resistances and weights at the fractions that were found."""
+    stacked = _held(stack(found))
+    here = jax.device_get(_solve(values, stacked))
+    variance = [
+        {name: 1.0 / np.where(w > 0.0, w, np.inf) ** 2 for name, w in r.extra["clean"].items()} for r in found
+    ]
+    for k in wired:
+        outputs, slopes = _slopes(values, stacked, here, k)
+        for number, rows in enumerate(found):
+            found[number] = _told(values, rows, k, here, slopes[number], number)
+            sd = found[number].extra["sd"][k]
+            share = np.where(sd > BLIND, max(np.sum(sd > BLIND), 1), 1.0)
+            for name, known in variance[number].items():
+                slope = outputs[name][number][: len(sd)]
+                known += np.where(np.isfinite(slope), share * (slope * sd) ** 2, 0.0)
+    return [_weighed(rows, known) for rows, known in zip(found, variance, strict=True)]
+
+
+def _told(
+    values: Mapping[str, Array], rows: Rows, k: int, here: Solved, slope: np.ndarray, number: int
+) -> Rows:
+    """A recording with what spring k's resistance tells of its fraction."""
+    noise, count = _noise(rows, k), len(rows.mask)
+    ohms = tuple(np.asarray(here.ohms[number][j][:count]) for j in range(len(rows.extra["xi0"])))
+    if noise == 0.0:
+        return replaced(rows, ohms=ohms)
+    spring = body_of(numbers(values, rows), rows).springs[k]
+    gamma = jnp.asarray(here.gamma[number][k][:count])
+    told = np.asarray(_mean_slope(spring, jnp.asarray(rows.extra["xi0"][k]), gamma, jnp.asarray(noise)))
+    sd = noise / np.sqrt(told**2 + (noise / UNKNOWN) ** 2)
+    total = slope[:count]
+    gain = np.where(sd < BLIND, total / (total**2 + (noise / UNKNOWN) ** 2), 0.0)
+    put = lambda name, column: tuple(  # noqa: E731
+        column if j == k else old for j, old in enumerate(rows.extra[name])
+    )
+    return replaced(rows, ohms=ohms, sd=put("sd", sd), gain=put("gain", gain))
+
+
+@eqx.filter_jit
+def _mean_slope(spring: pj.Spring, xi0: Array, gamma: Array, noise: Array) -> Array:
+    """Mean slope of the resistance over the fractions that one noisy reading leaves open [ohm].
+
+    Near full heat the tangent is flat and curved at once: a fraction of 0.4 has one, but any smaller fraction
+    has almost the same resistance.
+    """
+    length = spring.geometry.wire_length
+    ohms = spring.alloy.resistivity(xi0, gamma) * length
+    ends = [spring.alloy.martensite_fraction((ohms + s * noise) / length, gamma).xi0 for s in (1.0, -1.0)]
+    return 2.0 * noise / jnp.maximum(jnp.abs(ends[0] - ends[1]), NARROWEST)
+
+
+def _weighed(rows: Rows, variance: Mapping[str, np.ndarray]) -> Rows:
+    """A recording whose outputs have these variances, where they count."""
+    clean = rows.extra["clean"]
+    weight = {name: np.where(clean[name] > 0.0, variance[name] ** -0.5, 0.0) for name in clean}
+    return eqx.tree_at(lambda r: r.weight, rows, weight)
+
+
+def replaced(rows: Rows, **columns: tuple[np.ndarray, ...]) -> Rows:
+    """A recording with other columns of its springs."""
+    return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, **columns})
+
+
+def _held(stacked: Rows) -> Rows:
+    """The same stack with fractions that do not follow anything."""
+    return replaced(stacked, gain=tuple(0.0 * gain for gain in stacked.extra["gain"]))
+
+
+def _with_phase(stacked: Rows, k: int, xi0: Array) -> Rows:
+    return eqx.tree_at(lambda rows: rows.extra["xi0"][k], stacked, xi0)

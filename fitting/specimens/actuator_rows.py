@@ -1,0 +1,144 @@
+"""Every row of an actuator's recording in equilibrium, solved side by side instead of one after the other.
+
+What a spring remembers in a row depends on strains and phases of earlier rows. So rows are solved at phases
+and memories that were decided before; the strains found say how far those really are from that, by the
+resistance and by the memory's rule; and the rows are solved again.
+"""
+
+import dataclasses
+from collections.abc import Mapping
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array
+
+import pneusma_jax as pj
+from pneusma_jax.actuator.balance import Problem, configuration, start
+from pneusma_jax.actuator.designs import GEOMETRY_KEYS
+from pneusma_jax.actuator.nearby_root import nearby_root
+from pneusma_jax.nitinol import Alloy, Spring, SpringState
+
+from . import silicones
+from .rows import Rows, numbers
+
+ALLOY = tuple(field.name for field in dataclasses.fields(Alloy) if field.name != "name")
+PASSES = 2
+"""Solutions of all rows; the first is at what was decided."""
+TINY = 1e-24
+"""Square of a bend angle below which it has no direction."""
+
+
+class Solved(eqx.Module):
+    """All rows; arrays of shape (rows,), those of springs (springs, rows); NaN where there is no equilibrium.
+
+    Attributes:
+        curvature [1/m], bend_angle [rad], bend_direction [rad], length [m]: of the centre line.
+        gamma: shear strain [1]; xi0: martensite fraction [1]; ohms: resistance [ohm] of each spring; finite.
+    """
+
+    curvature: Array
+    bend_angle: Array
+    bend_direction: Array
+    length: Array
+    gamma: Array
+    xi0: Array
+    ohms: Array
+
+
+def body_of(known: Mapping[str, Array], rows: Rows) -> pj.Actuator:
+    """The actuator that numbers describe."""
+    layout = rows.extra["layout"]
+    alloy = Alloy(**{name: known[name] for name in ALLOY}) if layout.spring_numbers else None
+    geometry = pj.Geometry(**{name: known[name] for name in GEOMETRY_KEYS})
+    return pj.round_actuator(layout, geometry, alloy, silicones.law_with(rows.extra["law"], known))
+
+
+def trajectory(values: Mapping[str, Array], rows: Rows) -> Solved:
+    """A recording as the model has it.
+
+    Args:
+        values: free parameters by name, SI.
+        rows: one recording.
+    """
+    known = numbers(values, rows)
+    body, count = body_of(known, rows), rows.time.size
+    fresh = SpringState.fresh(jnp.asarray(known["prestrain"], float))
+    xi0 = _of_springs(rows, "xi0")
+    states = tuple(SpringState(jnp.broadcast_to(fresh.prestrain, (count,)), _hottest(x)) for x in xi0)
+    guess = jnp.broadcast_to(start(body), (count, body.basis.shape[1]))
+    for _ in range(PASSES - 1 if body.springs else 0):
+        guess, _ = _solve(body, rows, xi0, states, guess)
+        gamma = _strains(body, guess)
+        xi0 = _corrected(body, rows, gamma)
+        springs = zip(body.springs, gamma, xi0, strict=True)
+        states = tuple(_memories(spring, fresh, *row) for spring, *row in springs)
+    return _solved(body, xi0, *_solve(body, rows, xi0, states, guess))
+
+
+def _of_springs(rows: Rows, name: str) -> Array:
+    """What was decided of every spring, shape (springs, rows)."""
+    columns = rows.extra[name]
+    return jnp.stack(columns) if columns else jnp.zeros((0, rows.time.size))
+
+
+def _hottest(xi0: Array) -> Array:
+    """Smallest fraction of the rows before each one, 1 before the first [1]."""
+    return jnp.concatenate([jnp.ones(1), jax.lax.cummin(xi0)[:-1]])
+
+
+def _solve(body: pj.Actuator, rows: Rows, xi0: Array, states: tuple, guess: Array) -> tuple[Array, Array]:
+    """Scaled unknowns of every row, shape (rows, freedoms), and which rows balance."""
+
+    def one(pressure: Array, xi0: Array, states: tuple, guess: Array) -> tuple[Array, Array]:
+        phases = tuple(pj.MartensiteFraction(xi0[k]) for k in range(len(body.springs)))
+        return nearby_root(Problem(body, pressure, phases, states), guess)
+
+    return jax.vmap(one, in_axes=(0, 1, 0, 0))(rows.inputs["pressure"], xi0, states, guess)
+
+
+def _strains(body: pj.Actuator, unknowns: Array) -> Array:
+    """Shear strain of every spring, shape (springs, rows) [1]."""
+    if not body.springs:
+        return jnp.zeros((0, len(unknowns)))
+    centre, bend = jax.vmap(lambda z: configuration(body, z))(unknowns)
+    places = zip(body.springs, body.spring_places, strict=True)
+    return jnp.stack([spring.shear_strain(centre + bend @ place) for spring, place in places])
+
+
+def _corrected(body: pj.Actuator, rows: Rows, gamma: Array) -> Array:
+    """Phases at these strains, shape (springs, rows): those decided, moved as far as resistance tells."""
+    decided = _of_springs(rows, "xi0")
+    springs = zip(body.springs, decided, gamma, strict=True)
+    ohms = jnp.stack([s.alloy.resistivity(x, g) * s.geometry.wire_length for s, x, g in springs])
+    moved = decided + _of_springs(rows, "gain") * (_of_springs(rows, "ohms") - ohms)
+    return jnp.clip(moved, 0.0, 1.0)
+
+
+def _memories(spring: Spring, first: SpringState, gamma: Array, xi0: Array) -> SpringState:
+    """Memory at the beginning of every row."""
+
+    def row(state: SpringState, now: tuple[Array, Array]) -> tuple[SpringState, SpringState]:
+        return spring.alloy.remember(state, *now), state
+
+    return jax.lax.scan(row, first, (gamma, xi0))[1]
+
+
+def _solved(body: pj.Actuator, xi0: Array, unknowns: Array, good: Array) -> Solved:
+    centre, bends = jax.vmap(lambda z: configuration(body, z))(unknowns)
+    bend = bends @ jnp.asarray(body.side_direction)
+    if not body.planar:
+        bend = jnp.sqrt(jnp.sum(bends**2, axis=1) + TINY)
+    length, gamma = body.length + centre, _strains(body, unknowns)
+    columns = {
+        "curvature": bend / length,
+        "bend_angle": bend,
+        "bend_direction": jnp.arctan2(bends[:, 1], bends[:, 0] + TINY**0.5),
+        "length": length,
+    }
+    columns = {name: jnp.where(good, column, jnp.nan) for name, column in columns.items()}
+    ohms = [
+        spring.alloy.resistivity(x, g) * spring.geometry.wire_length
+        for spring, x, g in zip(body.springs, xi0, gamma, strict=True)
+    ]
+    return Solved(**columns, gamma=gamma, xi0=xi0, ohms=jnp.stack(ohms) if ohms else gamma)

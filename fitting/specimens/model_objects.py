@@ -1,0 +1,148 @@
+"""From what a recording states about its specimen to the model's objects."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import pneusma_jax as pj
+from fitting.data.recordings import Recording, schema
+from pneusma_jax.actuator.designs import GEOMETRY_KEYS, design_loads
+from pneusma_jax.calibration import Calibration, load_calibration
+from pneusma_jax.silicone import SiliconeLaw
+from pneusma_jax.units import to_si
+
+from .saved_models import AugmentedModel
+
+BASE = AugmentedModel()
+"""The base model, which changes nothing."""
+_SPRING_CONSTANTS = ("G_m", "G_a", "gamma_L", "rho_mean")
+
+
+def place(recording: Recording) -> str:
+    """The name by which messages call a recording."""
+    return str(recording.path or recording.name)
+
+
+def geometry_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Geometry:
+    """Dimensions of a recording's specimen, in SI; what its kind does not have keeps the source's value."""
+    values = {}
+    for key, value in full_geometry(recording, model).items():
+        if key in schema.GEOMETRY_NUMBERS:
+            plain = key in schema.GEOMETRY_WITHOUT_UNIT
+            quantity, unit = (key, "1") if plain else schema.quantity_and_unit(key)
+            if quantity in GEOMETRY_KEYS:
+                values[quantity] = to_si(value, unit)
+    return pj.Geometry(**values)
+
+
+def full_geometry(recording: Recording, model: AugmentedModel = BASE) -> dict[str, Any]:
+    """What a recording and the model say of the specimen; the model, which was fitted, has the last word."""
+    return recording.full_geometry() | model.geometry(recording.specimen)
+
+
+def gravity_of(recording: Recording) -> np.ndarray:
+    """Acceleration of gravity in the base frame [m/s2], for effects: the base model has no weight."""
+    return pj.gravity_vector(recording.full_geometry().get("orientation", schema.ORIENTATIONS[0]))
+
+
+def alloy_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Alloy:
+    """Alloy that a recording names, with the model's numbers.
+
+    Raises:
+        InputError: if it is to be fitted, cannot be loaded, or has not a spring's constants.
+    """
+    table = model.table("alloy", named_table(recording, "alloy"), recording.specimen)
+    table.require(_SPRING_CONSTANTS)
+    return pj.load_alloy(table)
+
+
+def material_of(recording: Recording, model: AugmentedModel = BASE) -> Calibration:
+    """Table of a recording's silicone, with the model's numbers.
+
+    Raises:
+        InputError: if it is to be fitted or cannot be loaded.
+    """
+    return model.table("silicone", named_table(recording, "material"), recording.specimen)
+
+
+def law_of(recording: Recording, model: AugmentedModel = BASE) -> SiliconeLaw:
+    """Silicone law of a recording: the table's own, or the `law` that the recording states.
+
+    A table whose own law is `regularised` is made of order-4 polynomials, so a stated `polynomial` is that.
+
+    Raises:
+        InputError: if the material is to be fitted, cannot be loaded, or has no numbers for the law.
+    """
+    table = material_of(recording, model)
+    stated = recording.geometry.get("law")
+    if stated is None or (stated == "polynomial" and table.text["law"] == "regularised"):
+        return pj.load_silicone(table)
+    return pj.load_silicone(table, stated)
+
+
+def actuator_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Actuator:
+    """Actuator of a recording, with the section, the places and the loads that its design describes.
+
+    Raises:
+        InputError: for impossible dimensions, springs that overlap, or tables that cannot be used.
+    """
+    design = load_calibration(recording.full_geometry()["design"], "actuator")
+    _check_dimensions(recording, design)
+    alloy = alloy_of(recording, model) if pj.layout(design).spring_numbers else None
+    law = law_of(recording, model)
+    try:
+        body = pj.make_actuator(design, alloy, law, geometry_of(recording, model))
+        if body.loads:  # weighed with the silicone that the recording names, not with the design's own
+            body = body.with_loads(
+                *design_loads(design, body, material_of(recording, model).values().get("density"))
+            )
+    except ValueError as error:
+        shown = (
+            design.path if str(recording.full_geometry()["design"]).endswith(".toml") else place(recording)
+        )
+        raise pj.InputError(f"{shown}: {error}") from None
+    return body
+
+
+def _check_dimensions(recording: Recording, design: Calibration) -> None:
+    """Refuse dimensions of a tube that the design's section does not have."""
+    for key in ("outer_diameter_mm", "wall_thickness_mm"):
+        if key in recording.geometry and key.removesuffix("_mm") not in design.quantities:
+            section = design.text.get("section", "annulus")
+            raise pj.InputError(
+                f"{place(recording)}: [geometry] {key} is no dimension of {design.name!r}, whose section is a"
+                f" {section}; change it in {design.path}"
+            )
+
+
+def spring_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Spring:
+    """Spring on a test stand: its elongation counts from the free length.
+
+    Raises:
+        InputError: for impossible dimensions or an alloy that cannot be used.
+    """
+    g = geometry_of(recording, model)
+    alloy = alloy_of(recording, model)
+    try:
+        dimensions = pj.SpringGeometry(
+            g.wire_diameter, g.mandrel_diameter, g.initial_pitch, g.active_coils, g.free_length
+        )
+    except ValueError as error:
+        raise pj.InputError(f"{place(recording)}: {error}") from None
+    return pj.Spring(dimensions, alloy, g.free_length)
+
+
+def named_table(recording: Recording, key: str) -> str | Path:
+    """The alloy or material of a recording to predict with.
+
+    Raises:
+        InputError: if it is to be fitted.
+    """
+    name = recording.table(key)
+    if name == "fit":
+        raise pj.InputError(
+            f"{place(recording)}: [geometry] {key} is to be fitted, so there is nothing to predict with; "
+            f"name one with --{key}"
+        )
+    return name

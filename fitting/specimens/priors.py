@@ -1,0 +1,199 @@
+"""Which numbers of a campaign's model are free, and what is known about them before it: `parameters_for`.
+ A stated `[tolerance]` is complete; without one the defaults of the recording format hold. An alloy or
+material that is to be identified (`"fit"`) brings the priors of its calibration table instead.
+"""
+
+import math
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from fitting.data.recordings import Campaign, Recording, schema
+from fitting.inference.parameters import Parameter, Parameters, Prior
+from pneusma_jax.calibration import Calibration, load_calibration, unknown
+from pneusma_jax.calibration.keys import POSITIVE
+from pneusma_jax.calibration.records import Quantity
+from pneusma_jax.errors import InputError, nearest
+
+from .rows import MARK
+
+CUT = 4.0
+"""1-sigma at which a tolerance's prior ends."""
+WIDE = 0.15
+"""Relative 1-sigma from which a positive number is fitted by its logarithm."""
+NEW_ALLOY = "new_nitinol"
+"""Where an alloy that is to be identified starts, unless told otherwise."""
+REFERENCE_WIRE = 0.25e-3
+"""Diameter of the wire that the resistivities of alloys that nobody has characterised are those of [m]."""
+PER_LENGTH = ("rho_mean", "rho_span", "alpha_1", "alpha_2")
+"""Resistances per length of wire, which scale with one over its cross-section."""
+FIT = "fit"
+
+
+def table_of(campaign: Campaign, key: str, base: str | Path | None = None) -> tuple[Calibration, bool]:
+    """The one alloy or material of a campaign, and whether it is to be identified.
+
+    Args:
+        campaign: recordings of one kind.
+        key: `"alloy"` or `"material"`.
+        base: table to start from where it is to be identified; `new_nitinol` for alloys if None.
+
+    Raises:
+        InputError: if the recordings name several, or a material is to be identified without a base.
+    """
+    named = {str(recording.table(key)): recording for recording in campaign.recordings}
+    if len(named) > 1:
+        words = " and ".join(f"{name!r} ({r.name})" for name, r in list(named.items())[:2])
+        raise InputError(
+            f"{campaign.path}: recordings name different tables as {key}: {words}; fit one at a time"
+        )
+    recording = next(iter(named.values()))
+    name, identify = recording.table(key), str(recording.table(key)) == FIT
+    kind = "alloy" if key == "alloy" else "silicone"
+    if not identify:
+        return load_calibration(base or name, kind), False
+    if base is None and kind == "silicone":
+        raise InputError(
+            f"{campaign.path}: the material is to be fitted, but no table to start from is named"
+        )
+    return load_calibration(base or NEW_ALLOY, kind), True
+
+
+def alloy_quantities(
+    campaign: Campaign, names: Iterable[str], base: str | Path | None = None
+) -> tuple[dict[str, Quantity], bool]:
+    """Constants of a campaign's alloy with what is known of them, and whether they are to be identified.
+
+    Resistivities of an alloy that nobody has characterised are scaled to the thinnest wire of the campaign.
+    """
+    table, identify = table_of(campaign, "alloy", base)
+    table.require(names)
+    quantities = {name: table.quantities[name] for name in names}
+    if identify and (base is None or str(base) in unknown()):
+        wire = min(r.full_geometry().get("wire_diameter_mm", 0.25) for r in campaign.recordings) * 1e-3
+        factor = (REFERENCE_WIRE / wire) ** 2
+        quantities |= {name: _scaled(quantities[name], factor) for name in PER_LENGTH if name in quantities}
+    return quantities, identify
+
+
+def _scaled(quantity: Quantity, factor: float) -> Quantity:
+    prior = quantity.prior
+    if prior is not None:
+        prior = Prior(*(factor * x for x in (prior.mean, prior.sd, prior.min, prior.max)))
+    return Quantity(
+        quantity.name, factor * quantity.value, quantity.unit, quantity.status, quantity.source, prior
+    )
+
+
+def tolerances(recordings: Iterable[Recording], known: Iterable[str]) -> dict[str, float]:
+    """Relative 1-sigma of each of the model's numbers, by the model's name of it; the widest of the
+    recordings.
+
+    Args:
+        recordings: of one specimen, or of all.
+        known: numbers that the model has; others are left out.
+    """
+    known = set(known)
+    found: dict[str, float] = {}
+    for recording in recordings:
+        for key, sd in recording.full_tolerance().items():
+            name = quantity_of(key)
+            if name in known and sd > 0.0:
+                found[name] = max(found.get(name, 0.0), sd)
+    return found
+
+
+def quantity_of(key: str) -> str:
+    """Name of a number in the model: a key of `[geometry]` or `[tolerance]` without its unit."""
+    if key in schema.GEOMETRY_NUMBERS and key not in schema.GEOMETRY_WITHOUT_UNIT:
+        return schema.quantity_and_unit(key)[0]
+    return key
+
+
+def toleranced(name: str, value: float, relative: float, unit: str = "1") -> Parameter:
+    """A number that is known to a relative 1-sigma: a Gaussian prior, cut at four of them."""
+    sd = relative * abs(value)
+    low, high = value - CUT * sd, value + CUT * sd
+    if name.partition(MARK)[0] in POSITIVE:
+        low = max(low, 1e-3 * value)
+    prior = Prior(value, sd, low, high)
+    return Parameter(name, value=value, unit=unit, prior=prior)
+
+
+def tabulated(quantity: Quantity) -> Parameter:
+    """A number that its table has a prior for."""
+    prior = quantity.prior
+    positive = prior.min > 0.0 and prior.sd > WIDE * prior.mean
+    value = min(max(quantity.value, prior.min), prior.max)
+    return Parameter(
+        quantity.name, value=value, unit=quantity.unit, prior=prior, scale="log" if positive else "linear"
+    )
+
+
+def alloy_parameters(
+    campaign: Campaign, names: Iterable[str], fixed: Iterable[str], base: str | Path | None = None
+) -> tuple[Parameters, dict[str, float]]:
+    """Free constants of a campaign's alloy, and all of them by name in SI.
+
+    Args:
+        campaign: recordings of one kind.
+        names: constants that the model needs.
+        fixed: those that this kind of test cannot see.
+        base: table to start from where the alloy is to be identified.
+    """
+    names = tuple(names)
+    quantities, identify = alloy_quantities(campaign, names, base)
+    values = {name: quantity.value for name, quantity in quantities.items()}
+    parameters = Parameters()
+    if identify:
+        for name, quantity in quantities.items():
+            if quantity.prior is not None and name not in set(fixed):
+                parameters.add(tabulated(quantity))
+        return parameters, values
+    for name, relative in tolerances(campaign.recordings, names).items():
+        parameters.add(toleranced(name, values[name], relative, quantities[name].unit))
+    return parameters, values
+
+
+def geometry_parameters(
+    campaign: Campaign,
+    known: Mapping[str, Mapping[str, float]],
+    units: Mapping[str, str] | None = None,
+    wide: Mapping[str, float] | None = None,
+) -> Parameters:
+    """Free dimensions: one of each for every specimen, since each was made and measured on its own.
+
+    Args:
+        campaign: recordings of one kind.
+        known: the model's dimensions of each specimen, by specimen and name, in SI.
+        units: in which they are shown; millimetres by default, none for plain numbers.
+        wide: relative 1-sigma of numbers that are open however well the recordings say they are known.
+    """
+    specimens = campaign.specimens()
+    parameters = Parameters()
+    for number, (specimen, recordings) in enumerate(specimens.items(), start=1):
+        stated = tolerances(recordings, known[specimen]) | dict(wide or {})
+        for name, relative in stated.items():
+            label = name if len(specimens) == 1 else f"{name}{MARK}{number}"
+            unit = (units or {}).get(name, "1" if name in schema.GEOMETRY_WITHOUT_UNIT else "mm")
+            if known[specimen][name] != 0.0:
+                parameters.add(toleranced(label, known[specimen][name], relative, unit))
+    return parameters
+
+
+def adjusted(parameters: Parameters, changes: Mapping[str, Mapping]) -> Parameters:
+    """Parameters with some of them changed as a user asks: any of `value`, `min`, `max`, `vary`, `tie`, in
+    SI.
+
+    Raises:
+        InputError: if there is no such parameter, or the change is impossible.
+    """
+    result = parameters.copy()
+    for name, change in changes.items():
+        if name not in result:
+            raise InputError(f"there is no free parameter {name!r}, {nearest(name, result)}")
+        wanted = dict(change)
+        value = wanted.get("value")
+        if value is not None and not math.isfinite(float(value)):
+            raise InputError(f"parameter {name!r}: value must be a finite number, not {value}")
+        result[name].set(**wanted)
+    return result

@@ -1,0 +1,246 @@
+"""Long recordings with fewer rows: means where nothing bends within one, else rows as they were read.
+
+A mean over rows lies on the curve of a law only where the law is straight over them. So rows are averaged
+only where no channel moves by more than a small part of its range from one mean to the next, and where
+outputs bend by less than the noise of a mean. Else rows are kept as they are: closer where readings change,
+turning points of the drivers among them, so that loops stay loops; and of very many cycles, whole ones.
+"""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from fitting.data.recordings import Campaign, Recording, Reduction, schema
+from fitting.inference.driven import predicted
+from fitting.inference.readings import noise_found, read_rows, readings_of, share_full_scale
+
+from .rows import MOST_ROWS
+
+PART, MOSTLY = 0.05, 0.95
+"""Part of a channel's range that it may move by from one mean to the next, and the share of rows in which: a
+mean over 12 % of the range of a wire's temperature lay off its curve by 20 times the noise of a strain."""
+BENT = 0.4
+"""Of the noise of a mean, what it may be off a bent curve by. Noise alone looks like 0.2 of it."""
+TURNS = 0.1
+"""Part of a channel's range by which a course comes back from a turning point."""
+EACH_WAY = 8
+"""Rows from one turning point to the next that show a transformation; with fewer, whole cycles are left
+out."""
+FINE = 2
+"""Rows over which courses are smoothed to find their turning points: noise of a thirtieth of the range then
+turns nothing, and a transformation of three rows is not smeared."""
+ENOUGH = 0.25
+"""Share of rows that hold measurements of every output from which only those are kept."""
+EVEN_SHARE = 0.5
+"""Share of rows that are spread evenly; the others go where readings change."""
+
+
+def thinned(campaign: Campaign, most: int) -> Campaign:
+    """A campaign whose recordings have at most `most` rows, see `reduced`; they know each other's full
+    scale."""
+    share_full_scale(campaign.recordings)
+    return dataclasses.replace(campaign, recordings=[reduced(r, most) for r in campaign.recordings])
+
+
+def reduced(recording: Recording, most: int) -> Recording:
+    """A recording with at most `most` rows, which knows the one that it came from; itself where it has no
+    more.
+
+    Args:
+        recording: as it was read, or reduced before.
+        most: rows that are left at most.
+    """
+    if recording.reduction:
+        return recording if len(recording) <= most else reduced(recording.whole, most)
+    read = read_rows(recording)
+    if len(read) <= most:
+        return recording if len(read) == len(recording) else _only(recording, read)
+    table = _table(recording)
+    block = -(-len(recording) // most)
+    means = averaged(_measured(recording, table), block)
+    if _straight(recording, means, block):
+        text = (
+            f"{recording.name}: reduced from {len(recording)} rows to {len(means['row'])}, each the mean of "
+            f"{block}, over which no channel moves by more than {100 * PART:.0f} % of its range"
+        )
+        columns = {name: column for name, column in means.items() if name != "row"}
+        how = Reduction(recording, None, block, text)
+        return dataclasses.replace(recording, columns=columns, reduction=how)
+    rows, cycles = _kept(recording, table, block, most)
+    of = f", of {cycles[0]} of its {cycles[1]} cycles" if cycles else ""
+    text = (
+        f"{recording.name}: reduced from {len(recording)} rows to {len(rows)}{of}, kept as they were read, "
+        "closer where readings change, turning points among them; nothing is averaged"
+    )
+    columns = {name: column[rows] for name, column in table.items()}
+    return dataclasses.replace(recording, columns=columns, reduction=Reduction(recording, rows, 1, text))
+
+
+def _only(recording: Recording, rows: np.ndarray) -> Recording:
+    """A recording without rows that were not read; `inference.readings.cautions` says so."""
+    columns = {name: column[rows] for name, column in _table(recording).items()}
+    return dataclasses.replace(recording, columns=columns, reduction=Reduction(recording, rows, 1, ""))
+
+
+def said(recordings: Sequence[Recording], most: int = MOST_ROWS) -> list[str]:
+    """What was done to which recording, a sentence each.
+
+    Args:
+        recordings: as they were read, or reduced.
+        most: rows that are taken.
+    """
+    found = [reduced(recording, most).reduction for recording in recordings]
+    return [how.text for how in found if how and how.text]
+
+
+def averaged(columns: Mapping[str, np.ndarray], block: int) -> dict[str, np.ndarray]:
+    """Means over blocks of rows; a block's missing samples are left out.
+
+    Args:
+        columns: each of shape (n,), NaN where missing.
+        block: rows in a mean; the last one may have fewer.
+    """
+    edges = np.arange(0, len(next(iter(columns.values()))), block)
+    result = {}
+    for name, values in columns.items():
+        there = np.isfinite(values)
+        total = np.add.reduceat(np.where(there, values, 0.0), edges)
+        held = np.add.reduceat(there.astype(float), edges)
+        result[name] = np.where(held > 0, total / np.maximum(held, 1.0), np.nan)
+    return result
+
+
+def _table(recording: Recording) -> dict[str, np.ndarray]:
+    """Known columns of numbers, canonical units."""
+    known = {name: np.asarray(recording.columns[name]) for name in recording.known_columns}
+    return {name: values for name, values in known.items() if values.dtype.kind == "f"}
+
+
+def _channels(table: Mapping[str, np.ndarray]) -> list[str]:
+    """Columns other than the clock and counts, with more than one value."""
+    moving = [name for name, x in table.items() if np.nanmax(x) > np.nanmin(x)] if table else []
+    return [name for name in moving if name not in ("time_s", "cycle")]
+
+
+def _measured(recording: Recording, table: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Columns without what is no measurement, and the number of every row."""
+    found = {"row": np.arange(float(len(recording)))}
+    for name, column in table.items():
+        if name in ("time_s", "cycle"):
+            found[name] = column
+            continue
+        counted = readings_of(recording, schema.quantity_and_unit(name)[0]).counted
+        found[name] = np.where(counted, column, np.nan)
+    return found
+
+
+def _straight(recording: Recording, means: Mapping[str, np.ndarray], block: int) -> bool:
+    """Whether means lie on the curves that their rows are on."""
+    for name in _channels(means):
+        if name == "row":
+            continue
+        values = means[name][np.isfinite(means[name])]
+        if len(values) < 3:
+            return False
+        if np.mean(np.abs(np.diff(values)) > PART * np.ptp(values)) > 1.0 - MOSTLY:
+            return False
+        if name in predicted(recording):
+            off = np.quantile(np.abs(np.diff(values, 2)), MOSTLY) / 24.0  # f'' h^2 / 24 over a width h
+            sigma = recording.noise.get(name) or _in_file(recording, name)
+            if off > BENT * sigma / np.sqrt(block):
+                return False
+    return True
+
+
+def _in_file(recording: Recording, name: str) -> float:
+    """Noise of a column in its own unit."""
+    quantity = schema.quantity_and_unit(name)[0]
+    values, si = recording.columns[name], recording.si(quantity)
+    scale = np.nanmax(si) - np.nanmin(si)
+    return noise_found(recording, quantity) * float((np.nanmax(values) - np.nanmin(values)) / scale)
+
+
+def _kept(
+    recording: Recording, table: Mapping[str, np.ndarray], block: int, most: int
+) -> tuple[np.ndarray, tuple[int, int] | None]:
+    """Rows that are kept, ascending; and how many cycles of how many, where not all are."""
+    count, channels = len(recording), _channels(table)
+    fine = min(block, FINE)
+    means = averaged({"row": np.arange(float(count)), **{n: table[n] for n in channels}}, fine)
+    turns = _turns(recording, table, means, fine)
+    usable, cycles = np.ones(count, bool), None
+    if len(turns) * EACH_WAY > most:
+        usable, cycles = _whole_cycles(turns, count, most)
+        turns = turns[usable[turns]]
+    path = EVEN_SHARE * np.linspace(0.0, 1.0, count)
+    for name in channels:
+        known = np.isfinite(means[name])
+        course = np.interp(np.arange(count), means["row"][known], means[name][known])
+        way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(course)))])
+        path += (1.0 - EVEN_SHARE) / len(channels) * way / max(way[-1], 1e-300)
+    told = usable & _telling(recording)
+    told[[0, -1]] = True
+    rows = np.flatnonzero(told)
+    gone = np.interp(rows, np.flatnonzero(usable), np.cumsum(np.diff(path, prepend=0.0)[usable]))
+    wanted = np.linspace(gone[0], gone[-1], max(most - len(turns), 2))
+    near = rows[np.clip(np.searchsorted(gone, wanted), 0, len(rows) - 1)]
+    return np.unique(np.concatenate([near, turns]))[:most], cycles
+
+
+def _telling(recording: Recording) -> np.ndarray:
+    """Rows in which outputs are measurements, all where that leaves enough, and no column that is needed is
+    missing."""
+    outputs = [schema.quantity_and_unit(name)[0] for name in predicted(recording)]
+    counted = [readings_of(recording, quantity).counted for quantity in outputs]
+    found = np.all(counted, axis=0)
+    if found.mean() < ENOUGH:
+        found = np.any(counted, axis=0)
+    for name in schema.COLUMNS[recording.kind].required:
+        if name in recording.columns and name not in predicted(recording):
+            found &= np.isfinite(recording.columns[name])
+    return found if found.any() else ~found
+
+
+def _turns(
+    recording: Recording, table: Mapping[str, np.ndarray], means: Mapping[str, np.ndarray], block: int
+) -> np.ndarray:
+    """Rows at which a driver turns back, ascending."""
+    drivers = [name for name in _channels(table) if name not in predicted(recording)]
+    found: list[int] = []
+    for name in drivers:
+        known = np.isfinite(means[name])
+        course, at = means[name][known], means["row"][known]
+        sign, best, back = 0, 0, TURNS * np.ptp(course)
+        for k in range(len(course)):
+            if sign == 0:
+                sign = int(np.sign(course[k] - course[0])) if abs(course[k] - course[0]) > back else 0
+                best = k
+            elif sign * (course[k] - course[best]) > 0.0:
+                best = k
+            elif sign * (course[best] - course[k]) > back:
+                found.append(_peak(sign * table[name], int(at[best]), block))
+                sign, best = -sign, k
+    return np.unique(np.array(found, int))
+
+
+def _peak(values: np.ndarray, row: int, block: int) -> int:
+    """Row of the largest value near one, single rows that stand out left aside."""
+    first, last = max(row - block, 1), min(row + block + 1, len(values) - 1)
+    middle = np.median(
+        [values[first - 1 : last - 1], values[first:last], values[first + 1 : last + 1]], axis=0
+    )
+    return first + int(np.nanargmax(middle)) if np.isfinite(middle).any() else row
+
+
+def _whole_cycles(turns: np.ndarray, count: int, most: int) -> tuple[np.ndarray, tuple[int, int]]:
+    """Rows of cycles spread over the recording, the first and the last among them; and how many of how
+    many."""
+    starts = np.concatenate([[0], turns[1::2], [count]])
+    starts = np.unique(starts)
+    whole = len(starts) - 1
+    chosen = np.unique(np.linspace(0, whole - 1, max(most // (2 * EACH_WAY), 2)).round().astype(int))
+    usable = np.zeros(count, bool)
+    for k in chosen:
+        usable[starts[k] : starts[k + 1]] = True
+    return usable, (len(chosen), whole)

@@ -1,0 +1,70 @@
+"""A model on disk with the numbers of a fit."""
+
+import dataclasses
+from collections.abc import Mapping
+
+import numpy as np
+
+from fitting.data.recordings import Campaign
+from fitting.inference.parameters import Parameter, Parameters, Prior
+from pneusma_jax.calibration.keys import QUANTITIES
+from pneusma_jax.calibration.records import Quantity
+
+from .rows import MARK
+from .saved_models import AugmentedModel
+from .with_saved_model import TABLES, Augmented
+
+
+def refitted(augmented: Augmented, campaign: Campaign, parameters: Parameters, source: str) -> AugmentedModel:
+    """The model with the numbers of a fit, their standard errors as priors.
+
+    Args:
+        augmented: that was fitted.
+        campaign: to which.
+        parameters: at the values found, SI.
+        source: for the file.
+    """
+    model = augmented.model
+    base = {kind: dict(table) for kind, table in model.base.items()}
+    own = {s: {kind: dict(t) for kind, t in tables.items()} for s, tables in model.specimens.items()}
+    specimens = list(campaign.specimens())
+    effects = {name for names in augmented.names for name in names.values()}
+    for name, entry in parameters.items():
+        if name in effects:
+            continue
+        stem, mark, number = name.partition(MARK)
+        specimen = specimens[int(number) - 1] if mark else None
+        if specimen is None and len(specimens) == 1 and _states(own.get(specimens[0], {}), stem):
+            specimen = specimens[0]
+        place = base if specimen is None else own.setdefault(specimen, {})
+        kind = _kind_of(augmented.kind, stem)
+        if kind is not None:
+            place.setdefault(kind, {})[stem] = _quantity(stem, entry, source)
+    pairs = iter(zip(augmented.acting, augmented.names, strict=True))
+    added = []
+    for one in model.added:
+        if one not in augmented.acting:
+            added.append(one)
+            continue
+        _, names = next(pairs)
+        found = {k: _quantity(k, parameters[n], source) for k, n in names.items()}
+        added.append(dataclasses.replace(one, parameters={**one.parameters, **found}))
+    return dataclasses.replace(
+        model, base=base, specimens=own, added=tuple(added), description=source, path=None
+    )
+
+
+def _states(tables: Mapping[str, Mapping[str, Quantity]], name: str) -> bool:
+    return any(name in table for table in tables.values())
+
+
+def _kind_of(kind: str, name: str) -> str | None:
+    """Kind of table that a number belongs to; None for one that no table has."""
+    return next((table for table in TABLES[kind] if name in QUANTITIES[table]), None)
+
+
+def _quantity(name: str, entry: Parameter, source: str) -> Quantity:
+    sd = entry.standard_error
+    prior = None if not sd or not np.isfinite(sd) else Prior(float(entry.value), float(sd))
+    note = "" if entry.free else "; held"
+    return Quantity(name, float(entry.value), entry.unit, "fitted", source + note, prior)

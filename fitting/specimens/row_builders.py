@@ -1,0 +1,70 @@
+"""What the row builders of several kinds share: complete rows of measurements, weights."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from fitting.data.recordings import Recording
+from fitting.inference.channels import channel_weight
+from fitting.inference.latent_trajectory.denoise import denoised
+from fitting.inference.readings import measurements
+from pneusma_jax.errors import InputError
+
+from .reduction import reduced
+from .rows import MOST_ROWS
+
+FEWEST = 4
+"""Complete rows that a recording needs."""
+
+
+def columns_of(
+    recording: Recording, drivers: Sequence[str], outputs: Iterable[str]
+) -> tuple[dict[str, np.ndarray], int]:
+    """Time, drivers and outputs of the rows that have all drivers, of a recording that is reduced if it is
+    long.
+
+    Args:
+        recording: checked.
+        drivers: quantities without which a row says nothing.
+        outputs: quantities that may be missing, in single rows or altogether.
+
+    Returns:
+        Columns in SI by quantity, shape (rows,), NaN where missing or, of outputs, no measurement
+        (`readings`); and the readings that a row is the mean of.
+
+    Raises:
+        InputError: if fewer than `FEWEST` rows have all drivers.
+    """
+    recording = reduced(recording, MOST_ROWS)
+    count = len(recording)
+    columns = {"time": recording.si("time") if recording.has("time") else np.arange(count) * 1.0}
+    for name in outputs:
+        columns[name] = measurements(recording, name) if recording.has(name) else np.full(count, np.nan)
+    for name in drivers:
+        columns[name] = recording.si(name) if recording.has(name) else np.full(count, np.nan)
+    complete = np.all([np.isfinite(columns[name]) for name in ("time", *drivers)], axis=0)
+    if complete.sum() < FEWEST:
+        raise InputError(
+            f"{recording.path or recording.name}: {int(complete.sum())} rows have all of "
+            f"{', '.join(dict.fromkeys(('time', *drivers)))}, but a fit needs {FEWEST} or more"
+        )
+    return {name: values[complete] for name, values in columns.items()}, recording.block
+
+
+def measured_and_weight(
+    recording: Recording, outputs: Iterable[str], columns: dict[str, np.ndarray], block: int
+) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """Outputs as they were measured, zero where missing, and one over the 1-sigma of each."""
+    measured, weight = {}, {}
+    for name in outputs:
+        measured[name] = np.nan_to_num(columns[name])
+        nothing = np.zeros(len(columns["time"]))
+        weight[name] = channel_weight(recording, name, columns, block) if recording.has(name) else nothing
+    return measured, weight
+
+
+def smooth(columns: dict[str, np.ndarray], name: str) -> np.ndarray:
+    """A noisy driver without its noise, as far as its own course tells them apart; no gaps."""
+    time, values = columns["time"], denoised(columns["time"], columns[name])
+    known = np.isfinite(values)
+    return np.interp(time, time[known], values[known])

@@ -1,0 +1,130 @@
+"""An `unmodelled` remainder as a model on disk has it: knots of a driver, and what is added at each.
+
+    [[effect]]
+    slug = "unmodelled"
+    kind = "elastomer"          # of the recordings in which it was seen
+    quantity = "stress"         # output that it adds to, or "silicone_stiffness": its relative change
+    driver = "strain"           # what it is a function of; seen from the first knot to the last one
+    [effect.parameters]
+    knot_1 = {value = 0.0, unit = "1", status = "fitted", source = "..."}
+    correction_1 = {value = 1.2, unit = "kPa", status = "fitted", source = "..."}
+    ...
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import tomlkit
+
+from pneusma_jax.calibration.records import Quantity
+from pneusma_jax.calibration.toml import quantity_entry, read_quantity
+from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.model_discrepancy import ELEMENT, UNITS, WALL, Unmodelled, unit_of, unmodelled, wall_drivers
+from pneusma_jax.units import UNITS as KNOWN_UNITS
+
+SLUG = Unmodelled.slug
+WORDS = ("kind", "quantity", "driver")
+LEAST = 2
+"""Knots that a function needs."""
+
+
+@dataclass(frozen=True)
+class AddedDiscrepancy:
+    """A smooth function of one driver that is added to one output or to the silicone's stiffness: described,
+    not explained.
+
+    Attributes:
+        kind: of the recordings in which it was seen.
+        quantity: output that it adds to, or `silicone_stiffness`, whose relative change it is.
+        driver: what it is a function of.
+        knots: of the driver, ascending, SI; beyond them it is unknown.
+        corrections: what is added at each, SI.
+    """
+
+    kind: str
+    quantity: str
+    driver: str
+    knots: tuple[Quantity, ...]
+    corrections: tuple[Quantity, ...]
+
+    slug = SLUG
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Smallest and largest value of the driver that it was seen over, SI."""
+        return self.knots[0].value, self.knots[-1].value
+
+    @property
+    def words(self) -> str:
+        """What it is, within a sentence."""
+        return f"the unmodelled remainder of {self.quantity}, a smooth function of {self.driver}"
+
+    @property
+    def span_words(self) -> str:
+        """Where it was seen, within a sentence."""
+        low, high = self.span
+        unit = unit_of(self.driver)
+        return f"{self.driver} from {low:.4g} to {high:.4g}" + ("" if unit == "1" else f" {unit}")
+
+    def build(self) -> Unmodelled:
+        """What simulations take as an effect."""
+        numbers = [np.array([q.value for q in column]) for column in (self.knots, self.corrections)]
+        return unmodelled(*numbers, self.kind, self.quantity, self.driver)
+
+
+def read_remainder(entry: Mapping[str, Any], where: str) -> AddedDiscrepancy:
+    """Check the entry of a file.
+
+    Raises:
+        InputError: one line, for anything missing, unknown or impossible.
+    """
+    for key in entry:
+        if key not in ("slug", "parameters", *WORDS):
+            raise InputError(f"{where}: unknown key {key!r}, {nearest(key, ('parameters', *WORDS))}")
+    for key, known in (("kind", ELEMENT), ("quantity", UNITS), ("driver", UNITS)):
+        word = entry.get(key)
+        if not isinstance(word, str) or (word not in known if key == "kind" else unit_of(word) is None):
+            raise InputError(f"{where}: {key} is {word!r}, {nearest(str(word), known)}")
+    wall = entry["quantity"] == WALL
+    if entry["driver"] == WALL or (wall and entry["driver"] not in wall_drivers(entry["kind"])):
+        known = ", ".join(wall_drivers(entry["kind"])) or "nothing"
+        raise InputError(f"{where}: {WALL} of a {entry['kind']} may follow {known}, and nothing follows it")
+    parameters = entry.get("parameters", {})
+    if not isinstance(parameters, dict):
+        raise InputError(f"{where}: parameters must be a table, [effect.parameters]")
+    units = {"knot": unit_of(entry["driver"]), "correction": unit_of(entry["quantity"])}
+    count = sum(name.startswith("knot_") for name in parameters)
+    wanted = [f"{stem}_{k}" for k in range(1, max(count, LEAST) + 1) for stem in units]
+    for name in wanted:
+        if name not in parameters:
+            raise InputError(f"{where}: {name} is missing; each knot needs its correction, {LEAST} at least")
+    for name in parameters:
+        if name not in wanted:
+            raise InputError(f"{where}: unknown parameter {name!r}, {nearest(name, wanted)}")
+    columns: dict[str, list[Quantity]] = {stem: [] for stem in units}
+    for name in wanted:
+        stem = name.partition("_")[0]
+        dimension = KNOWN_UNITS[units[stem]].dimension
+        columns[stem].append(read_quantity(name, parameters[name], dimension, f"{where}: {name}"))
+    knots = [q.value for q in columns["knot"]]
+    for k, step in enumerate(np.diff(knots), 2):
+        if not step > 0.0:
+            raise InputError(f"{where}: knot_{k} must be larger than knot_{k - 1}; knots ascend")
+    words = (entry[word] for word in WORDS)
+    return AddedDiscrepancy(*words, tuple(columns["knot"]), tuple(columns["correction"]))
+
+
+def remainder_entry(rest: AddedDiscrepancy) -> Any:
+    """The entry of a file, which `read_remainder` reads back equal."""
+    entry = tomlkit.table()
+    entry["slug"] = rest.slug
+    for word in WORDS:
+        entry[word] = getattr(rest, word)
+    parameters = tomlkit.table()
+    for pair in zip(rest.knots, rest.corrections, strict=True):
+        for quantity in pair:
+            parameters[quantity.name] = quantity_entry(quantity, None)
+    entry["parameters"] = parameters
+    return entry

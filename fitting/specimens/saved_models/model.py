@@ -1,0 +1,221 @@
+"""A model in memory: what it changes in the base model's tables, and the effects that it adds."""
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.data.recordings import schema
+from pneusma_jax.calibration import load_calibration
+from pneusma_jax.calibration.keys import KINDS, QUANTITIES
+from pneusma_jax.calibration.records import Calibration, Prior, Quantity
+from pneusma_jax.effects import find_effect
+from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.pipeline import Effect
+from pneusma_jax.units import INTERNAL_UNITS, TEMPERATURE_DIFFERENCE, UNITS, from_si
+
+from .discrepancy import AddedDiscrepancy
+
+Base = Mapping[str, Mapping[str, Quantity]]
+"""Quantities by kind of table (`alloy`, `silicone`, `actuator`) and name."""
+SLACK = 1e-6  # of the width of an effect's bounds: a fit may end a rounding error beyond one
+USUAL_UNITS = {"length": "mm", "angle": "deg"}  # of files, where the internal unit is not usual
+
+
+@dataclass(frozen=True)
+class AddedEffect:
+    """One effect as a model on disk has it.
+
+    Attributes:
+        slug: its name in the catalogue.
+        parameters: by name, values in SI.
+        options: what is chosen and not fitted, such as the `number` of a spring.
+    """
+
+    slug: str
+    parameters: Mapping[str, Quantity]
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    def build(self, values: Mapping[str, Any] | None = None) -> Effect:
+        """The effect itself.
+
+        Args:
+            values: parameters by name, SI, in place of the file's; they may be traced.
+        """
+        effect = find_effect(self.slug)
+        numbers: dict[str, Any] = {}
+        for name, value in {**{n: q.value for n, q in self.parameters.items()}, **(values or {})}.items():
+            stem = parameter_of(effect, name)
+            if stem in term_names(effect):
+                numbers.setdefault(stem, []).append(value)
+            else:
+                numbers[name] = value
+        made = np.asarray if values is None else jnp.asarray
+        return effect(**{name: made(value) for name, value in numbers.items()}, **self.options)
+
+
+@dataclass(frozen=True)
+class AugmentedModel:
+    """A base model with numbers of its own, and effects beyond it.
+
+    Attributes:
+        base: numbers that replace those of the tables, by kind of table and name, in SI; a name's quantity
+            holds its own unit, origin and prior.
+        added: effects, in the order in which they act, and what is left `unmodelled`.
+        tables: names or paths of the tables that the numbers belong to: any of `design`, `alloy`, `material`.
+        specimens: as `base`, for single specimens, by the name that recordings state.
+        name, description: for people.
+        path: where it was read from, or None.
+    """
+
+    base: Base = field(default_factory=dict)
+    added: tuple[AddedEffect | AddedDiscrepancy, ...] = ()
+    tables: Mapping[str, str] = field(default_factory=dict)
+    specimens: Mapping[str, Base] = field(default_factory=dict)
+    name: str = "model"
+    description: str = ""
+    path: Path | None = field(default=None, compare=False)
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """What `simulate_history` and `simulate_spring` take as `effects`."""
+        return tuple(added.build() for added in self.added)
+
+    @property
+    def remainders(self) -> tuple[AddedDiscrepancy, ...]:
+        """What is described in it and not explained."""
+        return tuple(added for added in self.added if isinstance(added, AddedDiscrepancy))
+
+    def quantities(self, kind: str, specimen: str | None = None) -> dict[str, Quantity]:
+        """The model's own numbers of one kind of table, those of a specimen over those of all."""
+        own = self.specimens.get(specimen, {}) if specimen is not None else {}
+        return {**self.base.get(kind, {}), **own.get(kind, {})}
+
+    def table(self, kind: str, table: str | Path | Calibration, specimen: str | None = None) -> Calibration:
+        """A table of constants with the model's numbers in it.
+
+        Args:
+            kind: `alloy`, `silicone` or `actuator`.
+            table: name, path, or a table in memory.
+            specimen: whose own numbers count, if any.
+
+        Raises:
+            InputError: if there is no such table.
+        """
+        found = load_calibration(table, kind)
+        return dataclasses.replace(found, quantities={**found.quantities, **self.quantities(kind, specimen)})
+
+    def geometry(self, specimen: str | None = None) -> dict[str, float]:
+        """The model's dimensions as a recording's `[geometry]` states them: canonical keys and units."""
+        own = self.quantities("actuator", specimen)
+        stated = {}
+        for key in schema.GEOMETRY_NUMBERS:
+            plain = key in schema.GEOMETRY_WITHOUT_UNIT
+            name = key if plain else schema.quantity_and_unit(key)[0]
+            if name in own:
+                stated[key] = float(from_si(own[name].value, schema.geometry_unit(key)))
+        return stated
+
+
+def fitted(
+    kind: str, name: str, value: float, source: str, sd: float | None = None, unit: str | None = None
+) -> Quantity:
+    """A number of the base model that was fitted.
+
+    Args:
+        kind: of the table that it belongs to: `alloy`, `silicone` or `actuator`.
+        name: in that table.
+        value: in SI.
+        source: what it was fitted to.
+        sd: standard error in SI, kept as prior; None where there is none.
+        unit: of the file; a usual one if None.
+
+    Raises:
+        InputError: if tables of that kind have no such number; names the nearest.
+    """
+    if kind not in KINDS or name not in QUANTITIES[kind]:
+        known = QUANTITIES.get(kind, KINDS)
+        raise InputError(f"tables of kind {kind!r} have no {name!r}, {nearest(name, known)}")
+    dimension = QUANTITIES[kind][name]
+    unit = unit or USUAL_UNITS.get(dimension, INTERNAL_UNITS[dimension])
+    return Quantity(name, float(value), unit, "fitted", source, _prior(value, sd))
+
+
+def add_effect(
+    effect: Effect, source: str, sd: Mapping[str, float] | None = None, status: str = "fitted"
+) -> AddedEffect:
+    """An effect with its parameters as a model on disk has it.
+
+    Args:
+        effect: with concrete parameters, SI.
+        source: where its numbers come from.
+        sd: standard errors by parameter, SI; kept as priors. Terms of a sum are counted: `g_1`, `g_2`.
+        status: of the numbers, `fitted` or `assumed`.
+
+    Raises:
+        InputError: for a parameter beyond its physical bounds.
+    """
+    sd = sd or {}
+    parameters = {}
+    for name, spec in effect.specs.items():
+        values = np.ravel(np.asarray(getattr(effect, name)))
+        for k, value in enumerate(map(float, values), 1):
+            key = name if len(values) == 1 else f"{name}_{k}"
+            check_bounds(effect.slug, key, value)
+            parameters[key] = Quantity(key, value, spec.unit, status, source, _prior(value, sd.get(key)))
+    options = {name: getattr(effect, name) for name in option_names(type(effect))}
+    return AddedEffect(effect.slug, parameters, options)
+
+
+def option_names(effect: type[Effect]) -> tuple[str, ...]:
+    """Fields of an effect that are chosen and not fitted."""
+    return tuple(f.name for f in dataclasses.fields(effect) if f.metadata.get("static", False))
+
+
+def term_names(effect: type[Effect]) -> tuple[str, ...]:
+    """Parameters of an effect that are a list, one entry for each term of a sum."""
+    usual = effect()
+    return tuple(name for name in effect.specs if np.ndim(getattr(usual, name)))
+
+
+def parameter_of(effect: type[Effect], name: str) -> str | None:
+    """Which parameter a name in a file means (`g_2` is of `g`), None if there is no such one."""
+    if name in effect.specs:
+        return name
+    stem, _, number = name.rpartition("_")
+    return stem if number.isdigit() and stem in term_names(effect) else None
+
+
+def check_bounds(slug: str, name: str, value: float, where: str = "") -> None:
+    """Refuse a parameter of an effect that cannot be.
+
+    Raises:
+        InputError: one line with the physical range.
+    """
+    effect = find_effect(slug)
+    spec = effect.specs[parameter_of(effect, name)]
+    slack = SLACK * (spec.high - spec.low)
+    if not (math.isfinite(value) and spec.low - slack <= value <= spec.high + slack):
+        low, high = (f"{bound:g}" for bound in (spec.low, spec.high))
+        raise InputError(
+            f"{where or slug}: {name} = {value:g} {spec.unit} cannot be: {spec.text} is {low} to {high}"
+            f" {spec.unit}"
+        )
+
+
+def dimension_of_parameter(unit: str) -> str | None:
+    """Dimension of a unit of an effect's parameter, None for one that is made only for it (`N m/rad`)."""
+    if unit == "K":
+        return TEMPERATURE_DIFFERENCE
+    return UNITS[unit].dimension if unit in UNITS else None
+
+
+def _prior(value: float, sd: float | None) -> Prior | None:
+    if sd is None or not math.isfinite(sd) or sd <= 0.0:
+        return None
+    return Prior(mean=float(value), sd=float(sd))

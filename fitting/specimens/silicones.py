@@ -1,0 +1,125 @@
+"""A silicone law as numbers of a model: its constants by the names of tables, and a factor on its stress."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+from fitting.data.recordings import Campaign, Recording
+from fitting.inference.parameters import Parameters
+from pneusma_jax.calibration import load_calibration
+from pneusma_jax.silicone import Gent, NeoHookean, Ogden, PolynomialFit, SiliconeLaw, Yeoh, load_silicone
+
+from . import priors
+
+FACTOR = "silicone_stiffness"
+UNITS = {FACTOR: "1"}
+DEFAULT = "dragon_skin_10_fast"
+"""Table whose curve a material that is to be fitted starts from, where none is named."""
+UNKNOWN = 0.4
+"""Relative 1-sigma of the stiffness of a silicone that is to be fitted."""
+SINGLE = {NeoHookean: ("mu",), Yeoh: ("c_10", "c_20", "c_30"), Gent: ("mu", "j_m")}
+
+
+class Scaled(SiliconeLaw):
+    """A law whose stress is multiplied by a factor [1]."""
+
+    law: SiliconeLaw
+    factor: Array
+
+    def __call__(self, strain: Array) -> Array:
+        """Engineering stress [Pa] at an engineering strain [1]."""
+        return self.factor * self.law(strain)
+
+    @property
+    def cuts(self) -> Array:
+        """Those of the law."""
+        return self.law.cuts
+
+
+def constants(law: SiliconeLaw) -> dict[str, float]:
+    """Constants of a law that may be free, by name, in SI; none of the joined polynomials of the actuator."""
+    if type(law) in SINGLE:
+        return {name: float(getattr(law, name)) for name in SINGLE[type(law)]}
+    if isinstance(law, Ogden):
+        pairs = {"mu": np.ravel(law.mu), "alpha": np.ravel(law.alpha)}
+        return {f"{stem}_{k}": float(x) for stem, row in pairs.items() for k, x in enumerate(row, 1)}
+    if isinstance(law, PolynomialFit):
+        return {f"p_{k}": float(x) for k, x in enumerate(np.ravel(law.coefficients), 1)}
+    return {}
+
+
+def packed(law: SiliconeLaw) -> SiliconeLaw:
+    """A law whose arrays have a leading axis of one, so that none is as long as a recording."""
+    return jax.tree.map(lambda leaf: np.asarray(leaf, float)[None], law)
+
+
+def law_with(packed_law: SiliconeLaw, known: Mapping[str, Array]) -> Scaled:
+    """The law of `packed`, with constants and factor from a model's numbers."""
+    law = jax.tree.map(lambda leaf: leaf[0], packed_law)
+    if type(law) in SINGLE:
+        law = type(law)(*(known[name] for name in SINGLE[type(law)]))
+    elif isinstance(law, Ogden):
+        terms = range(1, law.mu.shape[0] + 1)
+        law = Ogden(*(jnp.stack([known[f"{stem}_{k}"] for k in terms]) for stem in ("mu", "alpha")))
+    elif isinstance(law, PolynomialFit):
+        numbers = jnp.stack([known[f"p_{k}"] for k in range(1, law.coefficients.shape[0] + 1)])
+        law = eqx.tree_at(lambda p: p.coefficients, law, numbers)
+    return Scaled(law, known[FACTOR])
+
+
+def law_of(campaign: Campaign, material: str | Path | None = None) -> tuple[SiliconeLaw, bool]:
+    """The one law of a campaign's material, and whether it is to be identified.
+
+    Args:
+        campaign: recordings of one kind.
+        material: table to start from, instead of the one that is named or of `DEFAULT`.
+
+    Raises:
+        InputError: if the recordings name several materials, or one that cannot be loaded.
+    """
+    name = campaign.recordings[0].table("material")
+    base = material or (DEFAULT if str(name) == priors.FIT else None)
+    table, identify = priors.table_of(campaign, "material", base)
+    return _stated_law(campaign.recordings[0], base or name, table.text.get("law")), identify
+
+
+def _stated_law(recording: Recording, name: str | Path, own: str | None) -> SiliconeLaw:
+    """The law that a recording states, as a simulation takes it: the table's own where it states none."""
+    stated = recording.geometry.get("law")
+    if stated is None or stated == own or (stated == "polynomial" and own == "regularised"):
+        return load_silicone(name)
+    return load_silicone(name, stated)
+
+
+def material_parameters(campaign: Campaign, law: SiliconeLaw, identify: bool, base: str | Path) -> Parameters:
+    """Free constants of the law, common to all specimens; the factor belongs to each specimen.
+
+    A material that is to be identified brings its table's priors; a known one what `[tolerance]` leaves open.
+    """
+    values, parameters = constants(law), Parameters()
+    table = load_calibration(base, "silicone").quantities
+    if identify:
+        for name in values:
+            if name in table and table[name].prior is not None:
+                parameters.add(priors.tabulated(table[name]))
+        return parameters
+    for name, relative in priors.tolerances(campaign.recordings, values).items():
+        unit = table[name].unit if name in table else "1"
+        parameters.add(priors.toleranced(name, values[name], relative, unit))
+    return parameters
+
+
+def always_open(identify: bool) -> dict[str, float]:
+    """Relative 1-sigma of the factor on the stress where no tolerance says it: of a silicone to be fitted."""
+    return {FACTOR: UNKNOWN} if identify else {}
+
+
+def table_name(campaign: Campaign, material: str | Path | None = None) -> str | Path:
+    """Table that the material's constants come from."""
+    name = campaign.recordings[0].table("material")
+    return material or (DEFAULT if str(name) == priors.FIT else name)

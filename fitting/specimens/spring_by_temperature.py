@@ -1,0 +1,133 @@
+"""Recordings of one spring whose resistance nobody measured, as functions of the parameters: its pull.
+
+The martensite fraction follows the recorded temperature on the one reversible curve (`T_mid`, `T_width`): no
+hysteresis, no shift by stress. What only a resistance tells, the constants of the resistivity, stays as it
+is.
+"""
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+import pneusma_jax as pj
+from fitting.data.recordings import Campaign, Recording
+from fitting.inference.parameters import Parameters
+from pneusma_jax.calibration import load_calibration
+
+from . import priors
+from .input_noise import carried_over, noisy, with_drivers
+from .row_builders import columns_of, measured_and_weight, smooth
+from .rows import Rows, numbers
+from .spring import ALLOY, FIXED, dimension_numbers, spring_of
+from .thermal_runs import half_way, moved_prior
+
+OUTPUTS = ("force",)
+CURVE = ("T_mid", "T_width")
+"""Constants of the curve over temperature, which no test with a resistance sees."""
+ELECTRICAL = ("km_1", "km_2", "km_3", "rho_mean", "rho_span", "alpha_1", "alpha_2", "a", "b", "c")
+"""Constants that only a resistance tells."""
+WIDE = "niti_wire"
+"""Table with priors of the curve, for an alloy that is to be identified."""
+
+
+def without_resistance(campaign: Campaign) -> bool:
+    """Whether no spring of a campaign has a resistance, and all have a temperature."""
+    return all(r.has("temperature") and not r.has("resistance") for r in campaign.recordings)
+
+
+def rows_for(campaign: Campaign, base: str | Path | None = None) -> list[Rows]:
+    """Every recording of a campaign as arrays, in its order.
+
+    Args:
+        campaign: recordings of kind spring, with temperature.
+        base: table to start from where `alloy = "fit"`.
+
+    Raises:
+        InputError: if one has too few rows with time, elongation and temperature.
+    """
+    quantities, _ = priors.alloy_quantities(campaign, ALLOY, base)
+    alloy = {name: np.asarray(float(quantity.value)) for name, quantity in quantities.items()}
+    number = {specimen: k for k, specimen in enumerate(campaign.specimens(), start=1)}
+    found = []
+    for recording in campaign.recordings:
+        drivers = ("elongation", "temperature")
+        columns, block = columns_of(recording, drivers, OUTPUTS)
+        measured, weight = measured_and_weight(recording, OUTPUTS, columns, block)
+        rows = Rows(
+            mask=np.ones(len(columns["time"]), bool),
+            time=columns["time"],
+            inputs={"elongation": columns["elongation"], "temperature": smooth(columns, "temperature")},
+            measured=measured,
+            weight=weight,
+            base={**alloy, **dimension_numbers(recording)},
+            extra={},
+            specimen=np.asarray(number[recording.specimen]),
+        )
+        found.append(with_drivers(rows, recording, drivers, block))
+    return found
+
+
+def decides(recordings: list[Rows]) -> bool:
+    """Whether weights change with the parameters, as noise of a driver matters more or less."""
+    return noisy(recordings)
+
+
+def decided(values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
+    """Recordings weighted by the noise of elongation and temperature, too, at these parameters."""
+    return carried_over(sys.modules[__name__], values, recordings)
+
+
+def parameters_for(campaign: Campaign, base: str | Path | None = None) -> Parameters:
+    """Free numbers of a campaign with their priors: those of springs but for the resistivity's, and the curve
+    over temperature, which a table only assumes.
+
+    Where springs are held at a length while the temperature takes them through their transformation, the
+    prior of an unknown alloy's `T_mid` lies where the pull is half-way.
+
+    Args:
+        campaign: recordings of kind spring.
+        base: as for `rows_for`.
+    """
+    fixed = (*(name for name in FIXED if name not in CURVE), *ELECTRICAL)
+    parameters, _ = priors.alloy_parameters(campaign, ALLOY, fixed, base)
+    for name in ELECTRICAL:
+        if name in parameters:
+            del parameters[name]
+    quantities, identify = priors.alloy_quantities(campaign, ALLOY, base)
+    wide = load_calibration(WIDE, "alloy").quantities
+    for name in CURVE:
+        if name not in parameters:
+            known = quantities[name]
+            parameters.add(priors.tabulated(wide[name] if identify or known.prior is None else known))
+    found = [T for r in campaign.recordings if r.role == "fit" for T in half_way_of(r)]
+    if identify and found:
+        moved_prior(parameters["T_mid"], 0.5 * (min(found) + max(found)))
+    dimensions = {
+        specimen: {name: float(value) for name, value in dimension_numbers(recordings[0]).items()}
+        for specimen, recordings in campaign.specimens().items()
+    }
+    parameters.update(priors.geometry_parameters(campaign, dimensions))
+    return parameters
+
+
+def half_way_of(recording: Recording) -> tuple[float, ...]:
+    """Temperatures [degC] at which a spring held at a length is half-way through its transformation."""
+    return half_way(recording, "elongation", "force")
+
+
+def predict(values: Mapping[str, Array], rows: Rows) -> dict[str, Float[Array, " rows"]]:
+    """Pull [N] of every row."""
+    known = numbers(values, rows)
+    state = pj.SpringState(known["prestrain"], jnp.ones(()))
+    heat = pj.Temperature(rows.inputs["temperature"])
+    found = pj.simulate_spring(spring_of(known), rows.inputs["elongation"], heat, state)
+    return {"force": found.rows.force}
+
+
+def residual(values: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
+    """Misfit of the pull in standard deviations."""
+    return rows.weight["force"] * (predict(values, rows)["force"] - rows.measured["force"])

@@ -1,0 +1,181 @@
+"""A spring on a test stand at a course of its martensite fraction: what it pulls and resists, and what it
+remembers from row to row, by the rule or from rows that are known to have set it."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+from fitting.inference.latent_trajectory import smoother
+from pneusma_jax.nitinol import Spring, SpringState
+from pneusma_jax.nitinol.residual_strain import residual_strain
+from pneusma_jax.nitinol.stress import on_detwinning_branch
+
+from . import turning_points
+
+
+class Trajectory(eqx.Module):
+    """What a spring does over a recording; arrays of shape (rows,), SI.
+
+    Attributes:
+        force [N], resistance [ohm], stress [Pa]: predicted.
+        gamma: shear strain [1]; xi0: martensite fraction [1]; gamma_R: residual strain [1].
+        local: force and resistance as functions of the martensite fraction, about this course.
+    """
+
+    force: Array
+    resistance: Array
+    stress: Array
+    gamma: Array
+    xi0: Array
+    gamma_R: Array
+    local: smoother.Local
+
+
+class Decisions(eqx.Module):
+    """What the rule of the residual strain decided in each row of a test, shape (rows,) each.
+
+    Attributes:
+        origin: row whose strain set the residual strain that this row begins with; -1 for the pre-strain.
+        hottest: row whose martensite fraction is the smallest since then; -1 for none.
+        hotter: this row is hotter than that one.
+        loading: the wire is on the detwinning branch, not on the elastic one.
+        course: martensite fraction that this was decided on; the search for that of other parameters begins
+            there.
+    """
+
+    origin: Int[Array, " rows"]
+    hottest: Int[Array, " rows"]
+    hotter: Bool[Array, " rows"]
+    loading: Bool[Array, " rows"]
+    course: Float[Array, " rows"]
+
+
+class Law(eqx.Module):
+    """A spring and its test: what the latent course is profiled against."""
+
+    spring: Spring
+    prestrain: Array
+    elongation: Array
+    decisions: Decisions | None
+
+    def states(self, gamma: Array, xi0: Array) -> tuple[SpringState, Array]:
+        """Memory at the beginning of every row, by the rule or from the rows that are known to have set it.
+
+        Beside it the row that its martensite fraction comes from, -1 for none.
+        """
+        if self.decisions is None:
+            states, (_, hottest) = self.by_rule(gamma, xi0)
+            return states, hottest
+        origin, hottest = self.decisions.origin, self.decisions.hottest
+        strain = jnp.where(origin < 0, self.prestrain, gamma[origin])
+        return SpringState(strain, jnp.where(hottest < 0, 1.0, xi0[hottest])), hottest
+
+    def by_rule(
+        self, gamma: Array, xi0: Array, slack: Array | float = 0.0, margin: Array | float = 0.0
+    ) -> tuple[SpringState, tuple[Array, Array]]:
+        """Memory at the beginning of every row, and the rows that its strain and its fraction come from.
+
+        A row within `slack` of the smallest fraction is the one that is remembered from then on. `margin` is
+        the part of the residual strain by which a wire must go beyond the elastic branch to renew its memory.
+        """
+
+        def row(carry: tuple, now: tuple[Array, Array, Array, Array]) -> tuple[tuple, tuple]:
+            state, origin, hottest = carry
+            gamma, xi0, number, slack = now
+            after = self.spring.alloy.remember(state, gamma, xi0, margin)
+            alike = (after.xi_min != state.xi_min) | (xi0 < state.xi_min + slack)
+            moved = (
+                jnp.where(after.prestrain != state.prestrain, number, origin),
+                jnp.where(alike, number, hottest),
+            )
+            return (after, *moved), carry
+
+        first = SpringState(self.prestrain, jnp.ones_like(self.prestrain))
+        never = jnp.asarray(-1)
+        rows = (gamma, xi0, jnp.arange(gamma.size), jnp.broadcast_to(slack, gamma.shape))
+        states, *sources = jax.lax.scan(row, (first, never, never), rows)[1]
+        return states, tuple(sources)
+
+    def mechanics(self, gamma: Array, xi0: Array, states: SpringState) -> tuple[Array, Array]:
+        """Shear stress [Pa] and residual strain [1]."""
+        alloy = self.spring.alloy
+        if self.decisions is None:
+            gamma_R = alloy.residual_strain(states, xi0)
+            return alloy.shear_stress(gamma, xi0, gamma_R), gamma_R
+        hottest = jnp.where(self.decisions.hotter, xi0, states.xi_min)
+        limit = alloy.residual_strain_limit(states.prestrain)
+        gamma_R = residual_strain(limit, hottest, alloy.gR_decay)
+        modulus, detwinning = alloy.modulus(xi0), alloy.detwinning_stress(gamma, xi0)
+        return modulus * gamma - jnp.where(self.decisions.loading, detwinning, modulus * gamma_R), gamma_R
+
+    def follow(self, xi0: Array) -> Trajectory:
+        """The test at a course of the martensite fraction."""
+        alloy, geometry = self.spring.alloy, self.spring.geometry
+        gamma = self.spring.shear_strain(self.elongation)
+        states, hottest = self.states(gamma, xi0)
+
+        def outputs(xi0: Array, xi_min: Array) -> tuple[Array, tuple[Array, Array]]:
+            stress, gamma_R = self.mechanics(gamma, xi0, SpringState(states.prestrain, xi_min))
+            resistance = alloy.resistivity(xi0, gamma) * geometry.wire_length
+            return jnp.stack([geometry.force(stress), resistance]), (stress, gamma_R)
+
+        one, none = jnp.ones_like(xi0), jnp.zeros_like(xi0)
+        predicted, slope, (stress, gamma_R) = jax.jvp(
+            outputs, (xi0, states.xi_min), (one, none), has_aux=True
+        )
+        remembered = jax.jvp(outputs, (xi0, states.xi_min), (none, one), has_aux=True)[1]
+        local = smoother.Local(
+            predicted, slope, jnp.where(hottest < 0, 0.0, remembered), jnp.maximum(hottest, 0)
+        )
+        return Trajectory(predicted[0], predicted[1], stress, gamma, xi0, gamma_R, local)
+
+    def decide(self, xi0: Array, slack: Array | float = 0.0, margin: Array | float = 0.0) -> Decisions:
+        """What the rule decides at a course of the martensite fraction.
+
+        Args:
+            xi0: the course, shape (rows,).
+            slack: difference that nobody can tell, shape (rows,). A row within it of the hottest one is as
+                hot, and feels its own heat.
+            margin: see `by_rule`.
+        """
+        gamma = self.spring.shear_strain(self.elongation)
+        states, (origin, hottest) = self.by_rule(gamma, xi0, slack, margin)
+        return self._decisions(gamma, xi0, slack, states, origin, hottest)
+
+    def likeliest(
+        self, xi0: Array, slack: Array, margin: Array, force: Array, weight: Array, count: int
+    ) -> Decisions:
+        """What the rule and the measured force decide together, the best first: shape (count, rows) each.
+
+        Args:
+            xi0: the course, shape (rows,).
+            slack: see `decide`.
+            margin: part of the residual strain by which each turning point may be off the rule.
+            force: measured [N]; weight: one over its 1-sigma, zero where it was not measured.
+            count: decisions to return.
+        """
+        gamma, area = self.spring.shear_strain(self.elongation), self.spring.geometry.force(jnp.ones(()))
+        found = turning_points.likeliest(
+            self.spring.alloy, self.prestrain, gamma, xi0, slack, margin, force / area, weight * area, count
+        )
+
+        def one(known: turning_points.Memories) -> Decisions:
+            states = SpringState(known.prestrain, known.xi_min)
+            return self._decisions(gamma, xi0, slack, states, known.origin, known.hottest)
+
+        return jax.vmap(one)(found)
+
+    def _decisions(
+        self,
+        gamma: Array,
+        xi0: Array,
+        slack: Array | float,
+        states: SpringState,
+        origin: Array,
+        hottest: Array,
+    ) -> Decisions:
+        alloy = self.spring.alloy
+        gamma_R = alloy.residual_strain(states, xi0)
+        loading = on_detwinning_branch(alloy.modulus(xi0), alloy.detwinning_stress(gamma, xi0), gamma_R)
+        return Decisions(origin, hottest, xi0 < states.xi_min + slack, loading, xi0)

@@ -1,0 +1,189 @@
+"""Heating and cooling runs of a wire under a steady load: where its transformation lies, and a first heating
+that is no cycle.
+
+A wire that hangs under a load for the first time has not been drawn by it yet. Its first heating says nothing
+of the cycles that follow, and no constant or effect of the cycles explains it.
+"""
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from fitting.data.recordings import Recording
+from fitting.inference.noise import robust_noise
+from fitting.inference.parameters import Parameter, Prior
+
+TURN = 0.1
+"""Part of the whole temperature range by which it must come back before a run counts as ended."""
+WHOLE = 0.5
+"""Part of the output's range that a run must pass through to tell the middle of the transformation."""
+APART = 10.0
+"""Times the later heatings' difference from each other, and the noise, by which the first must be off. An
+effect that fades over cycles changes the second from the third by a tenth of the first change or more, unless
+it is all but over after half a cycle; a state that the first heating ends is gone at once."""
+SEEN = 0.05
+"""Part of the output's range by which the first heating must be off to be worth a word."""
+GRID = 40
+"""Temperatures at which heatings are compared."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """Rows between two turns of the temperature: `first` to `last`, both included; whether it rises."""
+
+    first: int
+    last: int
+    heating: bool
+
+    @property
+    def rows(self) -> slice:
+        """As a slice."""
+        return slice(self.first, self.last + 1)
+
+
+@dataclass(frozen=True)
+class FirstHeating:
+    """A first heating unlike the later ones.
+
+    Attributes:
+        rows: how many, from the first on.
+        off: root mean square of its difference from the later ones, in units of the output's range [1].
+        later: the same of the later ones from each other [1].
+    """
+
+    rows: int
+    off: float
+    later: float
+
+    def text(self, name: str) -> str:
+        """For a report, about the recording of that name."""
+        return (
+            f"{name}: the first heating (rows 1 to {self.rows}) is unlike the later ones: off by "
+            f"{100.0 * self.off:.2g} % of the whole range, while those agree to {100.0 * self.later:.2g} %. "
+            "The specimen had not been through a cycle under this load. These rows were set apart: they are "
+            "not fitted"
+        )
+
+
+def runs_of(temperature: np.ndarray) -> list[Run]:
+    """Runs between the turns of a temperature, (rows,), finite; one that comes back by less than `TURN` of
+    the whole range is none of its own."""
+    least = TURN * float(np.ptp(temperature)) if len(temperature) else 0.0
+    if not least > 0.0:
+        return []
+    turns, low, high, rising = [0], 0, 0, None
+    for k, value in enumerate(temperature):
+        low = k if value < temperature[low] else low
+        high = k if value > temperature[high] else high
+        if rising is not False and temperature[high] - value > least:
+            turns += [high] if rising is not None or high > 0 else []
+            rising, low = False, k
+        elif rising is not True and value - temperature[low] > least:
+            turns += [low] if rising is not None or low > 0 else []
+            rising, high = True, k
+    turns = [*dict.fromkeys([*turns, len(temperature) - 1])]
+    pairs = zip(turns[:-1], turns[1:], strict=True)
+    return [Run(a, b, bool(temperature[b] > temperature[a])) for a, b in pairs]
+
+
+def half_way(recording: Recording, driver: str, output: str) -> tuple[float, ...]:
+    """Temperatures [degC] at which an output passes the middle of its range on heating and cooling runs.
+
+    Args:
+        recording: with a temperature.
+        driver: stress or strain, what is prescribed; if that is not steady, nothing is told.
+        output: the other one.
+
+    Returns:
+        One for every run that passes through half of the range or more; none where temperature moves nothing.
+    """
+    columns = _columns(recording, driver, output)
+    if columns is None:
+        return ()
+    temperature, values = columns
+    runs = _without_first(recording, driver, output, runs_of(temperature))
+    counted = values[runs[0].first :] if runs else values
+    middle, span = 0.5 * (counted.max() + counted.min()), float(np.ptp(counted))
+    found = []
+    for run in runs:
+        T, y = temperature[run.rows], values[run.rows]
+        if np.ptp(y) < WHOLE * span or not (y.min() < middle < y.max()):
+            continue
+        above = y > middle
+        # noise may pass the middle several times: the mean of those crossings is where it is half-way
+        at = np.flatnonzero(above[1:] != above[:-1])
+        share = (middle - y[at]) / (y[at + 1] - y[at])
+        found.append(float(np.mean(T[at] + share * (T[at + 1] - T[at]))))
+    return tuple(found)
+
+
+def first_heating(recording: Recording, driver: str, output: str) -> FirstHeating | None:
+    """The first heating of a recording, if it is unlike two or more later ones that agree with each other.
+
+    A recording that states its pre-strain is left alone: the model then knows the state that it begins in.
+    Arguments as for `half_way`.
+    """
+    if "prestrain" in recording.geometry:
+        return None
+    columns = _columns(recording, driver, output)
+    if columns is None:
+        return None
+    temperature, values = columns
+    runs = runs_of(temperature)
+    heatings = [run for run in runs if run.heating]
+    if len(heatings) < 3 or runs[0] is not heatings[0]:
+        return None
+    reached = [(temperature[r.first], temperature[r.last]) for r in heatings]
+    low, high = max(a for a, _ in reached), min(b for _, b in reached)
+    if high - low < WHOLE * float(np.ptp(temperature)):
+        return None
+    grid = np.linspace(low, high, GRID)
+    first, *later = (_at(temperature[r.rows], values[r.rows], grid) for r in heatings)
+    span = float(np.ptp(values))
+    off = _apart(first, np.mean(later, axis=0)) / span
+    agree = max(_apart(a, b) for a, b in combinations(later, 2)) / span
+    noise = robust_noise(np.arange(len(values)), values) / span
+    if off < max(SEEN, APART * agree, APART * noise):
+        return None
+    rows = np.flatnonzero(_complete(recording, driver, output))
+    return FirstHeating(int(rows[heatings[0].last]) + 1, off, agree)
+
+
+def moved_prior(entry: Parameter, value: float) -> None:
+    """Let the prior of a parameter lie about another value, as wide as before, and begin there."""
+    shift, prior = value - entry.prior.mean, entry.prior
+    moved = Prior(value, prior.sd, prior.min + shift, prior.max + shift)
+    entry.set(value=value, min=moved.min, max=moved.max, prior=moved, scale="linear")
+
+
+def _without_first(recording: Recording, driver: str, output: str, runs: list[Run]) -> list[Run]:
+    return runs[1:] if first_heating(recording, driver, output) else runs
+
+
+def _complete(recording: Recording, driver: str, output: str) -> np.ndarray:
+    return np.all([np.isfinite(recording.si(n)) for n in ("temperature", driver, output)], axis=0)
+
+
+def _columns(recording: Recording, driver: str, output: str) -> tuple[np.ndarray, np.ndarray] | None:
+    """Temperature and output of the complete rows, where the driver is steady and the output is not."""
+    if not all(recording.has(name) for name in ("temperature", driver, output)):
+        return None
+    there = _complete(recording, driver, output)
+    if there.sum() < GRID // 2:
+        return None
+    drive = recording.si(driver)[there]
+    if np.ptp(drive) > TURN * np.max(np.abs(drive), initial=0.0):
+        return None
+    temperature, values = recording.si("temperature")[there], recording.si(output)[there]
+    return (temperature, values) if np.ptp(values) > 0.0 and np.ptp(temperature) > 0.0 else None
+
+
+def _at(temperature: np.ndarray, values: np.ndarray, grid: np.ndarray) -> np.ndarray:
+    """Values of a rising run at temperatures of a grid."""
+    order = np.argsort(temperature, kind="stable")
+    return np.interp(grid, temperature[order], values[order])
+
+
+def _apart(a: np.ndarray, b: np.ndarray) -> float:
+    return float(np.sqrt(np.mean((a - b) ** 2)))

@@ -1,0 +1,27 @@
+"""Elastomer coupons with effects: strain in, engineering stress out."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import jax.numpy as jnp
+from jaxtyping import Array
+
+from fitting.specimens import elastomer, silicones
+from fitting.specimens.rows import Rows, numbers
+from pneusma_jax.pipeline import Effect
+from pneusma_jax.simulate.coupon import simulate_coupon
+
+OUTPUTS = ("stress",)
+rows_for = elastomer.rows_for
+parameters_for = elastomer.parameters_for
+
+
+def predict(
+    values: Mapping[str, Array], effects: tuple[Effect, ...], rows: Rows
+) -> tuple[dict[str, Array], dict[str, Any]]:
+    """See `specimens.with_effects.Kind`."""
+    law = silicones.law_with(rows.extra["law"], numbers(values, rows))
+    strain = rows.inputs["strain"]
+    found = simulate_coupon(law, strain, time=rows.time, effects=effects)
+    rate = jnp.gradient(strain) / jnp.maximum(jnp.gradient(rows.time), 1e-9)
+    return found.seen, {"strain": strain, "strain_rate": rate, "max_strain": jnp.maximum.accumulate(strain)}

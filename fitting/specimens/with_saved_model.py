@@ -1,0 +1,369 @@
+"""A model on disk (`--model`) as the model of recordings of a kind: its numbers, and its effects among the
+parameters.
+
+Without effects the kind's own functions are used at the model's numbers; with effects the rows run through
+the chain that a diagnosis evaluates. Either way fits, samplers and reports see what `registry.Model` names.
+"""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from fitting.data.recordings import Campaign, Recording
+from fitting.inference.parameters import Parameter, Parameters, Prior
+from fitting.specimens.saved_models.model import parameter_of
+from pneusma_jax.calibration.records import Quantity
+from pneusma_jax.effects import find_effect, specs_of
+from pneusma_jax.errors import InputError
+from pneusma_jax.pipeline import Effect
+
+from .input_noise import carried_over, noisy
+from .priors import CUT, FIT
+from .reduction import thinned
+from .registry import model_of
+from .registry import observations as all_observations
+from .rows import MARK, MOST_ROWS, Rows, numbers, stack, with_numbers
+from .saved_models import AddedEffect, AugmentedModel
+from .with_effects import LETTERS, kind_module
+
+TABLES = {
+    "spring": ("alloy", "actuator"),
+    "wire": ("alloy", "actuator"),
+    "elastomer": ("silicone",),
+    "tube": ("silicone", "actuator"),
+    "actuator": ("alloy", "silicone", "actuator"),
+}
+"""Kinds of table whose numbers the rows of a kind hold; of equal names the first."""
+OPTIONS = {
+    "spring": ("base",),
+    "wire": ("base",),
+    "elastomer": ("material",),
+    "tube": ("material",),
+    "actuator": ("base", "material"),
+}
+"""Tables that the rows of a kind start from, by the name of the option."""
+WIDE = 20.0
+"""Ratio of its bounds from which a positive shape parameter is fitted by its logarithm."""
+SHAPE_SD = 0.375
+"""1-sigma of a shape parameter's prior about its typical value, as a share of its physical range."""
+ASTRAY = 30.0
+"""Standard deviations that a row without an answer counts for."""
+
+
+@dataclass(frozen=True)
+class Held:
+    """A number of the model that is not fitted.
+
+    Attributes:
+        name: of the number, as a parameter would be called.
+        value: in SI; unit: of files.
+        why: in words.
+    """
+
+    name: str
+    value: float
+    unit: str
+    why: str
+
+
+@dataclass(frozen=True, eq=False)
+class Augmented:
+    """A model on disk for recordings of one kind; follows `registry.Model`.
+
+    Attributes:
+        kind: of the recordings.
+        model: as it was loaded.
+    """
+
+    kind: str
+    model: AugmentedModel
+
+    @property
+    def acting(self) -> tuple[AddedEffect, ...]:
+        """Effects that recordings of this kind can show."""
+        return tuple(a for a in self.model.added if self._letter in find_effect(a.slug).kinds)
+
+    @property
+    def _letter(self) -> str:
+        return LETTERS[self.kind]
+
+    @property
+    def _module(self) -> ModuleType:
+        """What predicts: the kind's own module, or the one whose rows go through the effects."""
+        return kind_module(self.kind) if self.acting else model_of(self.kind)
+
+    @property
+    def most_rows(self) -> int:
+        """Rows of a recording that are taken."""
+        return getattr(self._module, "MOST_ROWS", MOST_ROWS) if self.acting else MOST_ROWS
+
+    @property
+    def OUTPUTS(self) -> tuple[str, ...]:  # noqa: N802  the name in the protocol
+        """Predicted quantities."""
+        return self._module.OUTPUTS
+
+    def options(self, campaign: Campaign, given: Mapping[str, Any]) -> dict[str, str | Path]:
+        """Tables to start from: what is given comes first, then the model's, then the recordings'."""
+        named = {"base": self.model.tables.get("alloy"), "material": self.model.tables.get("material")}
+        allowed = OPTIONS[self.kind]
+        found = {name: given.get(name) or named[name] for name in allowed}
+        return {name: table for name, table in found.items() if table is not None}
+
+    def rows_for(self, campaign: Campaign, **options: Any) -> list[Rows]:
+        """Every recording as arrays, with the model's numbers in it."""
+        module, campaign = self._module, thinned(self.described(campaign), self.most_rows)
+        rows = [self._predicted(r) for r in module.rows_for(campaign, **self.options(campaign, options))]
+        pairs = zip(rows, campaign.recordings, strict=True)
+        return [with_numbers(r, self._known(recording.specimen)) for r, recording in pairs]
+
+    def _predicted(self, rows: Rows) -> Rows:
+        """Rows without outputs that the chain of effects does not predict: an actuator's bend direction."""
+        kept = [{n: x for n, x in part.items() if n in self.OUTPUTS} for part in (rows.measured, rows.weight)]
+        return dataclasses.replace(rows, measured=kept[0], weight=kept[1])
+
+    def described(self, campaign: Campaign) -> Campaign:
+        """Recordings of the design that the model belongs to, and of its tables, where they are known."""
+        keys = {"design": "design", "alloy": "alloy", "material": "material"}
+
+        def told(recording: Recording) -> Recording:
+            own = {
+                key: self.model.tables[table]
+                for key, table in keys.items()
+                if table in self.model.tables and recording.geometry.get(key) != FIT
+            }
+            return dataclasses.replace(recording, geometry={**recording.geometry, **own})
+
+        return dataclasses.replace(campaign, recordings=[told(r) for r in campaign.recordings])
+
+    def _known(self, specimen: str | None) -> dict[str, Quantity]:
+        """The model's numbers by the name they have in rows."""
+        found: dict[str, Quantity] = {}
+        for kind in TABLES[self.kind]:
+            for name, quantity in self.model.quantities(kind, specimen).items():
+                found.setdefault(name, quantity)
+        return found
+
+    def parameters_for(self, campaign: Campaign, **options: Any) -> Parameters:
+        """Free numbers: the base constants that tolerances leave open, at the model's values, then effects'.
+
+        A prior of the file counts, unless these very recordings made it. An effect's parameter without one
+        is flat between its physical bounds.
+        """
+        campaign = self.described(campaign)
+        base = model_of(self.kind).parameters_for(campaign, **self.options(campaign, options))
+        for name, entry in base.items():
+            quantity = self._quantity(campaign, name)
+            if quantity is not None:
+                _start_from(entry, quantity, campaign.title)
+        for added, names in zip(self.acting, self.names, strict=True):
+            for key, name in names.items():
+                base.add(_effect_parameter(added, key, name, campaign.title))
+        return base
+
+    def _quantity(self, campaign: Campaign, name: str) -> Quantity | None:
+        stem, mark, number = name.partition(MARK)
+        specimens = list(campaign.specimens())
+        own = specimens[int(number) - 1] if mark else specimens[0] if len(specimens) == 1 else None
+        return self._known(own).get(stem)
+
+    @property
+    def names(self) -> tuple[dict[str, str], ...]:
+        """For each acting effect, its free parameters by their name in the file: what a fit calls them."""
+        result, seen = [], {}
+        for added in self.acting:
+            seen[added.slug] = count = seen.get(added.slug, 0) + 1
+            stem = added.slug if count == 1 else f"{added.slug}_{count}"
+            effect = find_effect(added.slug)
+            acts = specs_of(effect, self._letter)
+            result.append({
+                key: f"{stem}_{key}" for key in added.parameters if parameter_of(effect, key) in acts
+            })  # fmt: skip
+        return tuple(result)
+
+    def held(self, campaign: Campaign, parameters: Parameters) -> list[Held]:
+        """What the model states and this fit leaves as it is.
+
+        Args:
+            campaign: that is fitted.
+            parameters: of the fit.
+        """
+        free = set(parameters.layout().free)
+        found = []
+        for added in self.model.added:
+            if added not in self.acting:
+                why = f"{added.slug} does not act in recordings of kind {self.kind}"
+                own = added.parameters.items()
+                found += [Held(f"{added.slug}_{name}", q.value, q.unit, why) for name, q in own]
+        for added, names in zip(self.acting, self.names, strict=True):
+            for key, quantity in added.parameters.items():
+                name = names.get(key, f"{added.slug}_{key}")
+                if name not in free:
+                    fixed = name in parameters
+                    why = "held as asked" if fixed else f"does not act in recordings of kind {self.kind}"
+                    value = parameters[name].value if fixed else quantity.value
+                    found.append(Held(name, value, quantity.unit, why))
+        stems = {name.partition(MARK)[0] for name in free}
+        for name, quantity in self._known(None).items():
+            if name not in stems:
+                found.append(Held(name, quantity.value, quantity.unit, "no tolerance leaves it open"))
+        return found
+
+    def spent(self, campaign: Campaign) -> list[str]:
+        """Numbers whose prior in the file these recordings made, so that it does not count again."""
+        quantities = {n: q for s in (None, *campaign.specimens()) for n, q in self._known(s).items()}
+        for added, names in zip(self.acting, self.names, strict=True):
+            quantities |= {names[k]: q for k, q in added.parameters.items() if k in names}
+        return [n for n, q in quantities.items() if q.prior is not None and campaign.title in q.source]
+
+    def absent(self, parameters: Parameters) -> dict[str, str]:
+        """Amplitudes of effects that a fit leaves at zero, by name, with a sentence each."""
+        found = {}
+        for added, names in zip(self.acting, self.names, strict=True):
+            effect = find_effect(added.slug)
+            for key, name in names.items():
+                spec, entry = effect.specs[parameter_of(effect, key)], parameters[name]
+                if entry.at_bound and not spec.shape and abs(entry.value - spec.neutral) <= 1e-6 * spec.high:
+                    found[name] = (
+                        f"{name} ended at {spec.neutral:g}, where {added.slug} is absent: these recordings "
+                        "do not ask for it. It has no error."
+                    )
+        return found
+
+    def effects(self, values: Mapping[str, Array]) -> tuple[Effect, ...]:
+        """Acting effects with the parameters of a fit; may be traced."""
+        made = []
+        for added, names in zip(self.acting, self.names, strict=True):
+            made.append(added.build({key: values[name] for key, name in names.items() if name in values}))
+        return tuple(made)
+
+    def _split(self, values: Mapping[str, Array]) -> tuple[dict[str, Array], tuple[Effect, ...]]:
+        own = {name for names in self.names for name in names.values()}
+        return {n: v for n, v in values.items() if n not in own}, self.effects(values)
+
+    def answer(self, values: Mapping[str, Array], rows: Rows) -> tuple[dict[str, Array], dict[str, Any]]:
+        """Outputs and drivers of one recording through its effects."""
+        base, effects = self._split(values)
+        known = eqx.tree_at(lambda r: r.base, rows, numbers(base, rows))
+        return self._module.predict({}, effects, known)
+
+    def predict(self, values: Mapping[str, Array], rows: Rows) -> dict[str, Float[Array, " rows"]]:
+        """Outputs of one recording, by quantity, in SI."""
+        return self.answer(values, rows)[0] if self.acting else self._module.predict(values, rows)
+
+    def residual(self, values: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
+        """Misfit of one recording in standard deviations."""
+        if not self.acting:
+            return self._module.residual(values, rows)
+        found, parts = self.predict(values, rows), []
+        for name in self.OUTPUTS:
+            there, weight = jnp.isfinite(found[name]), rows.weight[name]
+            misfit = weight * (jnp.where(there, found[name], 0.0) - rows.measured[name])
+            parts.append(jnp.where(there | (weight == 0.0), misfit, ASTRAY))
+        return jnp.concatenate(parts)
+
+    def observations(self, recordings: Sequence[Rows]) -> int:
+        """Measured values that count; of a spring, each resistance is spent on the fraction of its row."""
+        count = all_observations(recordings)
+        if self.kind == "spring" and self.acting:
+            count -= sum(int(np.sum(np.asarray(r.weight["resistance"]) > 0.0)) for r in recordings)
+        return max(count, 1)
+
+    def prepared(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
+        """Recordings with hidden phases read, or with the walks of those that are found with every model.
+
+        Args:
+            values: free parameters, SI.
+            recordings: as `rows_for` makes them.
+        """
+        if self.acting and self.kind == "spring":
+            return self._walking(values, recordings)
+        return self.decided(values, recordings) if self.decides(recordings) else recordings
+
+    def decides(self, recordings: Sequence[Rows]) -> bool:
+        """Whether anything changes with the parameters that is not smooth in them, as the kind has it."""
+        base = model_of(self.kind)
+        return hasattr(base, "decides") and base.decides(recordings)
+
+    def decided(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
+        """Actuators with phases as resistances have them at these parameters, wires with noise of drivers."""
+        if noisy(recordings):
+            return carried_over(self, values, recordings)
+        if not self.acting:
+            return self._module.decided(values, recordings)
+        program = eqx.filter_jit(jax.vmap(self.answer, (None, 0)))
+        point = {name: jnp.asarray(float(value)) for name, value in values.items()}
+
+        def drivers(rows: list[Rows]) -> dict[str, np.ndarray]:
+            return jax.device_get(program(point, stack(rows))[1])
+
+        return self._module.settled(recordings, drivers)
+
+    def _walking(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
+        """Springs whose martensite fraction wanders as fast as resistance says, and no faster."""
+        base, _ = self._split(values)
+        found = np.asarray(self._module.prepared(base, stack(recordings)).extra["wander"])
+        pairs = zip(recordings, found, strict=False)
+        return [
+            eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, "wander": np.asarray(wander)})
+            for rows, wander in pairs
+        ]
+
+
+def _start_from(entry: Parameter, quantity: Quantity, title: str) -> None:
+    """A base constant at the model's value, with the prior that is known beside these recordings."""
+    value, prior = float(quantity.value), entry.prior
+    if quantity.prior is not None and title in quantity.source:  # these recordings: a start, not knowledge
+        entry.set(value=float(np.clip(value, entry.min, entry.max)))
+        return
+    sd = prior.sd if quantity.prior is None else quantity.prior.sd
+    low, high = value - CUT * sd, value + CUT * sd
+    if prior.min > 0.0:
+        low = max(low, 1e-3 * value)
+    entry.set(value=value, prior=Prior(value, sd, low, high), min=low, max=high)
+
+
+def _effect_parameter(added: AddedEffect, key: str, name: str, title: str) -> Parameter:
+    effect = find_effect(added.slug)
+    spec, quantity = effect.specs[parameter_of(effect, key)], added.parameters[key]
+    own = quantity.prior
+    logarithmic = spec.shape and spec.low > 0.0 and spec.high > WIDE * spec.low
+    prior = None
+    if own is not None and title not in quantity.source:
+        prior = Prior(float(quantity.value), own.sd, spec.low, spec.high)
+    elif spec.shape and not logarithmic:  # means nothing while its effect is small, and then stays put
+        prior = Prior(spec.typical, SHAPE_SD * (spec.high - spec.low), spec.low, spec.high)
+    return Parameter(
+        name,
+        value=float(np.clip(quantity.value, spec.low, spec.high)),
+        min=spec.low,
+        max=spec.high,
+        unit=quantity.unit,
+        prior=prior,
+        scale="log" if logarithmic else "linear",
+    )
+
+
+def check_kind(model: AugmentedModel, kind: str) -> None:
+    """Refuse a model that says nothing about recordings of a kind.
+
+    Raises:
+        InputError: one line that says what the model holds.
+    """
+    some = any(kind_ in TABLES[kind] for kind_ in model.base) or any(
+        kind_ in TABLES[kind] for tables in model.specimens.values() for kind_ in tables
+    )
+    if some or model.tables or Augmented(kind, model).acting:
+        return
+    slugs = ", ".join(added.slug for added in model.added) or "no effect"
+    raise InputError(
+        f"{model.path or model.name}: nothing in this model acts in recordings of kind {kind} ({slugs})"
+    )

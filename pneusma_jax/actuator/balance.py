@@ -1,0 +1,217 @@
+"""The balance of force and moment on the end cap: Section 3.5.
+
+The configuration is `(delta_c, theta)`; scaled by length and radius it is `B z` with `B` the actuator's basis
+of free directions. The residual is the resultant force and moment about the centre line, non-dimensional,
+projected on the same basis (virtual work), so that an inextensible fibre's unknown pull drops out. For two
+opposing springs this is Eqs. 3.35 and 3.36 with the signs of correction 8: sides pull back, pressure pushes.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array
+
+from ..nitinol import SpringResponse, SpringState
+from ..nitinol.spring import Activation, LocatedFraction, Resistance
+from ..numerics.linear import solve_small
+from ..pipeline import PLAIN, Chain
+from . import Actuator
+
+REFERENCE_MODULUS = 1e5  # Pa, of the order of the silicone's; makes the residual of order one
+READING = 1e-6
+"""Part of the contrast between the phases, about half a micro-ohm of a spring, by which the resistance of a
+cold or hot spring may miss the measured one. Instruments read to 1e-4 ohm."""
+WITHIN = 3.0
+"""Number of standard deviations of a reading by which it may be missed there."""
+START_BEND = 10.0 / 56.0  # (delta_1 - delta_2) / L0 of the first trial: sides at +5 and -5 mm, as tried out
+
+
+class Problem(eqx.Module):
+    """One row to be solved.
+
+    Attributes:
+        actuator: what is loaded.
+        pressure: gauge [Pa].
+        activations: one per spring.
+        states: what each spring remembers.
+        chain: effects beyond the base model, with their memories.
+    """
+
+    actuator: Actuator
+    pressure: Array
+    activations: tuple[Activation, ...]
+    states: tuple[SpringState, ...]
+    chain: Chain = PLAIN
+
+
+def spring_responses(problem: Problem, delta_centre: Array, bend: Array) -> tuple[SpringResponse, ...]:
+    """Response of every spring in a configuration [m, rad]."""
+    body = problem.actuator
+    elongations = delta_centre + body.spring_places @ bend
+    rows = zip(
+        body.spring_numbers, body.springs, elongations, problem.activations, problem.states, strict=True
+    )
+    return tuple(
+        spring.respond(x, activation, state, problem.chain.knowing(number=number))
+        for number, spring, x, activation, state in rows
+    )
+
+
+def spring_pulls(problem: Problem, delta_centre: Array, bend: Array) -> tuple[Array, ...]:
+    """Pull of every spring in a configuration [N]: `spring_responses` less what balance needs not."""
+    body = problem.actuator
+    elongations = delta_centre + body.spring_places @ bend
+    rows = zip(
+        body.spring_numbers, body.springs, elongations, problem.activations, problem.states, strict=True
+    )
+    return tuple(
+        spring.pull(x, activation, state, problem.chain.knowing(number=number))
+        for number, spring, x, activation, state in rows
+    )
+
+
+def imbalance(
+    problem: Problem, delta_centre: Array, bend: Array, orders: int = 3
+) -> tuple[Array, Array]:
+    """Unbalanced pull and moment about the section's centre, Eqs. 3.35 and 3.36.
+
+    Args:
+        problem: the row.
+        delta_centre: elongation of the centre line [m].
+        bend: bend angle vector [rad], shape (2,).
+        orders: static; up to which derivatives by the configuration are exact, 1 to 3.
+
+    Returns:
+        Force [N] and first moments of the pulls [N m], shape (2,); both zero in equilibrium.
+    """
+    body = problem.actuator
+    strain, gradient = delta_centre / body.length, bend / body.length
+    if body.planar:
+        towards = body.side_direction
+        force, moment = body.section.integrate_in_plane(body.silicone, strain, gradient @ towards, towards)
+    else:
+        force, moment = body.section.integrate(body.silicone, strain, gradient, orders)
+    push = problem.pressure * body.section.enclosed_area
+    force, moment = force - push, moment - push * body.section.enclosed_centroid
+    for place, pull in zip(body.spring_places, spring_pulls(problem, delta_centre, bend), strict=True):
+        force, moment = force + pull, moment + pull * place
+    if body.fibre_stiffness is not None:
+        pull = body.fibre_stiffness * (delta_centre + body.fibre_place @ bend)
+        force, moment = force + pull, moment + pull * body.fibre_place
+    for load in body.loads:
+        pull, turn = load.generalised_force(body.length + delta_centre, bend)
+        force, moment = force + pull, moment + turn
+    chain = problem.chain.knowing(actuator=body, delta_centre=delta_centre, bend=bend)
+    if chain.acts_at("wall"):
+        none = jnp.zeros_like(force), jnp.zeros_like(moment)
+        excess = lambda *at: wall_excess(body, chain, *at)  # noqa: E731
+        more = chain.where_acting("wall", excess, lambda *_: none, delta_centre, bend)
+        force, moment = force + more[0], moment + more[1]
+    return chain.through("load", (force, moment), pressure=problem.pressure)
+
+
+def wall_excess(body: Actuator, chain: Chain, delta_centre: Array, bend: Array) -> tuple[Array, Array]:
+    """Force [N] and first moments [N m] of what effects add to the wall's stress, over fixed fibres."""
+    places, area = chain.known["fibres"] if "fibres" in chain.known else body.fibres()
+    strain = (delta_centre + places @ bend) / body.length
+    base = body.silicone(strain)
+    excess = area * (chain.through("wall", base, strain=strain, base=base) - base)
+    return jnp.sum(excess), excess @ places
+
+
+def configuration(actuator: Actuator, unknowns: Array) -> tuple[Array, Array]:
+    """Elongation of the centre line [m] and bend angle vector [rad] of scaled unknowns."""
+    scaled = actuator.basis @ unknowns
+    return scaled[0] * actuator.length, scaled[1:] * actuator.length / actuator.section.radius
+
+
+def residual(unknowns: Array, problem: Problem, orders: int = 3) -> Array:
+    """Scaled imbalance in the free directions [1], phases as the activations read them; see `imbalance`."""
+    actuator = problem.actuator
+    force, moment = imbalance(problem, *configuration(actuator, unknowns), orders)
+    radius = actuator.section.radius
+    area, _, _ = actuator.section.moments()
+    scaled = jnp.concatenate([force[None], moment / radius]) / (REFERENCE_MODULUS * area)
+    return actuator.basis.T @ scaled
+
+
+def freedoms(problem: Problem) -> int:
+    """Number of scaled coordinates of the configuration."""
+    return problem.actuator.basis.shape[1]
+
+
+def measured(problem: Problem) -> tuple[int, ...]:
+    """Indices of the springs whose phase follows from a measured resistance."""
+    return tuple(k for k, a in enumerate(problem.activations) if isinstance(a, Resistance))
+
+
+def at_phases(problem: Problem, phases: Array) -> Problem:
+    """The problem with the fractions of its measured springs given, shape (measured,)."""
+    activations = list(problem.activations)
+    for k, xi0 in zip(measured(problem), phases, strict=True):
+        activations[k] = LocatedFraction(xi0, activations[k])
+    return eqx.tree_at(lambda p: p.activations, problem, tuple(activations))
+
+
+def joint_residual(unknowns: Array, problem: Problem, orders: int = 3) -> Array:
+    """Scaled imbalance, and for every measured spring what its resistance misses [1].
+
+    The unknowns are the scaled configuration and the fractions of the measured springs, held to [0, 1]. So
+    full heat and both ends are regular. A fraction at an end stays there while the resistance lies beyond
+    what the phase allows, within `READING`; its equation then says that it is at that end (correction 14).
+
+    Args:
+        unknowns: shape (freedoms + measured,).
+        problem: one row.
+        orders: see `imbalance`.
+    """
+    actuator, count = problem.actuator, freedoms(problem)
+    unbalanced = residual(unknowns[:count], at_phases(problem, unknowns[count:]), orders)
+    if not measured(problem):
+        return unbalanced
+    return jnp.concatenate([unbalanced, jnp.stack(_misread(unknowns, problem, actuator, count))])
+
+
+def _misread(unknowns: Array, problem: Problem, actuator: Actuator, count: int) -> list[Array]:
+    """The rows of `joint_residual` of the measured springs."""
+    centre, bend = configuration(actuator, unknowns[:count])
+    elongations = centre + actuator.spring_places @ bend
+    found = []
+    for k, xi0 in zip(measured(problem), unknowns[count:], strict=True):
+        chain = problem.chain.knowing(number=actuator.spring_numbers[k])
+        spring = actuator.springs[k]
+        excess, contrast = problem.activations[k].excess(spring, elongations[k], xi0, chain)
+        scale = jax.lax.stop_gradient(spring.contrast_at_rest)
+        missed = excess / scale
+        missed = missed * jax.lax.stop_gradient(jnp.where(contrast < 0.0, -1.0, 1.0))
+        surplus = jax.lax.stop_gradient(missed)
+        within = READING + WITHIN * problem.activations[k].noise / scale
+        cold = (xi0 >= 1.0) & (surplus <= within)
+        hot = (xi0 <= 0.0) & (surplus >= -within)
+        end = jnp.where(cold, 1.0, 0.0)
+        found.append(jnp.where(cold | hot, xi0 - end, missed))
+    return found
+
+
+def start(actuator: Actuator) -> Array:
+    """First trial: sides at +5 and -5 mm on a 56 mm actuator, as far as the free directions allow."""
+    target = jnp.asarray([0.0, *(0.5 * START_BEND * actuator.side_direction)])
+    basis = jax.lax.stop_gradient(actuator.basis)
+    return solve_small(basis.T @ basis, basis.T @ target)
+
+
+def all_finite(problem: Problem) -> Array:
+    """Whether every number of the row is finite: zero times a number is zero only then."""
+    leaves = jax.tree.leaves(eqx.filter(problem, eqx.is_inexact_array))
+    return sum(jnp.sum(0.0 * leaf) for leaf in leaves) == 0.0
+
+
+def calm(problem: Problem, unknowns: Array) -> tuple[Problem, Array, Array]:
+    """The row with zeros for what is not finite, and whether it was finite.
+
+    A NaN that is discarded later would still reach every reverse gradient.
+    """
+    good = all_finite(problem) & jnp.all(jnp.isfinite(unknowns))
+    safe = lambda x: jnp.where(jnp.isfinite(x), x, 0.0) if eqx.is_inexact_array(x) else x  # noqa: E731
+    row = jax.tree.map(safe, (problem.pressure, problem.activations, problem.states, problem.chain))
+    return Problem(problem.actuator, *row), safe(unknowns), good

@@ -1,0 +1,139 @@
+"""Tables of constants on disk: each number with its unit, where it comes from and how well it is known.
+
+A table describes an alloy, a silicone or an actuator design. It is a TOML file in which every number is
+
+    G_m = {value = 3.0, unit = "GPa", status = "fitted", source = "...", prior = {mean = 3.0, sd = 0.9}}
+
+Values are converted once, at reading, to the internal units of `pneusma_jax.units`. Nothing here needs JAX.
+The records are in `calibration/records.py`, the known keys in `calibration/keys.py`, the text in
+`calibration/toml.py`; this module finds, reads and writes files.
+"""
+
+import os
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError, nearest
+from .records import Calibration, Line, Prior, Quantity
+from .toml import SCHEMA, parse_calibration, render_calibration
+
+_USUAL = {"material": "dragon_skin_10_fast", "alloy": "krl35"}
+_EXAMPLES = resources.files("calibration_data").joinpath("examples", "designs")
+_UNKNOWN = resources.files("calibration_data").joinpath("unknown")
+
+__all__ = [
+    "SCHEMA", "Calibration", "Line", "Prior", "Quantity", "available", "examples", "load_calibration",
+    "named_table", "unknown", "write_calibration",
+]  # fmt: skip
+
+
+def available(kind: str | None = None) -> list[str]:
+    """Names of the tables that come with the package, sorted; those of one kind, or all if it is None."""
+    names = sorted(
+        entry.name.removesuffix(".toml")
+        for entry in resources.files("calibration_data").iterdir()
+        if entry.name.endswith(".toml")
+    )
+    return [name for name in names if kind is None or load_calibration(name).kind == kind]
+
+
+def unknown() -> list[str]:
+    """Names of alloys that nobody has characterised, sorted: wide priors to identify one from, by name."""
+    return sorted(e.name.removesuffix(".toml") for e in _UNKNOWN.iterdir() if e.name.endswith(".toml"))
+
+
+def examples() -> list[str]:
+    """Names of the example actuators that come with the package, sorted; to be loaded by name and copied."""
+    return sorted(
+        entry.name.removesuffix(".toml") for entry in _EXAMPLES.iterdir() if entry.name.endswith(".toml")
+    )
+
+
+def load_calibration(name_or_path: str | Path | Calibration, kind: str | None = None) -> Calibration:
+    """Read and check a table.
+
+    Args:
+        name_or_path: name of a table or example of the package (`"krl35"`), or a path. A `Path`, and any
+            text that ends in `.toml` or contains a path separator, is a path. A table in memory is taken as
+            it is.
+        kind: the kind that is wanted, or None for any.
+
+    Returns:
+        The table, with values in internal units.
+
+    Raises:
+        InputError: if the table cannot be found or read, if it is of another kind, or if anything in it is
+            unknown, missing, of the wrong dimension or outside its own prior. One line: file, key, remedy.
+    """
+    table = name_or_path if isinstance(name_or_path, Calibration) else _read(name_or_path, kind)
+    if kind is not None and table.kind != kind:
+        raise InputError(
+            f"{table.path or table.name}: kind is {table.kind!r}, but a table of kind {kind!r} is needed here"
+        )
+    return table
+
+
+def _read(name_or_path: str | Path, kind: str | None) -> Calibration:
+    path, place = _locate(name_or_path, kind)
+    try:
+        text = place.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise InputError(f"{path}: there is no such file") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: cannot be read as a text file ({error})") from None
+    return parse_calibration(text, path)
+
+
+def named_table(table: Calibration, key: str) -> str:
+    """Name or path of the alloy or material of an actuator; a relative path counts from the file it is in.
+
+    Args:
+        table: of kind actuator.
+        key: `"alloy"` or `"material"`; the source's own where the table names none.
+    """
+    name = table.text.get(key, _USUAL[key])
+    if not name.endswith(".toml"):
+        return name
+    return str((table.path or Path()).parent / name)
+
+
+def write_calibration(calibration: Calibration, path: str | Path) -> None:
+    """Write a table that `load_calibration` reads back equal; the file appears whole or not at all.
+
+    Args:
+        calibration: the table; quantities are written in their own `unit`.
+        path: file to write or replace.
+
+    Raises:
+        InputError: if the table would be refused when read back, or the place cannot be written.
+    """
+    path = Path(path)
+    text = render_calibration(calibration)
+    parse_calibration(text, path)
+    draft = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        draft.write_text(text, encoding="utf-8")
+        os.replace(draft, path)
+    except OSError as error:
+        draft.unlink(missing_ok=True)
+        raise InputError(f"{path}: cannot be written ({error.strerror})") from None
+
+
+def _locate(name_or_path: str | Path, kind: str | None) -> tuple[Path, Any]:
+    """Path to show in messages, and the place to read: a file, or a resource of the installed package."""
+    name = str(name_or_path)
+    if isinstance(name_or_path, Path) or name.endswith(".toml") or "/" in name or os.sep in name:
+        return Path(name), Path(name)
+    if name in examples():
+        file = f"{name}.toml"
+        return Path("calibration_data", "examples", "designs", file), _EXAMPLES.joinpath(file)
+    if name in unknown():
+        file = f"{name}.toml"
+        return Path("calibration_data", "unknown", file), _UNKNOWN.joinpath(file)
+    if name not in available():
+        alloys = unknown() if kind in (None, "alloy") else []
+        known = available(kind) + alloys + (examples() if kind in (None, "actuator") else [])
+        raise InputError(f"no table of constants is called {name!r}, {nearest(name, known)}")
+    file = f"{name}.toml"
+    return Path("calibration_data", file), resources.files("calibration_data").joinpath(file)

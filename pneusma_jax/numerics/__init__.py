@@ -1,0 +1,1 @@
+"""Functions finite at singular points, solves of one to three unknowns, plane lines."""

@@ -1,0 +1,111 @@
+"""Newton's method for equilibria, as an optimistix root finder."""
+
+from collections.abc import Callable
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import optimistix as optx
+from jaxtyping import Array, Bool, Float, Int
+
+from .linear import solve_small
+
+
+class _State(eqx.Module):
+    """Of `BoundedNewton`: length of the last step [1], largest residual before it [1], and steps so far."""
+
+    moved: Array
+    excess: Array
+    count: Int[Array, ""]
+
+
+class BoundedNewton(optx.AbstractRootFinder):
+    """Newton's method with short steps, and unknowns at the end that are held to [0, 1].
+
+    The function must be of one flat array. Its value and Jacobian come from one pass. `options["free"]` is
+    the number of unknowns without bounds, which come first (all, where it is absent). The linear system is
+    solved block by block: the first block of an equilibrium is its stiffness at given phases, which is
+    regular.
+
+    Attributes:
+        rtol, atol: not used for ending; optimistix asks for them.
+        norm: of a step.
+        close: length of a step after which the method ends [1]. It converges quadratically, so that the error
+            is then of the order of its square.
+        longest: longest step of an unknown [1].
+        patience: steps after which every other one is shortened. Laws with corners (friction, contact) send
+            Newton's method to and fro between the two sides of a corner.
+        shorter: part of such a step that is taken [1].
+        corner: steps below this length are taken in full [1].
+    """
+
+    rtol: float = 1e-9
+    atol: float = 1e-9
+    norm: Callable = optx.max_norm
+    close: float = 1e-8
+    longest: float = 0.3
+    patience: int = 8
+    shorter: float = 0.35
+    corner: float = 1e-4
+
+    def init(
+        self, fn: Any, y: Array, args: Any, options: dict, f_struct: Any, aux_struct: Any, tags: Any
+    ) -> _State:
+        """See optimistix."""
+        far = jnp.asarray(jnp.inf, y.dtype)
+        return _State(far, far, jnp.asarray(0))
+
+    def step(
+        self, fn: Callable, y: Array, args: Any, options: dict, state: _State, tags: Any
+    ) -> tuple[Array, _State, Any]:
+        """One step; value and slope of the function in one pass."""
+
+        def twice(y: Array) -> tuple[Array, tuple]:
+            value, aux = fn(y, args)
+            return value, (value, aux)
+
+        slope, (value, aux) = jax.jacfwd(twice, has_aux=True)(y)
+        free = options.get("free", y.size)
+        step = jnp.clip(solve_blocks(slope, value, free), -self.longest, self.longest)
+        early = (state.count < self.patience) | (state.count % 2 == 0)
+        share = jnp.where(early | (jnp.max(jnp.abs(step)) < self.corner), 1.0, self.shorter)
+        after = y - share * step
+        if free < y.size:
+            after = jnp.concatenate([after[:free], jnp.clip(after[free:], 0.0, 1.0)])
+        moved = jnp.max(jnp.abs(after - y))
+        return after, _State(moved, jnp.max(jnp.abs(value)), state.count + 1), aux
+
+    def terminate(
+        self, fn: Any, y: Array, args: Any, options: dict, state: _State, tags: Any
+    ) -> tuple[Bool[Array, ""], optx.RESULTS]:
+        """End after a short step, or where numbers are no longer finite."""
+        lost = (state.count > 0) & ~jnp.isfinite(state.moved + state.excess)
+        result = optx.RESULTS.where(lost, optx.RESULTS.nonlinear_divergence, optx.RESULTS.successful)
+        return (state.moved <= self.close) | lost, result
+
+    def postprocess(
+        self, fn: Any, y: Array, aux: Any, args: Any, options: dict, state: _State, tags: Any, result: Any
+    ) -> tuple[Array, Any, dict]:
+        """Nothing more to do."""
+        return y, aux, {"excess": state.excess}
+
+
+def solve_blocks(
+    matrix: Float[Array, "n n"], vector: Float[Array, "n"], first: int
+) -> Float[Array, "n"]:
+    """Solution of `matrix @ x = vector` by eliminating the first block, at most three by three.
+
+    Args:
+        matrix: whose leading `first` rows and columns are regular; the rest is at most three by three.
+        vector: right-hand side.
+        first: size of the first block; n where there is only one.
+    """
+    if first == vector.size:
+        return solve_small(matrix, vector)
+    (a, b), (c, d) = ((half[:, :first], half[:, first:]) for half in (matrix[:first], matrix[first:]))
+    # apart from each other: the vector alone is linear, and is transposed for reverse derivatives
+    across = jax.vmap(solve_small, (None, 1), 1)(a, b)
+    own = solve_small(a, vector[:first])
+    rest = solve_small(d - c @ across, vector[first:] - c @ own)
+    return jnp.concatenate([own - across @ rest, rest])

@@ -1,0 +1,240 @@
+"""How missing physics joins the model: effects that act at named slots of a row.
+
+A row of a recording runs through slots in a fixed order, each a value that the base model hands on unchanged:
+
+    actuator   pressure -> [elongation -> phase -> stress -> pull -> resistance] per spring
+                        -> wall, load -> outputs
+    spring     [compliance] elongation -> phase -> stress -> pull -> resistance -> outputs
+    wire       temperature -> phase -> stress -> outputs      tube  pressure -> wall, load -> outputs
+    elastomer  [compliance] wall -> outputs          and at the end of all rows: recorded
+
+An effect is a module with a parameter whose neutral value means absent, a method for each slot it acts at,
+and, if it has a history, a memory that is carried from row to row. Effects compose in the order in which they
+are given; a chain without effects is the base model and adds nothing to the compiled program.
+"""
+
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool
+
+
+class Known(eqx.Module):
+    """What is known of a row when a slot is reached, by name; asking for an unknown name is a `KeyError`.
+
+    Row: `time`, `interval`, `pressure`, `temperature`, `cycle`, and the element: `actuator`, `spring`, `wire`
+    or `silicone`.
+    Spring: `number` (as recordings count, an int), `elongation`, `gamma`, `xi0`, `gamma_R`, `base_stress`,
+    `stress`, `force`.
+    Wall: `strain`, and the law's stress there, `base`. Configuration: `delta_centre`, `bend`.
+    """
+
+    values: dict[str, Any] = eqx.field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> Any:
+        return self.values[name]
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.values
+
+    def also(self, **more: Any) -> "Known":
+        """The same, knowing more."""
+        return Known(self.values | more)
+
+
+class Effect(eqx.Module):
+    """Physics that the base model leaves out.
+
+    Class attributes:
+        slug: name in the catalogue and in reports.
+        component: where a report locates it.
+        kinds: recordings that can show it: A actuator, S spring, W wire, E elastomer, T tube.
+        sentence: what was left out, for a laboratory.
+        literature: where the form comes from.
+
+    The methods below are the slots; each returns its value unchanged unless overridden. `memory` is what
+    `begin` made and `remember` keeps; it is a pytree, `None` for an effect without history.
+    """
+
+    slug: ClassVar[str] = ""
+    component: ClassVar[str] = "unknown"
+    kinds: ClassVar[str] = ""
+    sentence: ClassVar[str] = ""
+    literature: ClassVar[str] = ""
+
+    def begin(self, at: Known) -> Any:
+        """Memory before the first row, at rest."""
+        return None
+
+    def remember(self, memory: Any, at: Known) -> Any:
+        """Memory after a row, all of which is known."""
+        return memory
+
+    def pressure(self, value: Array, at: Known, memory: Any) -> Array:
+        """Chamber pressure [Pa] from the recorded one."""
+        return value
+
+    def elongation(self, value: Array, at: Known, memory: Any) -> Array:
+        """Elongation that the wire of a spring sees [m] from that of its ends."""
+        return value
+
+    def wire_resistance(self, value: Array, at: Known, memory: Any) -> Array:
+        """Resistance of the active wire [ohm] from the measured one; the inverse of `resistance`."""
+        return value
+
+    def compliance(self, value: Array, at: Known, memory: Any) -> Array:
+        """What lies between the specimen and the recorded length, shape (2,): its compliance unloaded [m/N],
+        and one over the force at which that is half as much [1/N]; 0 in the base model."""
+        return value
+
+    def temperature(self, value: Array, at: Known, memory: Any) -> Array:
+        """Temperature [degC] at which the reversible curve is read, from that of the specimen."""
+        return value
+
+    def phase(self, value: Array, at: Known, memory: Any) -> Array:
+        """Onset martensite fraction [1]."""
+        return value
+
+    def stress(self, value: Array, at: Known, memory: Any) -> Array:
+        """Shear stress of a spring's wire, axial stress of a straight one [Pa]."""
+        return value
+
+    def pull(self, value: Array, at: Known, memory: Any) -> Array:
+        """Force of a spring [N]."""
+        return value
+
+    def resistance(self, value: Array, at: Known, memory: Any) -> Array:
+        """Measured resistance [ohm] from that of the active wire."""
+        return value
+
+    def wall(self, value: Array, at: Known, memory: Any) -> Array:
+        """Engineering stress of fibres of the wall [Pa], shape (fibres,)."""
+        return value
+
+    def load(self, value: tuple[Array, Array], at: Known, memory: Any) -> tuple[Array, Array]:
+        """Pull [N] and first moments [N m] that resist the pressure, on top of springs and wall."""
+        return value
+
+    def outputs(self, value: dict[str, Array], at: Known, memory: Any) -> dict[str, Array]:
+        """What the instruments show, by canonical column name in SI."""
+        return value
+
+    def recorded(self, value: dict[str, Array], time: Array) -> dict[str, Array]:
+        """What the instruments recorded in all rows, from what they showed, shape (rows,) each.
+
+        For effects on a channel's clock. Memories are not known here: the recording is complete.
+        """
+        return value
+
+
+class Switched(eqx.Module):
+    """An effect that may be off, for programs that hold many and need few at a time: what is off is left out
+    at run time, and so is a slot at which all are. The switch is an argument of the compiled program.
+    Off, an effect must be at its neutral value; its derivatives there are zero.
+
+    Attributes:
+        effect: that acts while on.
+        on: shape ().
+    """
+
+    effect: Effect
+    on: Bool[Array, ""]
+
+
+class Chain(eqx.Module):
+    """Effects bound to their memories and to what is known of the row: what the model's slots call.
+
+    Attributes:
+        effects: in the order in which they act.
+        memories: one per effect.
+        known: of the row so far.
+    """
+
+    effects: tuple[Effect | Switched, ...] = ()
+    memories: tuple[Any, ...] = ()
+    known: Known = eqx.field(default_factory=Known)
+
+    @classmethod
+    def begin(cls, effects: tuple[Effect | Switched, ...], **known: Any) -> "Chain":
+        """Effects with their memories at rest."""
+        at = Known(known)
+        return cls(tuple(effects), tuple(_own(effect).begin(at) for effect in effects), at)
+
+    def knowing(self, **more: Any) -> "Chain":
+        """The same chain further along the row."""
+        return Chain(self.effects, self.memories, self.known.also(**more)) if self.effects else self
+
+    def through(self, slot: str, value: Any, **more: Any) -> Any:
+        """A value after every effect that acts at a slot."""
+        at = self.known.also(**more) if self.effects else self.known
+        pairs = zip(self.effects, self.memories, strict=True)
+        acting = [(effect, memory) for effect, memory in pairs if _overrides(effect, slot)]
+
+        if len(acting) == 1:
+            return _acting(acting[0][0], slot, value, at, acting[0][1])
+
+        def all_of_them(value: Any) -> Any:
+            for effect, memory in acting:
+                value = _acting(effect, slot, value, at, memory)
+            return value
+
+        return self.where_acting(slot, all_of_them, lambda x: x, value)
+
+    def where_acting(self, slot: str, act: Callable, idle: Callable, *values: Any) -> Any:
+        """`act(*values)` where any effect at a slot is on, `idle(*values)` where all are off; only the one
+        that is needed is computed."""
+        return _chosen([e for e in self.effects if _overrides(e, slot)], act, idle, *values)
+
+    def acts_at(self, slot: str) -> bool:
+        """Whether any effect overrides a slot; decided while tracing."""
+        return any(_overrides(effect, slot) for effect in self.effects)
+
+    def remembered(self, **more: Any) -> tuple[Any, ...]:
+        """Memories after the row."""
+        at = self.known.also(**more)
+        pairs = zip(self.effects, self.memories, strict=True)
+        return tuple(_acting(effect, "remember", memory, at) for effect, memory in pairs)
+
+
+def _own(effect: Effect | Switched) -> Effect:
+    return effect.effect if isinstance(effect, Switched) else effect
+
+
+def _overrides(effect: Effect | Switched, method: str) -> bool:
+    return getattr(type(_own(effect)), method) is not getattr(Effect, method)
+
+
+def _chosen(acting: list[Effect | Switched], act: Callable, idle: Callable, *values: Any) -> Any:
+    """What is made of values where effects act, any of which may be off."""
+    if not acting:
+        return idle(*values)
+    if not all(isinstance(effect, Switched) for effect in acting):
+        return act(*values)
+    on = jnp.any(jnp.stack([effect.on for effect in acting]))
+    return jax.lax.cond(on, act, idle, *jax.tree.map(jnp.asarray, values))
+
+
+def _acting(effect: Effect | Switched, method: str, value: Any, *more: Any) -> Any:
+    """A value after one effect's method."""
+    act = lambda x: getattr(_own(effect), method)(x, *more)  # noqa: E731
+    return _chosen([effect] if _overrides(effect, method) else [], act, lambda x: x, value)
+
+
+PLAIN = Chain()
+
+
+TOLD = "told_"
+"""Before the names by which slots hand values of rows to `recorded`; no instrument shows them."""
+
+
+def as_recorded(
+    effects: tuple[Effect | Switched, ...], seen: dict[str, Array], time: Array
+) -> dict[str, Array]:
+    """Channels of a whole recording, shape (rows,) each, after every effect on their clocks."""
+    told = {name: course for name, course in seen.items() if name.startswith(TOLD)}
+    for effect in effects:
+        seen = _acting(effect, "recorded", seen, time) | told  # which no instrument's clock moves
+    return {name: course for name, course in seen.items() if name not in told}

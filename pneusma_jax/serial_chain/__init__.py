@@ -1,0 +1,1 @@
+"""Segments in series: their kinematics, shape in space and clearance."""

@@ -1,0 +1,324 @@
+"""Loads on a chain of segments in space, passed on from segment to segment: weight, forces, moments.
+
+Two rules hold for every load. A direction is given in the frame of the chain's base, unless the load follows
+the section on which it acts. A place in a section is given in the segment's own axes, like the places of its
+springs.
+
+The balance of a segment needs the generalised force of all loads on its own coordinates, the length l of its
+centre line and its bend angle vector theta. What acts at the segment's end or beyond it is, seen from the
+end, a force F and a moment M. A small change of the coordinates moves the end by dp and turns it by dphi, so
+that the virtual work is `F . dp + M . dphi`; seen from the segment's base
+
+    p = l (-theta c_2, c_1)
+    dphi = J dphi_0,  phi_0 = theta x z,  J = 1 + c_2 [phi_0] + c_3 [phi_0]^2
+
+with Stumpff's functions c_k of `theta . theta` (see `loads`) and `[a] b = a x b`; J is the left Jacobian of a
+rotation. What is spread along the segment itself does work by the mean of the fibre on which it lies. Forces
+and moments beyond each end are sums from the tip backwards, so the whole chain costs as much as its segments.
+
+A segment is an arc: along it the curvature is constant. A chain of ever shorter segments approaches a rod
+    that
+bends and stretches, but does not shear and does not twist, with an error that falls as the square of the
+segments' length.
+"""
+
+import abc
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..actuator.loads import Load, fibre_mean, stumpff, yield_of_end, yield_of_mean
+from .kinematics import rotate_in_section, rotation_vector, transform
+
+
+class ChainLoad(eqx.Module):
+    """Something that acts on the segments of a chain."""
+
+    @abc.abstractmethod
+    def spread(self, rest_lengths: Float[Array, "n"]) -> tuple[Array, Array] | None:
+        """What is spread evenly along segments, or None.
+
+        Args:
+            rest_lengths: of the segments [m].
+
+        Returns:
+            Force on each segment [N], shape (n, 3), and the place of its fibre in the section [m], shape (n,
+            2).
+        """
+
+    @abc.abstractmethod
+    def at_ends(self, turns: Float[Array, "n 3 3"]) -> tuple[Array, Array] | None:
+        """What acts at the ends of segments, or None.
+
+        Args:
+            turns: rotation of each segment's own axes at its end, as seen from the chain's base.
+
+        Returns:
+            Forces [N] and moments about the ends' centres [N m] in the frame of the base, both of shape (n,
+            3).
+        """
+
+    def check(self, count: int) -> None:
+        """Raise a ValueError if the load does not fit a chain of so many segments."""
+
+
+class ChainWeight(ChainLoad):
+    """Weight of the segments, and of bodies at their ends; `actuator.weight.chain_weight` makes it from
+    densities.
+
+    Attributes:
+        acceleration: of gravity [m/s2], shape (3,); see `actuator.loads.gravity_vector`.
+        masses: of tube and springs of each segment, spread evenly [kg], shape (n,).
+        places: centre of that mass in the section [m], shape (n, 2).
+        end_masses: of the body at each segment's end, such as a connector or the end cap [kg], shape (n,).
+        end_places: centre of that body from the middle of the end, z ahead of it [m], shape (n, 3).
+    """
+
+    acceleration: Float[Array, "3"] = eqx.field(converter=jnp.asarray)
+    masses: Float[Array, "n"] = eqx.field(converter=jnp.asarray)
+    places: Float[Array, "n 2"] = eqx.field(converter=jnp.asarray)
+    end_masses: Float[Array, "n"] = eqx.field(converter=jnp.asarray)
+    end_places: Float[Array, "n 3"] = eqx.field(converter=jnp.asarray)
+
+    def spread(self, rest_lengths: Float[Array, "n"]) -> tuple[Array, Array]:
+        """See `ChainLoad.spread`."""
+        return self.masses[:, None] * self.acceleration, self.places
+
+    def at_ends(self, turns: Float[Array, "n 3 3"]) -> tuple[Array, Array]:
+        """See `ChainLoad.at_ends`."""
+        forces = self.end_masses[:, None] * self.acceleration
+        return forces, _moment_of(forces, turns, self.end_places)
+
+    def check(self, count: int) -> None:
+        """See `ChainLoad.check`."""
+        for name, wanted in (
+            ("acceleration", (3,)), ("masses", (count,)), ("places", (count, 2)),
+            ("end_masses", (count,)), ("end_places", (count, 3)),
+        ):  # fmt: skip
+            _check_shape(f"`{name}` of a weight", getattr(self, name), wanted)
+
+
+class PointLoad(ChainLoad):
+    """A force and a moment at the end of one segment, by default at the tip.
+
+    Attributes:
+        force: [N], shape (3,).
+        moment: [N m], shape (3,).
+        place: where the force acts, from the middle of the end, z ahead of it [m], shape (3,); a place in the
+            section, of shape (2,), may be given.
+        segment: static; index of the segment from the base, -1 for the last.
+        follows: static; False for a force and a moment that keep their direction, in the frame of the base;
+            True for such as turn with the end, in the segment's own axes.
+    """
+
+    force: Float[Array, "3"] = eqx.field(converter=jnp.asarray, default=(0.0, 0.0, 0.0))
+    moment: Float[Array, "3"] = eqx.field(converter=jnp.asarray, default=(0.0, 0.0, 0.0))
+    place: Array = eqx.field(converter=jnp.asarray, default=(0.0, 0.0, 0.0))
+    segment: int = eqx.field(static=True, default=-1)
+    follows: bool = eqx.field(static=True, default=False)
+
+    def spread(self, rest_lengths: Float[Array, "n"]) -> None:
+        """See `ChainLoad.spread`."""
+        return None
+
+    def at_ends(self, turns: Float[Array, "n 3 3"]) -> tuple[Array, Array]:
+        """See `ChainLoad.at_ends`."""
+        turn = turns[self.segment]
+        force, moment = (turn @ self.force, turn @ self.moment) if self.follows else (self.force, self.moment)
+        arm = turn[:, : self.place.shape[0]] @ self.place
+        alone = jnp.zeros((turns.shape[0], 3))
+        return alone.at[self.segment].set(force), alone.at[self.segment].set(moment + _cross(arm, force))
+
+    def check(self, count: int) -> None:
+        """See `ChainLoad.check`."""
+        for name in ("force", "moment"):
+            _check_shape(f"`{name}` of a point load", getattr(self, name), (3,))
+        if jnp.shape(self.place) not in ((2,), (3,)):
+            _check_shape("`place` of a point load", self.place, (3,))
+        if not -count <= self.segment < count:
+            raise ValueError(
+                f"Argument `segment` of a point load must be an index into {count} segments, "
+                f"but it is {self.segment}."
+            )
+
+
+class LineLoad(ChainLoad):
+    """A force along the segments that keeps its direction and stays with the material, such as a field's.
+
+    Attributes:
+        per_length: force per length at rest, in the frame of the base [N/m], shape (3,) for all segments or
+            (n, 3).
+        place: of the fibre on which it acts, in the section [m], shape (2,) or (n, 2).
+    """
+
+    per_length: Array = eqx.field(converter=jnp.asarray)
+    place: Array = eqx.field(converter=jnp.asarray, default=(0.0, 0.0))
+
+    def spread(self, rest_lengths: Float[Array, "n"]) -> tuple[Array, Array]:
+        """See `ChainLoad.spread`."""
+        count = rest_lengths.shape[0]
+        return self.per_length * rest_lengths[:, None], jnp.broadcast_to(self.place, (count, 2))
+
+    def at_ends(self, turns: Float[Array, "n 3 3"]) -> None:
+        """See `ChainLoad.at_ends`."""
+        return None
+
+    def check(self, count: int) -> None:
+        """See `ChainLoad.check`."""
+        for name, size in (("per_length", 3), ("place", 2)):
+            if jnp.shape(getattr(self, name)) != (size,):
+                _check_shape(f"`{name}` of a line load", getattr(self, name), (count, size))
+
+
+class SegmentsOwn(ChainLoad):
+    """What segments carry themselves, `Actuator.loads`: one load of each, none of some.
+
+    Attributes:
+        forces, places: spread along each segment [N], shape (n, 3), at a place of the section [m].
+        end_forces, end_places: at its end, likewise.
+    """
+
+    forces: Float[Array, "n 3"]
+    places: Float[Array, "n 2"]
+    end_forces: Float[Array, "n 3"]
+    end_places: Float[Array, "n 2"]
+
+    def spread(self, rest_lengths: Float[Array, "n"]) -> tuple[Array, Array]:
+        """See `ChainLoad.spread`."""
+        return self.forces, self.places
+
+    def at_ends(self, turns: Float[Array, "n 3 3"]) -> tuple[Array, Array]:
+        """See `ChainLoad.at_ends`."""
+        return self.end_forces, _moment_of(self.end_forces, turns, self.end_places)
+
+
+def own_loads(loads: tuple[tuple[Load, ...], ...]) -> tuple[SegmentsOwn, ...]:
+    """Loads of single segments as loads of the chain that they make.
+
+    Args:
+        loads: of each segment, directions in the frame of the chain's base.
+
+    Raises:
+        ValueError: if one of them cannot be passed on from segment to segment.
+    """
+    layers = []
+    nothing = (jnp.zeros(3), jnp.zeros(2), jnp.zeros(3), jnp.zeros(2))
+    for depth in range(max((len(own) for own in loads), default=0)):
+        carried = [own[depth].carried() if depth < len(own) else nothing for own in loads]
+        layers.append(SegmentsOwn(*(jnp.stack(parts) for parts in zip(*carried, strict=True))))
+    return tuple(layers)
+
+
+def generalised_forces(
+    loads: tuple[ChainLoad, ...],
+    lengths: Float[Array, "n"],
+    bends: Float[Array, "n 2"],
+    angles: Float[Array, "n"],
+    connectors: Float[Array, "n"],
+    rest_lengths: Float[Array, "n"],
+) -> tuple[Float[Array, "n"], Float[Array, "n 2"]]:
+    """What the loads do to each segment's length and bend, passed on from the tip to the base.
+
+    Args:
+        loads: on the chain.
+        lengths: of the segments' centre lines [m].
+        bends: bend angle vector of each segment in its own axes [rad].
+        angles: by which each segment is mounted turned about z, against the base [rad].
+        connectors: length of the rigid connector after each segment [m], also after the last.
+        rest_lengths: of the segments [m].
+
+    Returns:
+        Pulls along the centre lines [N], shape (n,), and moments on the bend angle vectors in the segments'
+        own axes [N m], shape (n, 2): the negative virtual work per change of length and of bend, as in
+        `Load.generalised_force`.
+    """
+    bends = rotate_in_section(bends, angles)
+    shared = jax.vmap(lambda bend: stumpff(bend @ bend))(bends)
+    bases, ends = _placed(lengths, bends, connectors, shared)
+    turns = ends[:, :3, :3] @ jax.vmap(_own_axes)(angles)
+    inwards = jnp.swapaxes(bases[:, :3, :3], 1, 2)
+    pull, turn = jnp.zeros_like(lengths), jnp.zeros_like(bends)
+    along = about = force = moment = jnp.zeros((lengths.shape[0], 3))  # `along`, `about`: of what is spread
+    for load in loads:
+        spread, at_ends = load.spread(rest_lengths), load.at_ends(turns)
+        if spread is not None:
+            forces, places = spread[0], rotate_in_section(spread[1], angles)
+            seen = jnp.einsum("nij,nj->ni", inwards, forces)
+            more = jax.vmap(yield_of_mean)(seen, lengths, bends, places, shared)
+            pull, turn = pull + more[0], turn + more[1]
+            middle = transform(bases, jax.vmap(fibre_mean)(lengths, bends, places, shared))
+            along, about = along + forces, about + _cross(middle, forces)
+        if at_ends is not None:
+            force, moment = force + at_ends[0], moment + at_ends[1]
+    place = ends[:, :3, 3]
+    beyond = _from_tip(force + along) - along
+    turned = _from_tip(moment + _cross(place, force) + about) - about - _cross(place, beyond)
+    seen_force, seen_moment = (jnp.einsum("nij,nj->ni", inwards, x) for x in (beyond, turned))
+    by_force = jax.vmap(yield_of_end)(seen_force, lengths, bends, jnp.zeros_like(bends), shared)
+    turn = turn + by_force[1] + jax.vmap(_yield_of_turn)(seen_moment, bends, shared)
+    return pull + by_force[0], rotate_in_section(turn, -angles)
+
+
+def _placed(
+    lengths: Array, bends: Array, connectors: Array, shared: tuple[Array, ...]
+) -> tuple[Array, Array]:
+    """Frames at the segments' bases and ends, shape (n, 4, 4): `kinematics` from shared Stumpff functions."""
+    c_1, c_2, *_ = shared
+    (x, y), zero, one = bends.T, jnp.zeros_like(lengths), jnp.ones_like(lengths)
+    rows = [
+        [1.0 - c_2 * x**2, -c_2 * x * y, -c_1 * x, -c_2 * x * lengths],
+        [-c_2 * x * y, 1.0 - c_2 * y**2, -c_1 * y, -c_2 * y * lengths],
+        [c_1 * x, c_1 * y, 1.0 - c_2 * (x**2 + y**2), c_1 * lengths],
+        [zero, zero, zero, one],
+    ]
+    arcs = jnp.moveaxis(jnp.stack([jnp.stack(row) for row in rows]), -1, 0)
+
+    def add(base: Array, segment: tuple[Array, Array]) -> tuple[Array, tuple[Array, Array]]:
+        arc, connector = segment
+        end = base @ arc
+        return end.at[:3, 3].add(connector * end[:3, 2]), (base, end)
+
+    return jax.lax.scan(add, jnp.eye(4) + 0.0 * arcs[0], (arcs, connectors))[1]
+
+
+def _yield_of_turn(moment: Array, bend: Array, shared: tuple[Array, ...]) -> Array:
+    """Negative virtual work of a moment on a segment's end per change of bend [N m], seen from its base."""
+    _, c_2, c_3, *_ = shared
+    axis = rotation_vector(bend)
+    across = _cross(axis, moment)
+    work = moment - c_2 * across + c_3 * _cross(axis, across)  # the left Jacobian, transposed
+    return jnp.stack([work[1], -work[0]])
+
+
+_LEVI_CIVITA = np.array([[np.cross(np.eye(3)[i], np.eye(3)[j]) for j in range(3)] for i in range(3)])
+
+
+def _cross(one: Array, other: Array) -> Array:
+    """Cross product; as one contraction it compiles faster than `jnp.cross`."""
+    return jnp.einsum("...i,...j,ijk->...k", one, other, _LEVI_CIVITA)
+
+
+def _own_axes(angle: Array) -> Float[Array, "3 3"]:
+    """Rotation about z by a mounting angle [rad]."""
+    c, s = jnp.cos(angle), jnp.sin(angle)
+    zero, one = jnp.zeros_like(c), jnp.ones_like(c)
+    return jnp.stack([jnp.stack([c, -s, zero]), jnp.stack([s, c, zero]), jnp.stack([zero, zero, one])])
+
+
+def _moment_of(forces: Array, turns: Array, places: Array) -> Array:
+    """Moments about the ends' centres of forces at places of the own axes, shape (n, 2) or (n, 3)."""
+    arms = jnp.einsum("nij,nj->ni", turns[:, :, : places.shape[-1]], places)
+    return _cross(arms, forces)
+
+
+def _from_tip(values: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
+    """Sums from each segment to the last."""
+    return jnp.cumsum(values[::-1], axis=0)[::-1]
+
+
+def _check_shape(what: str, given: Array, wanted: tuple[int, ...]) -> None:
+    if jnp.shape(given) != wanted:
+        raise ValueError(f"Argument {what} must have shape {wanted}, but it has {jnp.shape(given)}.")

@@ -1,0 +1,1 @@
+"""Memories of springs and effects carried along rows: actuator, spring, tube, coupon."""

@@ -1,0 +1,95 @@
+"""An elastomer coupon along a history of strain, the memories of effects carried by one scan."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..numerics.safe import begun_as
+from ..pipeline import Chain, Effect, Known, as_recorded
+from ..silicone import SiliconeLaw
+from .load_train import strain_in_train
+
+# of a die-C dumbbell (ASTM D412), where a recording does not state its coupon's: 6 mm by 3 mm over 33 mm
+AREA = 18e-6  # m2
+GAUGE_LENGTH = 33e-3  # m
+
+
+class CouponRow(eqx.Module):
+    """What the coupon itself does in a row.
+
+    Attributes:
+        strain: engineering [1]; the recorded one unless the load train gives.
+        stress: engineering [Pa].
+    """
+
+    strain: Array
+    stress: Array
+
+
+class CouponHistory(eqx.Module):
+    """A simulated test of an elastomer coupon.
+
+    Attributes:
+        rows: the coupon in every row; arrays of shape (rows,).
+        seen: `stress` [Pa] as the instruments show it, shape (rows,).
+    """
+
+    rows: CouponRow
+    seen: dict[str, Array]
+
+
+@eqx.filter_jit
+def simulate_coupon(
+    law: SiliconeLaw,
+    strain: Float[Array, "rows"],
+    *,
+    time: Float[Array, "rows"] | None = None,
+    cycle: Float[Array, "rows"] | None = None,
+    effects: tuple[Effect, ...] = (),
+    area: Array = AREA,
+    gauge_length: Array = GAUGE_LENGTH,
+) -> CouponHistory:
+    """One coupon stretched along a history of engineering strain.
+
+    Args:
+        law: engineering stress [Pa] over engineering strain [1].
+        strain: as recorded [1], shape (rows,).
+        time: [s], shape (rows,), for effects that depend on rate or duration.
+        cycle: number of the load cycle [1], shape (rows,).
+        effects: beyond the base law; their memories start at rest.
+        area, gauge_length: of the coupon [m2, m], for effects that are forces or lengths.
+    """
+    strain = jnp.asarray(strain, dtype=float)
+    clock = jnp.zeros(strain.shape) if time is None else jnp.asarray(time, dtype=float)
+    count = jnp.zeros(strain.shape) if cycle is None else jnp.asarray(cycle, dtype=float)
+
+    def step(memories: tuple, row: tuple) -> tuple:
+        strain, time, interval, cycle = row
+        known = dict(time=time, interval=interval, cycle=cycle, silicone=law, area=area)
+        known["recorded_strain"] = strain
+        chain = Chain(effects, memories, Known(known))
+
+        def stress_at(given: tuple, strain: Array) -> Array:
+            law, chain = given
+            fibre = jnp.atleast_1d(strain)
+            base = law(fibre)
+            return chain.through("wall", base, strain=fibre, base=base)[0]
+
+        given = law, chain
+        if chain.acts_at("compliance"):
+            give, stiffening = chain.through("compliance", jnp.zeros(2)) * area
+            train = give / gauge_length, stiffening
+            in_train = lambda strain: strain_in_train(stress_at, given, strain, *train)  # noqa: E731
+            strain = chain.where_acting("compliance", in_train, lambda strain: strain, strain)
+        found = CouponRow(strain, stress_at(given, strain))
+        true = dict(stress=found.stress)
+        seen = chain.through("outputs", true, solved=found)
+        later = chain.remembered(solved=found, seen=true, strain=strain) if effects else ()
+        return later, (found, seen)
+
+    memories = Chain.begin(effects, silicone=law).memories
+    history = (strain, clock, jnp.diff(clock, prepend=clock[:1]), count)
+    first = begun_as(memories, (law, effects, history))
+    _, (rows, seen) = jax.lax.scan(step, first, history)
+    return CouponHistory(rows, as_recorded(effects, seen, clock))

@@ -1,0 +1,180 @@
+"""An actuator followed row by row near configurations that are known: what fits and diagnoses compute over
+and over.
+
+`simulate.history.simulate_history` looks further where a row is hard; here a row starts from its neighbour
+and plain Newton does the rest, so that a program with many effects compiles in a fraction of the time and its
+derivatives along many directions are cheap.
+"""
+
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..actuator import Actuator
+from ..actuator.balance import Problem, configuration, residual, spring_responses, start
+from ..actuator.result import SHORTEST, Equilibrium, Status
+from ..actuator.root_find import BALANCED
+from ..nitinol import SpringState
+from ..nitinol.spring import Activation
+from ..numerics.linear import solve_small
+from ..numerics.safe import begun_as
+from ..pipeline import Chain, Effect, Known, as_recorded
+
+CLOSE = 1e-10
+"""Newton step in scaled unknowns after which one more, differentiated, ends it. Near corners (friction,
+contact) steps are small long before a row balances, so that a looser end loses rows."""
+MOST_STEPS = 40
+PATIENCE = 6
+"""Steps after which every other one is shorter: laws with corners (friction, contact) send Newton's method to
+and fro between two sides of one."""
+SHORTER = 0.35
+"""Part of such a step that is taken."""
+LONGEST = 0.3
+"""Longest Newton step of a scaled unknown."""
+
+
+class Track(eqx.Module):
+    """A followed history.
+
+    Attributes:
+        rows: the equilibrium of every row; arrays have a leading axis of rows. NaN where there is none.
+        seen: `curvature` [1/m], `bend_angle` [rad] and `length` [m] as the instruments show them, shape
+        (rows,).
+        good: rows that found their equilibrium, shape (rows,).
+    """
+
+    rows: Equilibrium
+    seen: dict[str, Array]
+    good: Array
+
+
+def track_history(
+    actuator: Actuator,
+    pressure: Float[Array, "rows"],
+    activations: tuple[Activation, ...],
+    states: tuple[SpringState, ...],
+    time: Float[Array, "rows"],
+    effects: tuple[Effect, ...] = (),
+    recorded: dict[str, Any] | None = None,
+    guess: tuple[Activation, ...] | None = None,
+) -> Track:
+    """`simulate_history` for rows that lie near each other, not compiled by itself.
+
+    Args:
+        actuator: what is loaded.
+        pressure: gauge [Pa].
+        activations: one per spring, with arrays of shape (rows,).
+        states: memories before the first row.
+        time: [s], non-decreasing.
+        effects: beyond the base model; their memories start at rest.
+        recorded: what else is known of each row, arrays of shape (rows, ...), by the name by which effects
+        ask for
+            it: `currents` [A] by the spring's number, `temperature` of the air [degC], `gravity` [m/s2].
+        guess: phases at which the first row's configuration is sought before `activations` take over: a
+            resistance may be that of two configurations, and from the wrong one no row finds back.
+    """
+    recorded = recorded or {}
+    fixed = dict(actuator=actuator, fibres=actuator.fibres()) if effects else {}
+
+    def step(carry: tuple, row: tuple) -> tuple[tuple, tuple]:
+        unknowns, states, memories = carry
+        pressure, activations, time, interval, recorded = row
+        known = Known(dict(time=time, interval=interval, recorded_pressure=pressure) | fixed | recorded)
+        chain = Chain(effects, memories, known)
+        pressure = chain.through("pressure", pressure)
+        problem = Problem(actuator, pressure, activations, states, chain.knowing(pressure=pressure))
+        found = _settled(problem, unknowns)
+        good = found.status == int(Status.converged)
+        # a failed row is NaN: what it would commit is replaced before the memory's laws see it
+        calm = jax.tree.map(lambda x: jnp.where(good, x, 0.0) if eqx.is_inexact_array(x) else x, found)
+        committed = tuple(
+            spring.remember(state, response)
+            for spring, state, response in zip(actuator.springs, states, calm.springs, strict=True)
+        )
+        shown = lambda row: dict(  # noqa: E731
+            curvature=row.curvature, bend_angle=row.bend_angle, length=row.length
+        )
+        later = problem.chain.remembered(solved=calm, seen=shown(calm)) if effects else ()
+        keep = lambda new, old: jnp.where(good, new, old)  # noqa: E731
+        seen = problem.chain.through("outputs", shown(found), solved=found)
+        after = (
+            keep(calm.unknowns, unknowns),
+            jax.tree.map(keep, committed, states),
+            jax.tree.map(keep, later, memories),
+        )
+        return after, (found, seen, good)
+
+    begun = jax.tree.map(lambda x: x[0], recorded)
+    states = jax.tree.map(lambda x: jnp.asarray(x, dtype=float), states)
+    at_rest = Chain.begin(effects, pressure=pressure[0], states=states, **fixed, **begun)
+    interval = jnp.diff(time, prepend=time[:1])
+    rows = (pressure, activations, time, interval, recorded)
+    at_start = Problem(actuator, pressure[0], guess or jax.tree.map(lambda x: x[0], activations), states)
+    first = _settled(jax.lax.stop_gradient(at_start), start(actuator))
+    unknowns = jnp.where(first.status == int(Status.converged), first.unknowns, start(actuator))
+    carried = begun_as((unknowns, states, at_rest.memories), (actuator, effects, rows))
+    _, (found, seen, good) = jax.lax.scan(step, carried, rows)
+    return Track(found, as_recorded(effects, seen, time), good)
+
+
+def _settled(problem: Problem, guess: Array) -> Equilibrium:
+    """Equilibrium near a guess; where there is none, its status says so and the rest is NaN.
+
+    An activation that has `held` (its phase without what strain does to it) is held in the iterations
+    and let go in the last step.
+
+    Newton's iterations carry no derivatives. One more step does, which gives those of the implicit
+    function; so the row's laws are compiled three times and not once for every use.
+    """
+    frozen, body = jax.lax.stop_gradient(problem), problem.actuator
+
+    def go_on(carry: tuple) -> Array:
+        return (carry[2] > CLOSE) & (carry[3] < MOST_STEPS)
+
+    def advance(carry: tuple) -> tuple:
+        unknowns, _, _, count = carry
+        twice = lambda z: (residual(z, frozen),) * 2  # noqa: E731
+        slope, excess = jax.jacfwd(twice, has_aux=True)(unknowns)
+        step = jnp.clip(solve_small(slope, excess), -LONGEST, LONGEST)
+        share = jnp.where((count < PATIENCE) | (count % 2 == 0), 1.0, SHORTER)
+        return unknowns - share * step, slope, jnp.max(jnp.abs(step)), count + 1
+
+    held = tuple(getattr(a, "held", lambda a=a: a)() for a in problem.activations)
+    frozen = eqx.tree_at(lambda p: p.activations, frozen, jax.lax.stop_gradient(held))
+    guess = jax.lax.stop_gradient(guess)
+    first = (guess, jnp.eye(guess.size), jnp.asarray(1.0), 0)
+    root, slope, _, count = jax.lax.while_loop(go_on, advance, first)
+    root, slope = jax.lax.stop_gradient((root, slope))
+    size = jnp.max(jnp.abs(residual(root, frozen)))
+    if any(hasattr(a, "held") for a in problem.activations):
+        full = jax.lax.stop_gradient(problem)
+        slope = jax.lax.stop_gradient(jax.jacfwd(lambda z: residual(z, full))(root))
+    excess = residual(root, problem)
+    unknowns = root - solve_small(slope, excess)
+    centre, bend = configuration(body, unknowns)
+    side_1, side_2 = body.section.sides(jnp.asarray(body.side_direction))
+    shortest = (centre - jnp.abs(bend @ jnp.asarray(body.side_direction)) * side_1) / body.length
+    status = jnp.select(
+        [~(size < BALANCED), shortest < SHORTEST],
+        [int(Status.no_equilibrium), int(Status.collapsed)],
+        int(Status.converged),
+    )
+    result = Equilibrium(
+        delta_centre=centre,
+        bend=bend,
+        length=body.length + centre,
+        radius=0.5 * (side_1 - side_2),
+        middle=0.5 * (side_1 + side_2),
+        spring_elongations=centre + body.spring_places @ bend,
+        springs=spring_responses(problem, centre, bend),
+        unknowns=unknowns,
+        residual=size,
+        steps=count,
+        status=status,
+        side_direction=tuple(float(x) for x in body.side_direction),
+    )
+    good = status == int(Status.converged)
+    return jax.tree.map(lambda x: jnp.where(good, x, jnp.nan) if eqx.is_inexact_array(x) else x, result)

@@ -1,0 +1,59 @@
+"""A pressurised tube without springs along a history: the actuator's equilibrium with nothing attached."""
+
+import equinox as eqx
+from jaxtyping import Array, Float
+
+from ..actuator import Actuator, Geometry, Layout, round_actuator
+from ..actuator.result import Equilibrium
+from ..pipeline import Effect
+from ..silicone import SiliconeLaw
+from .history import simulate_history
+
+
+class TubeHistory(eqx.Module):
+    """A simulated inflation.
+
+    Attributes:
+        rows: the equilibrium of every row; arrays have a leading axis of rows.
+        seen: `length` [m] as the instruments show it, shape (rows,), and what an `unmodelled` remainder adds.
+    """
+
+    rows: Equilibrium
+    seen: dict[str, Array]
+
+    @property
+    def converged(self) -> Array:
+        """Which rows found an equilibrium, shape (rows,)."""
+        return self.rows.converged
+
+
+def make_tube(geometry: Geometry, law: SiliconeLaw) -> Actuator:
+    """Round tube of a geometry's length, outer diameter and wall, without springs or fibre.
+
+    Raises:
+        ValueError: for an impossible tube.
+    """
+    return round_actuator(Layout(), geometry, None, law)
+
+
+def simulate_tube(
+    tube: Actuator,
+    pressure: Float[Array, "rows"],
+    *,
+    time: Float[Array, "rows"] | None = None,
+    effects: tuple[Effect, ...] = (),
+) -> TubeHistory:
+    """A tube under a history of gauge pressure [Pa], shape (rows,); Eqs. 3.9 and 3.10 row by row.
+
+    Args:
+        tube: see `make_tube`.
+        pressure: gauge [Pa], shape (rows,).
+        time: [s], shape (rows,), for effects that depend on rate or duration.
+        effects: beyond the base model; their memories start at rest.
+
+    Raises:
+        ValueError: as `simulate_history`.
+    """
+    history = simulate_history(tube, pressure, (), (), time=time, effects=effects)
+    bent = ("curvature", "bend_angle")
+    return TubeHistory(history.rows, {name: x for name, x in history.seen.items() if name not in bent})

@@ -1,0 +1,44 @@
+import pytest
+
+from fitting.calibrate import characterise
+from fitting.calibrate.elastomer.samples import stack
+from fitting.data.recordings import recordings_folder, write_recording
+from fitting.synthesise.elastomer import PULLS, simulate_pulls, true_law
+
+
+@pytest.fixture(scope="session")
+def campaign(tmp_path_factory):
+    """The shipped campaign, made anew."""
+    folder = tmp_path_factory.mktemp("stiffening")
+    for recording in simulate_pulls(true_law())[0]:
+        write_recording(recording, folder)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def stiffening(campaign):
+    """Five laws fitted to it; one number of Ogden terms keeps it short."""
+    return characterise(campaign, terms=2)
+
+
+@pytest.fixture(scope="session")
+def pulled():
+    """Samples of simulated pulls of any law."""
+
+    def make(law, pulls=PULLS[:2], **options):
+        return stack(simulate_pulls(law, pulls, **{"batch": 0.0, **options})[0])
+
+    return make
+
+
+@pytest.fixture
+def measured():
+    """Finds a raw file of the measured recordings, or skips."""
+
+    def find(name):
+        folder = recordings_folder()
+        if folder is None or not (folder / name).exists():
+            pytest.skip(f"measured recordings are not here: {name} (PNEUSMA_RECORDINGS, or ../shared/recordings)")
+        return folder / name
+
+    return find

@@ -1,0 +1,211 @@
+"""`--model`: numbers and effects of a model on disk are fitted, reported, saved and sampled like any other."""
+
+import dataclasses
+import json
+from importlib import resources
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from fitting.calibrate import characterise
+from fitting.calibrate.general.information import cannot_tell
+from fitting.calibrate.general.with_model import characterise_with
+from fitting.cli import main
+from fitting.data.recordings import Recording, read_campaign, write_recording
+from fitting.specimens import model_of, stack
+from fitting.specimens.saved_models import AugmentedModel, add_effect, fitted, load_model, save_model
+from fitting.specimens.with_saved_model import Augmented
+from pneusma_jax.effects import CATALOGUE
+from pneusma_jax.errors import InputError
+from pneusma_jax.silicone import load_silicone
+from pneusma_jax.simulate.coupon import simulate_coupon
+
+SHIPPED = Path(str(resources.files("calibration_data"))) / "examples"
+NOISE = 0.25e3  # Pa
+DEPTH, SCALE, FACTOR = 0.25, 0.4, 1.03
+
+
+def typical(slug, **numbers):
+    effect = CATALOGUE[slug]
+    return effect(**{name: spec.typical for name, spec in effect.specs.items()} | numbers)
+
+
+def softening(source="guessed", sd=None, **numbers):
+    effect = typical("mullins_softening", **numbers)
+    return AugmentedModel(added=(add_effect(effect, source, sd),), name="softening")
+
+
+@pytest.fixture(scope="module")
+def pulls(tmp_path_factory):
+    """Cycles of a silicone that softens by the catalogue's own law."""
+    folder = tmp_path_factory.mktemp("pulls")
+    law, random = load_silicone("dragon_skin_10_fast"), np.random.default_rng(4)
+    effect = typical("mullins_softening", depth=DEPTH, scale=SCALE)
+    for k, levels in enumerate(([0.5, 0.5, 0.8], [0.3, 0.6, 0.9], [0.4, 0.7, 0.7]), 1):
+        corners = np.concatenate([[0.0], *([level, 0.0] for level in levels)])
+        strain = np.interp(np.linspace(0, len(corners) - 1, 90), np.arange(len(corners)), corners)
+        time = np.linspace(0.0, 120.0, strain.size)
+        truth = FACTOR * np.asarray(simulate_coupon(law, strain, time=time, effects=(effect,)).seen["stress"])
+        stress = truth + NOISE * random.standard_normal(strain.size)
+        recording = Recording(
+            name=f"pull_{k}", path=None, kind="elastomer", role="validation" if k == 3 else "fit",
+            specimen="E", real=False, noise={"stress_kPa": NOISE / 1e3},
+            tolerance={"silicone_stiffness": 0.05},
+            columns={"time_s": time, "strain": strain, "stress_kPa": stress / 1e3},
+        )  # fmt: skip
+        write_recording(recording, folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def fit(pulls):
+    return characterise(pulls, model=softening(), starts=1)
+
+
+def test_an_effects_parameters_come_out_again(fit):
+    for name, truth in (
+        ("mullins_softening_depth", DEPTH), ("mullins_softening_scale", SCALE), ("silicone_stiffness", FACTOR)
+    ):  # fmt: skip
+        found = fit.parameters[name]
+        assert found.unit == "1" and 0.0 < found.sd < 0.1 * truth, name
+        assert abs(found.value - truth) < 3.5 * found.sd, name
+    assert 0.8 < fit.fit.reduced_chi_square < 1.3 and fit.fit.inflation == 1.0
+    held_out = [score for score in fit.scores if score.role == "validation"]
+    assert held_out and held_out[0].rms_over_noise < 1.2
+
+
+def test_what_is_left_at_its_neutral_value_is_called_absent(fit):
+    parameters = fit.fitted.copy()
+    parameters["mullins_softening_depth"].set(value=0.0)
+    assert "where mullins_softening is absent" in fit.model.absent(parameters)["mullins_softening_depth"]
+    assert not fit.model.absent(fit.fitted)
+    told = dataclasses.replace(fit.told, fixed=np.array([n.endswith("depth") for n in fit.told.names]))
+    entries = cannot_tell(told, parameters, fit.start, fit.model.absent(parameters))
+    assert [e["kind"] for e in entries if e["parameters"] == ["mullins_softening_depth"]] == ["absent"]
+
+
+def test_the_model_found_is_written_and_fits_the_next_campaign(fit, tmp_path):
+    fit.save(tmp_path / "out")
+    again = load_model(tmp_path / "out" / "augmented.toml")
+    depth = again.added[0].parameters["depth"]
+    assert depth.value == pytest.approx(fit.parameters["mullins_softening_depth"].value)
+    assert depth.prior.sd == pytest.approx(fit.parameters["mullins_softening_depth"].sd)
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert report["model"]["effects"][0]["name"] == "mullins_softening"
+    assert {"value", "sd", "unit", "at_bound"} <= set(report["parameters"]["mullins_softening_depth"])
+    # its priors come from these recordings, so they do not count again for them, but for others
+    same = Augmented("elastomer", again)
+    assert "mullins_softening_depth" in same.spent(fit.campaign)
+    assert same.parameters_for(fit.campaign)["mullins_softening_depth"].prior is None
+    other = dataclasses.replace(fit.campaign, title="another stand")
+    prior = same.parameters_for(other)["mullins_softening_depth"].prior
+    assert prior.sd == pytest.approx(depth.prior.sd) and prior.max == 0.7
+    assert same.parameters_for(other)["silicone_stiffness"].prior.mean == pytest.approx(
+        fit.parameters["silicone_stiffness"].value
+    )
+
+
+def test_a_held_parameter_and_a_foreign_effect_are_said(pulls):
+    gravity = add_effect(typical("gravity"), "guessed")
+    model = dataclasses.replace(softening(), added=(*softening().added, gravity))
+    fixed = {"mullins_softening_scale": {"value": SCALE, "vary": False}}
+    found = characterise(pulls, model=model, adjust=fixed, starts=1)
+    held = {one.name: one for one in found.held()}
+    assert held["mullins_softening_scale"].value == pytest.approx(SCALE)
+    assert "does not act in recordings of kind elastomer" in held["gravity_mass"].why
+    assert "gravity_mass" not in found.parameters
+    assert "Numbers that were held" in found.documents()["report.html"]
+    assert found.augmented().added[1] == gravity  # kept as it was
+
+
+def test_the_posterior_samples_the_effect_too(fit):
+    problem = fit.sampling_problem()
+    assert {"mullins_softening_depth", "silicone_stiffness"} <= set(problem.target.names)
+    here = problem.target.pack(problem.parameters)
+    k = problem.target.names.index("mullins_softening_depth")
+    away = here.at[k].add(5.0 * problem.parameters["mullins_softening_depth"].standard_error)
+    best, worse = (float(problem.target.log_probability(x)) for x in (here, away))
+    assert np.isfinite(best) and best - worse > 5.0
+
+
+def test_the_commands_take_a_model(pulls, tmp_path, capsys):
+    path = save_model(softening(), tmp_path / "model.toml")
+    with pytest.raises(SystemExit) as left:
+        main(["characterise", str(pulls), "--model", str(path), "--out", str(tmp_path / "out"), "--starts", "1"])
+    assert not left.value.code and "mullins_softening_depth" in capsys.readouterr().out
+    assert (tmp_path / "out" / "augmented.toml").exists()
+    sampled = ["posterior", str(pulls), "--model", str(path), "--out", str(tmp_path / "draws"), "--max-steps", "20"]
+    with pytest.raises(SystemExit) as left:
+        main(sampled)
+    assert not left.value.code and "mullins_softening_depth" in capsys.readouterr().out
+    for extra in (["--model", str(path), "--law", "yeoh"], ["--model", str(tmp_path / "nothing.toml")]):
+        with pytest.raises(SystemExit) as left:
+            main(["characterise", str(pulls), *extra, "--out", str(tmp_path / "no")])
+        assert left.value.code == 2 and not (tmp_path / "no").exists()
+        assert len([line for line in capsys.readouterr().err.splitlines() if line.strip()]) == 1
+
+
+def test_a_model_that_says_nothing_of_a_kind_is_refused(pulls):
+    model = AugmentedModel(added=(add_effect(typical("gravity"), "guessed"),), name="heavy")
+    with pytest.raises(InputError, match="heavy: nothing in this model acts in recordings of kind elastomer"):
+        characterise(pulls, model=model)
+
+
+@pytest.mark.parametrize(
+    ("kind", "slug", "number"),
+    [
+        ("tube", "wrap_friction", "wall_thickness"),
+        ("wire", "transformation_hysteresis", "T_width"),
+        ("spring", "series_resistance", "G_m"),
+    ],
+)
+def test_every_kind_runs_through_its_effects(kind, slug, number):
+    campaign = read_campaign(SHIPPED / kind)
+    table, unit = ("actuator", "mm") if kind == "tube" else ("alloy", None)
+    nominal = float(np.asarray(model_of(kind).rows_for(campaign)[0].base[number]))
+    base = {table: {number: fitted(table, number, 1.01 * nominal, "guessed", 0.01 * nominal, unit)}}
+    absent = CATALOGUE[slug](**{name: spec.neutral for name, spec in CATALOGUE[slug].specs.items()})
+    augmented = Augmented(kind, AugmentedModel(base=base, added=(add_effect(absent, "absent"),)))
+    parameters = augmented.parameters_for(campaign)
+    free = parameters.layout().free
+    own = [name for name in free if name.startswith(slug)]
+    assert own and all(np.isfinite([parameters[n].min, parameters[n].max]).all() for n in own)
+    assert any(
+        name.startswith(number) and parameters[name].value == pytest.approx(1.01 * nominal) for name in free
+    )
+    rows = augmented.rows_for(campaign)
+    assert all(float(r.base[number]) == pytest.approx(1.01 * nominal) for r in rows)
+    rows = augmented.prepared(parameters.valuesdict(), rows[:1])
+    values = {name: jnp.asarray(value) for name, value in parameters.valuesdict().items()}
+    residual = jax.jit(jax.vmap(augmented.residual, (None, 0)))(values, stack(rows))
+    assert np.isfinite(np.asarray(residual)).all()
+    plain = {name: value for name, value in values.items() if name not in own}
+    found = jax.jit(jax.vmap(augmented.predict, (None, 0)))(values, stack(rows))
+    base_law = jax.jit(jax.vmap(model_of(kind).predict, (None, 0)))(plain, stack(rows))
+    for name, column in found.items():
+        told = np.asarray(rows[0].weight[name]) > 0.0
+        pair = [np.asarray(x)[0, : len(told)][told] for x in (column, base_law[name])]
+        apart = np.abs(pair[0] - pair[1])
+        if kind == "spring":  # the base fit reads the phase from force, too, and its memory may turn elsewhere
+            assert np.median(apart) < 0.02 * np.max(np.abs(pair[1])), name
+        elif told.any():
+            assert apart.max() < 1e-5 * np.max(np.abs(pair[1])), name
+
+
+def test_a_spring_without_effects_goes_through_its_stages(monkeypatch):
+    campaign = read_campaign(SHIPPED / "spring")
+    fixed = AugmentedModel(base={"alloy": {"G_m": fitted("alloy", "G_m", 3.0e9, "guessed")}}, name="numbers")
+    seen = {}
+    monkeypatch.setattr(
+        "fitting.calibrate.spring.characterise_spring",
+        lambda campaign, **options: seen.update(options, campaign=campaign),
+    )
+    characterise_with(campaign, model=fixed)
+    named = str(campaign.recordings[0].table("alloy"))
+    if named == "fit":
+        assert seen["base"] is None and seen["adjust"]["G_m"]["value"] == pytest.approx(3.0)
+    else:
+        assert seen["base"].values()["G_m"] == pytest.approx(3.0e9)

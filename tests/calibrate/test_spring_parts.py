@@ -1,0 +1,170 @@
+"""Parts of the pipeline of springs on exact problems: other modes, profiles that fall, how far to pull next."""
+
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from fitting.calibrate.profile_likelihood import lower_end
+from fitting.calibrate.spring import profiles as profiling
+from fitting.calibrate.spring.joint import Joint, Start, lead, spanned
+from fitting.calibrate.spring.modes import apart, other_modes
+from fitting.calibrate.spring.next_test import _reach, _sentence
+from fitting.calibrate.spring.profiles import profile
+from fitting.inference.least_squares.covariance import Uncertainty
+from fitting.inference.parameters import Parameters
+from fitting.report import profile_likelihood as shown
+from fitting.specimens.spring import GEOMETRY
+
+NAMES = ("x", "y")
+
+
+def uncertainty(sd):
+    C = np.diag(np.full(2, sd**2))
+    return Uncertainty(dict.fromkeys(NAMES, sd), NAMES, C, np.eye(2), (), 1.0)
+
+
+def ended(x, chi_square, converged):
+    """A fit that ended at x; one that stalled has no errors of its own."""
+    errors = uncertainty(0.01) if converged else Uncertainty.none(NAMES)
+    return SimpleNamespace(values={"x": x, "y": 0.0}, chi_square=chi_square, success=converged, uncertainty=errors)
+
+
+def joint_of(*results):
+    starts = tuple(SimpleNamespace(name=f"start {n}", result=r) for n, r in enumerate(results))
+    result = SimpleNamespace(uncertainty=uncertainty(0.01))  # told from the model's curvature, whatever ended how
+    return SimpleNamespace(starts=starts, result=result, problem=SimpleNamespace(parameters=NAMES))
+
+
+@pytest.mark.parametrize("ends", [(True, True), (False, True), (True, False), (False, False)])
+def test_two_parameter_sets_that_fit_alike_are_said_even_where_a_fit_stalled(ends):
+    """chi-square (x^2 - 1)^2: minima at -1 and 1, two hundred standard errors apart."""
+    found = other_modes(joint_of(ended(-1.0, 10.0, ends[0]), ended(1.0, 10.0, ends[1])))
+    assert len(found) == 1 and found[0].values["x"] == 1.0 and found[0].converged == ends[1]
+    assert found[0].distance == pytest.approx(200.0) and found[0].different[0][0] == "x"
+
+
+def test_a_worse_fit_a_near_one_and_one_known_already_are_no_other_modes():
+    near, worse, again = ended(-0.99, 10.0, True), ended(2.0, 30.0, True), ended(1.001, 10.1, True)
+    found = other_modes(joint_of(ended(-1.0, 10.0, True), ended(1.0, 10.0, True), near, worse, again))
+    assert [mode.start for mode in found] == ["start 1"]
+
+
+def test_a_fit_that_differs_by_less_than_every_standard_error_is_no_other_mode():
+    """Across a stiff direction such a fit is far off in the metric, and yet nobody's other parameter set."""
+    stiff = Uncertainty(dict.fromkeys(NAMES, 1.0), NAMES, np.array([[1.0, 1.0 - 1e-8], [1.0 - 1e-8, 1.0]]), np.eye(2), (), 1.0)
+    joint = joint_of(ended(0.0, 10.0, True), ended(0.9, 10.0, True))
+    joint.result.uncertainty = stiff
+    assert apart(stiff, {"x": 0.0, "y": 0.0}, {"x": 0.9, "y": 0.0})[0] > 100.0
+    assert not other_modes(joint)
+
+
+@pytest.mark.parametrize(
+    "ends, said",
+    [((1.0, 2.0), "1 to 2 GPa"), ((1.0, np.inf), "1 GPa or more"), ((-np.inf, 2.0), "2 GPa or less")],
+)
+def test_a_profile_is_told_in_the_unit_of_files_with_its_open_end(ends, said):
+    profile = SimpleNamespace(interval=lambda: tuple(1e9 * end for end in ends))
+    result = SimpleNamespace(
+        parameters={"G_m": SimpleNamespace(value=1.5, unit="GPa")},
+        fitted={"G_m": SimpleNamespace(value=1.5e9)},
+        profiles={"G_m": profile},
+    )
+    assert shown.interval(result, "G_m") == said
+
+
+def test_the_next_test_names_each_constant_once():
+    """The best test, and for two other constants the best that shrinks each of them most."""
+
+    def candidate(text, name, gain):
+        return SimpleNamespace(text=text, information=gain, shrinks=((name, 0.5),) if name else ())
+
+    found = [candidate("pull one", "a", 5.0), candidate("pull two", "b", 4.0), candidate("pull three", "b", 3.0)]
+    found += [candidate("pull four", "", 2.5), candidate("pull five", "a", 2.0), candidate("pull six", "c", 1.0)]
+    said = _sentence(found)
+    assert said.startswith("Pull one") and said.count("For b") == said.count("For c") == 1
+    assert "pull two" in said and "pull six" in said and not any(f"pull {n}" in said for n in ("three", "four", "five"))
+
+
+class Names(list):
+    def __contains__(self, name):
+        return name in NAMES
+
+
+@pytest.fixture
+def profiled(monkeypatch):
+    """Profile of x, whose fit ended at 0, along a chi-square that is a test's own."""
+
+    def of(chi_square):
+        entry = SimpleNamespace(value=0.0, standard_error=1.0, min=-9.0, max=9.0)
+        errors = uncertainty(1.0)
+        problem = SimpleNamespace(parameters=Names(NAMES), data=lambda: {"rows": None}, at=lambda values: problem)
+        joint = SimpleNamespace(
+            problem=problem, parameters={"x": entry}, values={"x": 0.0, "y": 0.0}, result=SimpleNamespace(uncertainty=errors)
+        )
+
+        def pinned(problem, data, pins):
+            x = pins.get("x", 0.0)
+            return SimpleNamespace(chi_square=chi_square(x), success=True, values={"x": x, "y": 2.0 * x})
+
+        monkeypatch.setattr(profiling, "fit_pinned", pinned)
+        monkeypatch.setattr(profiling, "decided", lambda values, rows: rows)
+        monkeypatch.setattr(profiling, "values_of", lambda parameters, values: values)
+        return profile(joint, "x")
+
+    return of
+
+
+def test_a_profile_that_falls_below_the_fit_is_said_and_says_where(profiled):
+    found = profiled(lambda x: 50.0 + 9.0 * ((x - 2.0) ** 2 - 4.0))
+    assert found.below == pytest.approx(36.0) and found.rise.min() == 0.0
+    assert lower_end({"x": found}) == ("x", {"x": 2.0, "y": 4.0})
+    low, high = found.interval()
+    assert low > 1.0
+
+
+def test_a_profile_above_its_fit_is_left_as_it_is(profiled):
+    found = profiled(lambda x: 50.0 + x**2)
+    assert found.below == 0.0 and lower_end({"x": found}) is None and not found.curved
+    np.testing.assert_allclose(found.interval(), [-1.0, 1.0])
+
+
+def test_a_further_test_goes_as_far_as_this_springs_wire_bears():
+    published = dict(zip(GEOMETRY, (0.25e-3, 0.9e-3, 0.269e-3, 52.0, 14e-3), strict=True))
+    assert _reach(SimpleNamespace(base=published)) == (5.75, 3.45)
+    stiff = dict(zip(GEOMETRY, (0.5e-3, 1.0e-3, 0.55e-3, 30.0, 16.5e-3), strict=True))
+    cold, hot = _reach(SimpleNamespace(base=stiff))
+    assert 1.0 < hot < cold < 3.5  # the source's own strains would tear it
+
+
+def several(*ends):
+    """A joint fit whose starts ended at (x, chi-square)."""
+    results = [SimpleNamespace(values={"x": x, "y": 0.0}, chi_square=c, success=True) for x, c in ends]
+    starts = tuple(Start(f"start {n}", r, None) for n, r in enumerate(results))
+    return Joint(SimpleNamespace(inflation=1.0), None, starts, 1.0, 1.0)
+
+
+def test_a_best_fit_that_one_start_alone_found_is_not_sure():
+    assert lead(several((0.0, 100.0), (0.3, 113.0), (0.5, 150.0))) == pytest.approx(13.0)
+    assert lead(several((0.0, 100.0), (0.001, 100.2), (0.5, 150.0))) == 0.0
+    assert lead(several((0.0, 100.0))) == 0.0
+
+
+@pytest.mark.parametrize(("second", "wider"), [(113.0, True), (100.2, False)])
+def test_errors_span_what_was_found_where_the_best_fit_was_found_once(second, wider):
+    parameters = Parameters()
+    for name in NAMES:
+        parameters.add(name, 0.0)
+    joint = several((0.0, 100.0), (0.0 if second < 101.0 else 0.2, second), (0.4, 140.0))
+    result = Best(parameters, uncertainty(0.01))
+    found = spanned(replace(joint, result=result)).result.parameters["x"].standard_error
+    assert (found > 0.08) == wider and found >= 0.01
+
+
+@dataclass(frozen=True)
+class Best:
+    """What `spanned` reads of a fit, and changes."""
+
+    parameters: Parameters
+    uncertainty: Uncertainty

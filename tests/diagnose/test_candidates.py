@@ -1,0 +1,89 @@
+"""Which candidates are fitted to the end: the best so far, what the screen ranks first, what promises most; what is said of them."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from fitting.diagnose.check import answers
+from fitting.diagnose.fit import candidates
+from fitting.diagnose.fit.candidates import TO_THE_END, CandidateFit, candidate_fits
+from fitting.diagnose.search.steps import Explanation, LeaveOneOutEvidence, Named, Step
+
+SLUGS = tuple(f"quick_{k}" for k in range(9))
+
+
+class Fits:
+    """Every candidate ends at once, but `slow`, whose first steps hardly lead anywhere."""
+
+    def __init__(self, promises):
+        self.promises, self.ended = promises, set()
+
+    def fit(self, slugs, start, rounds=0, near=None):
+        slug = slugs[-1]
+        if rounds == TO_THE_END:
+            self.ended.add(slug)
+        slow = 295.0 if rounds < TO_THE_END else 100.0
+        objective = slow if slug == "slow" else 200.0 + 10.0 * SLUGS.index(slug)
+        return SimpleNamespace(slugs=slugs, objective=objective, u=np.zeros(1), evaluation=None, at_bound=())
+
+    def promised(self, fit):
+        return self.promises.get(fit.slugs[-1], fit.objective)
+
+
+def _score(slug, p_value=0.001, gain=100.0):
+    return SimpleNamespace(slug=slug, p_value=p_value, gain=gain)
+
+
+def _tried(monkeypatch, fits, screen, values=1):
+    """Trials of a campaign of so many values; the base model's objective is 300."""
+    monkeypatch.setattr(candidates, "Refitter", lambda program: fits)
+    monkeypatch.setattr(candidates, "about_nominal", lambda refitter, fit, found: found.about_nominal)
+    monkeypatch.setattr(candidates, "weigh", lambda program, current, found: None)
+    monkeypatch.setattr(candidates, "_starts", lambda unknowns, score: [np.zeros(1), np.zeros(1)])
+    unknowns = SimpleNamespace(base=np.zeros(0, int))
+    program = SimpleNamespace(unknowns=unknowns, hidden=True, fitted=None, observations=lambda mask: values)
+    current = SimpleNamespace(slugs=(), objective=300.0, u=np.zeros(1), evaluation=None)
+    return candidate_fits(program, current, screen, lambda _: None, 1)
+
+
+@pytest.mark.parametrize(("promise", "first"), [(150.0, True), (215.0, True), (225.0, False)])
+def test_a_candidate_stays_whose_next_step_promises_more_than_others_have(monkeypatch, promise, first):
+    """The third of those that are fitted to the end is at 220."""
+    fits = Fits({"slow": promise})
+    screen = SimpleNamespace(scores=[_score(s) for s in (*SLUGS, "slow")], about_nominal=())
+    found = _tried(monkeypatch, fits, screen)
+    assert fits.ended == {"quick_0", "quick_1", "quick_2"} | ({"slow"} if first else set())
+    assert (found[0].slug == "slow") is first and len(found) == 10
+
+
+def test_a_candidate_is_fitted_that_scores_about_nominal_constants_alone(monkeypatch):
+    """Where the base model ended, `slow` seems to act the wrong way and has no score."""
+    about = (_score("quick_0"), _score("slow", gain=40.0), _score("by_chance", 0.2), _score("quick_8", gain=20.0))
+    screen = SimpleNamespace(scores=[_score(s) for s in SLUGS[:4]], about_nominal=about)
+    found = _tried(monkeypatch, Fits({}), screen)
+    assert {trial.slug for trial in found} == {*SLUGS[:4], "slow"}
+
+
+@pytest.mark.parametrize(("values", "ended"), [(100, {"quick_0", "quick_1", "quick_2"}), (300, {"quick_0", "quick_2"})])
+def test_beside_one_that_leaves_noise_none_is_fitted_on_that_promises_far_more(monkeypatch, values, ended):
+    """The best is at 200: reduced chi-square 4 of a hundred values, 1.33 of three hundred."""
+    fits = Fits({"quick_1": 601.0, "quick_2": 599.0})
+    screen = SimpleNamespace(scores=[_score(s) for s in SLUGS], about_nominal=())
+    found = _tried(monkeypatch, fits, screen, values)
+    assert fits.ended == ended and len(found) == 9
+
+
+def test_what_is_said_of_an_effect_that_was_asked_for():
+    """`gravity` was fitted in the first round and is no rival of what leads now; `tip_contact` never was."""
+    named = Named(SimpleNamespace(slugs=("thick_wall",)), 1.0, {"thick_wall": LeaveOneOutEvidence("thick_wall", None, [CandidateFit("thick_wall", None, 9.0, 0.0)])})
+    first = Step(None, SimpleNamespace(untestable=["r_phase"]), [CandidateFit("gravity", None, 4.0, 0.0)])
+    explanation = Explanation(None, None, named, [first], 0.001, True)
+    slugs = ("thick_wall", "gravity", "tip_contact", "r_phase")
+    conclusion = SimpleNamespace(
+        explanation=explanation, found=[SimpleNamespace(slug="thick_wall", probability=0.9)],
+        candidates={slug: (0.01, -5.0) for slug in slugs[1:]},
+    )  # fmt: skip
+    said = [entry["text"] for entry in answers((*slugs, "wrap_friction"), conclusion)]
+    for text, part in zip(said, ("was found", "was tried", "did not stand out", "cannot be tested", "part of the model"), strict=True):
+        assert part in text

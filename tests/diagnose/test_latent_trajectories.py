@@ -1,0 +1,151 @@
+"""Latent trajectories of actuators: linear algebra that takes them out of a misfit."""
+
+import numpy as np
+import pytest
+
+from fitting.diagnose.evaluate.latent_trajectories import (
+    PROCESS_NOISE_VARIANCES,
+    USUAL,
+    Hidden,
+    LatentTrajectory,
+    averaging,
+    estimated_process_noise,
+    process_noise_of,
+    remembered_rows,
+)
+from fitting.diagnose.verdict.probabilities import weights_of
+from fitting.inference.channels import Channel
+
+ROWS = 24
+TIME = np.arange(ROWS) * 0.5
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(3)
+
+
+def channels(rng):
+    sigma = np.full(ROWS, 0.2)
+    sigma[5] = np.inf
+    return [
+        Channel("curvature", rng.normal(size=ROWS), sigma, 0.4),
+        Channel("resistance_2", rng.normal(size=ROWS), np.full(ROWS, 0.05), 0.0),
+    ]
+
+
+def course(rng, fraction, pace=1e-3, number=0):
+    moved, memory = rng.normal(size=(2, 2, ROWS))
+    return LatentTrajectory.of(number, fraction, moved, memory, pace, TIME)
+
+
+def smooth(rng):
+    return 0.5 + 0.2 * np.sin(TIME / 3.0) + 0.01 * rng.normal(size=ROWS)
+
+
+def test_the_design_is_the_derivative_of_what_the_courses_change(rng):
+    members, one = channels(rng), course(rng, smooth(rng))
+    step = rng.normal(size=ROWS)
+    plain = one.change(step)
+    whole = np.concatenate([c.whitened(x) for c, x in zip(members, plain, strict=True)])
+    np.testing.assert_allclose(step @ one.design(members), whole, atol=1e-12)
+
+
+def test_rows_remember_the_hottest_before_them(rng):
+    fraction = np.array([1.0, 0.8, 0.9, 0.5, 0.7, 0.4])
+    np.testing.assert_array_equal(remembered_rows(fraction), [True, True, False, True, False, True])
+    moved, memory = np.ones((1, 6)), np.full((1, 6), 0.25)
+    one = LatentTrajectory.of(0, fraction, moved, memory, 1e-3, np.arange(6.0))
+    np.testing.assert_array_equal(one.source, [0, 1, 1, 3, 3, 5])
+    np.testing.assert_allclose(one.own[0], [1.0, 1.0, 0.75, 1.0, 0.75, 1.0])
+    np.testing.assert_allclose(one.remembered[0], [0.0, 0.0, 0.25, 0.0, 0.25, 0.0])
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_the_answer_is_the_least_squares_solution(rng, count):
+    members = channels(rng)
+    free = [course(rng, smooth(rng), number=n) for n in range(count)]
+    hidden = Hidden.of(free, members)
+    misfit, jacobian = rng.normal(size=2 * ROWS), rng.normal(size=(3, 2 * ROWS))
+    told = hidden.answer(misfit, jacobian)
+
+    def cost(step):
+        walks = sum(
+            0.5 * np.sum(c.precision * np.diff(c.fraction + s, prepend=(c.fraction + s)[:1]) ** 2)
+            for c, s in zip(free, np.split(step, count), strict=True)
+        )
+        return 0.5 * np.sum((misfit + step @ hidden.design) ** 2) + walks + 0.5e-6 * step @ step
+
+    best = told.steps.ravel()
+    least = cost(best)
+    assert all(cost(best + 1e-3 * rng.normal(size=best.size)) > least for _ in range(50))
+    np.testing.assert_allclose(told.misfit, misfit + best @ hidden.design)
+    shift = 1e-4 * np.array([1.0, -2.0, 0.5])
+    again = hidden.answer(misfit + shift @ jacobian, jacobian)
+    np.testing.assert_allclose(again.misfit, told.misfit + shift @ told.jacobian, atol=1e-9)
+    np.testing.assert_allclose(
+        again.steps, told.steps + np.tensordot(shift, told.slopes, axes=1), atol=1e-9
+    )
+
+
+def test_fractions_stay_within_their_limits_and_take_nothing_up_there(rng):
+    members = channels(rng)
+    one = LatentTrajectory.of(0, np.full(ROWS, 0.999), -np.ones((2, ROWS)), np.zeros((2, ROWS)), 1e-3, TIME)
+    hidden = Hidden.of([one], members)
+    told = hidden.answer(np.full(2 * ROWS, 3.0), np.ones((1, 2 * ROWS)))
+    assert np.max(one.fraction + told.steps[0]) <= 1.0
+    assert not np.any(told.slopes)
+    np.testing.assert_allclose(told.jacobian, 1.0)
+
+
+def test_what_courses_take_up_is_one_value_a_row_where_they_are_loose(rng):
+    members = channels(rng)
+    loose = Hidden.of([course(rng, smooth(rng), pace=1e6)], members)
+    stiff = Hidden.of([course(rng, smooth(rng), pace=1e-14)], members)
+    assert loose.taken().sum() == pytest.approx(ROWS, rel=1e-3)
+    assert stiff.taken().sum() == pytest.approx(1.0, rel=1e-2)
+
+
+def test_rows_that_only_pad_do_not_drown_the_others_in_rounding():
+    """A hundred rows that say little each, padded with ones in which time stands still."""
+    time = np.concatenate([np.arange(100.0) * 0.5, np.full(28, 49.5)])
+    own = np.where(np.arange(128) < 100, 0.3, 0.0)[None]
+    sigma = np.where(np.arange(128) < 100, 0.03, np.inf)
+    channel = Channel("resistance_2", np.zeros(128), sigma, 0.0)
+    one = LatentTrajectory.of(0, np.full(128, 0.5), own, np.zeros((1, 128)), min(PROCESS_NOISE_VARIANCES), time)
+    told = Hidden.of([one], [channel]).answer(channel.whitened(np.where(own[0] > 0, -0.03, 0.0)), np.zeros((0, 128)))
+    np.testing.assert_allclose(told.steps[0], 0.1, rtol=1e-3)
+
+
+def test_a_resistance_that_says_nothing_takes_the_pace_of_the_others(rng):
+    time = np.arange(200) * 0.5
+    blind = Channel("resistance_2", 1e-3 * rng.normal(size=200), np.full(200, 1e-3), 0.0)
+    start = np.full(200, 0.5)
+    assert np.isnan(process_noise_of(blind, np.full(200, 1e-6), -blind.measured, start, time))
+    np.testing.assert_allclose(estimated_process_noise(np.array([[0.0, np.nan], [1e-4, 1e-6]])), [[0.0, 1e-5], [1e-4, 1e-6]])
+    np.testing.assert_allclose(estimated_process_noise(np.array([[np.nan]])), USUAL)
+
+
+def test_no_form_is_natures():
+    """Two explanations of nearly all of a large misfit are not told apart; of a small one they are."""
+    assert weights_of(np.array([1000.0, 960.0, 0.0]))[0] < 0.8
+    assert weights_of(np.array([20.0, 12.0, 0.0]))[0] > 0.99
+    assert weights_of(np.array([1000.0, 500.0, 0.0]))[0] > 0.99
+
+
+def test_the_pace_is_that_of_the_walk(rng):
+    time = np.arange(400) * 0.5
+    walk = 0.5 + np.cumsum(rng.normal(size=400)) * np.sqrt(1e-6 * 0.5)
+    reading = Channel("resistance_2", 3.0 * walk + 1e-3 * rng.normal(size=400), np.full(400, 1e-3), 0.0)
+    start = np.full(400, 0.5)
+    found = process_noise_of(reading, np.full(400, 3.0), 3.0 * start - reading.measured, start, time)
+    assert found == pytest.approx(1e-6)
+
+
+def test_averaging_over_a_fast_change_is_half_the_bend_times_its_variance():
+    time = np.linspace(0.0, 1.0, 101)
+    fraction, block = 1.0 - 0.5 * time, 4
+    slope = 2.0 * fraction  # of the square
+    found = averaging(slope, fraction, block)
+    within = 0.005 * (np.arange(block) - 1.5) / block
+    np.testing.assert_allclose(found[50], np.mean(within**2), rtol=1e-6)

@@ -1,0 +1,127 @@
+"""The score of an effect is what the linearised model with it gains, priors and latent trajectories counted."""
+
+import dataclasses
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from fitting.data.recordings import read_campaign
+from fitting.diagnose.evaluate.program import Program
+from fitting.diagnose.evaluate.unknowns import Unknowns
+from fitting.diagnose.fit.base_fit import base_fit
+from fitting.diagnose.fit.refit import Refitter
+from fitting.diagnose.fit.score_test import (
+    FAR,
+    _held,
+    _in_turn,
+    _Projector,
+    _put_in,
+    about_nominal,
+    score_effects,
+)
+from fitting.inference.parameters import Parameter, Parameters, Prior
+
+EXAMPLE = Path(__file__).parents[2] / "calibration_data" / "examples" / "actuator"
+SLUGS = ["radial_expansion", "wall_eccentricity", "inactive_coils"]
+
+
+@pytest.fixture(scope="module")
+def refitted():
+    """The shipped campaign of an actuator, whose springs have latent trajectories, and its base model."""
+    program, base = base_fit(Program.of(read_campaign(EXAMPLE), "actuator", SLUGS))
+    return program, base, score_effects(Refitter(program), base, SLUGS, np.random.default_rng(1))
+
+
+def left_to_first_order(program, fit, columns):
+    """Smallest chi-square, with that of the priors, that these unknowns allow near a fit."""
+    refitter = Refitter(program)
+    here = program.evaluate(fit.u, columns, near=fit.evaluation)
+    r, J = here.joined(refitter.weight)
+    departure, sd = refitter._prior(fit.u, columns)
+    rows = np.concatenate([r, np.where(np.isfinite(sd), departure / sd, 0.0)])
+    slopes = np.concatenate([J, np.diag(1.0 / sd)])
+    step = np.linalg.lstsq(slopes, -rows, rcond=None)[0]
+    return float(np.sum((rows + slopes @ step) ** 2)), step[-1]
+
+
+@pytest.mark.parametrize("slug", SLUGS)
+def test_a_score_is_what_the_effect_would_gain_with_all_constants_free(refitted, slug):
+    program, base, found = refitted
+    own = program.unknowns.amplitudes(slug)
+    without, _ = left_to_first_order(program, base, base.free)
+    with_it, step = left_to_first_order(program, base, np.concatenate([base.free, own]))
+    score = next((score for score in found.scores if score.slug == slug), None)
+    if score is None:  # it would have to be negative
+        assert step < 0.0 <= program.unknowns.low[own[0]]
+        return
+    assert score.gain * found.scale**2 == pytest.approx(without - with_it, rel=0.02, abs=0.05)
+
+
+def test_effects_are_scored_about_nominal_where_constants_went_far(refitted):
+    """There by their slopes, as those of a fit that ended at nominal, and by what they do as a whole."""
+    program, base, found = refitted
+    assert np.max(np.abs(base.u[program.unknowns.base])) < FAR and not about_nominal(Refitter(program), base, found)
+    refitter, far = Refitter(program), base.u.copy()
+    far[program.unknowns.base[0]] = -1.1 * FAR
+    astray = dataclasses.replace(base, u=far)
+    told = about_nominal(refitter, astray, score_effects(refitter, astray, SLUGS, np.random.default_rng(1)))
+    nominal = dataclasses.replace(base, u=program.unknowns.neutral)
+    there = {s.slug: s for s in score_effects(refitter, nominal, SLUGS, np.random.default_rng(1)).scores}
+    by_slope = [s for s in told if np.isfinite(s.strength)]
+    assert by_slope[0].slug == next(iter(there)) == told[0].slug
+    assert all(s.gain == pytest.approx(there[s.slug].gain, rel=0.05) for s in by_slope)
+    assert len({s.slug for s in told}) == len(told)
+    assert not any(np.any(s.start[program.unknowns.base]) for s in told)
+
+
+def test_an_effect_that_is_put_in_gains_what_it_takes_away(refitted):
+    program, base, _ = refitted
+    refitter = Refitter(program)
+    nominal = dataclasses.replace(base, u=program.unknowns.neutral)
+    scores, everything = _put_in(refitter, nominal, SLUGS, 2.0), program.fitted.astype(float)
+    square = lambda u: program.evaluate(u, base.free[:0], near=base.evaluation).chi2(everything)  # noqa: E731
+    assert scores and [s.gain for s in scores] == sorted((s.gain for s in scores), reverse=True)
+    for score in scores:
+        assert 4.0 * score.gain == pytest.approx(square(nominal.u) - square(score.start), rel=1e-6)
+        other = np.setdiff1d(np.arange(len(score.start)), program.unknowns.amplitudes(score.slug))
+        assert np.all(score.start[other] == nominal.u[other])
+
+
+def test_lists_of_scores_are_gone_through_in_turn():
+    a, b, c = (SimpleNamespace(slug=name) for name in "abc")
+    assert [s.slug for s in _in_turn([a, b], [b, a, c])] == ["a", "b", "c"]
+
+
+def test_numbers_that_recordings_do_not_tell_apart_are_freed_once():
+    """A strength without effect and two alike, all of flat priors, of large and of small size."""
+    rng = np.random.default_rng(0)
+    column = 1e6 * rng.standard_normal((30, 1))
+    project = _Projector(np.concatenate([column, 0.0 * column, 2.0 * column], axis=1), np.full(3, np.inf))
+    other = rng.standard_normal((30, 1))
+    freed = project(np.concatenate([column, other], axis=1))[:30]
+    np.testing.assert_allclose(freed[:, 0], 0.0, atol=1e-6)
+    q = column / np.linalg.norm(column)
+    np.testing.assert_allclose(freed[:, 1:], other - q * (q.T @ other), atol=1e-12)
+
+
+def test_base_constants_at_a_bound_absorb_nothing():
+    names = "first", "second", "third"
+    base = Parameters(*(Parameter(name, 1.0, prior=Prior(1.0, 0.1, 0.5, 1.25)) for name in names))
+    unknowns = Unknowns(base, ("wrap_friction",), "T")
+    u = unknowns.neutral.copy()
+    u[:3] = unknowns.low[0], 0.7, unknowns.high[2]
+    assert list(_held(unknowns, SimpleNamespace(u=u))) == [0, 2]
+
+
+def test_an_effect_is_present_where_it_acts_or_is_asked_for():
+    unknowns = Unknowns(Parameters(), ["mullins_softening", "viscoelastic_relaxation", "permanent_set"], "E")
+    u = unknowns.neutral.copy()
+    assert not unknowns.present(u).any()
+    shapes = unknowns.shapes("mullins_softening")
+    u[shapes] += 0.3
+    assert not unknowns.present(u).any()  # shapes of what is absent change nothing
+    assert unknowns.present(u, shapes[:1]).tolist() == [True, False, False]
+    u[unknowns.amplitudes("permanent_set")[0]] = 0.1
+    assert unknowns.present(u).tolist() == [False, False, True]

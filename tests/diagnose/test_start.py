@@ -1,0 +1,107 @@
+"""What recordings are compared with: tables that are named, a law that is fitted first, what `characterise` found."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from diagnosis_coupons import NOISE, course, write
+
+from fitting.cli import main
+from fitting.data.recordings import read_campaign
+from fitting.diagnose.check import with_tables
+from fitting.diagnose.evaluate import start
+from fitting.diagnose.evaluate.start import characterised, identifies, start_of
+from fitting.specimens.saved_models import load_model
+from pneusma_jax.errors import InputError
+from pneusma_jax.silicone import load_silicone
+
+
+def stiff(strain):
+    """A silicone that is none of the source's, kPa: Gent's law, locking near a strain of two."""
+    stretch = 1.0 + strain
+    first = stretch**2 + 2.0 / stretch
+    return 400.0 * (stretch - stretch**-2) * 6.0 / (6.0 - (first - 3.0))
+
+
+def unknown(folder, law):
+    """Coupons of it that say `material = "fit"`."""
+    write(folder, law)
+    for path in folder.glob("*.toml"):
+        text = path.read_text().replace("[tolerance]\nsilicone_stiffness = 0.05\n", '[geometry]\nmaterial = "fit"\n')
+        path.write_text(text)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def coupons(tmp_path_factory):
+    return unknown(tmp_path_factory.mktemp("unknown") / "coupons", stiff)
+
+
+@pytest.fixture(scope="module")
+def begun(coupons):
+    return start_of(read_campaign(coupons), "elastomer")
+
+
+def test_an_unknown_silicone_is_compared_with_a_law_that_was_fitted_to_it(coupons, begun, monkeypatch, tmp_path):
+    """Five times as stiff as the source's, of another shape: no effect is missing, and none is named."""
+    monkeypatch.setattr("fitting.diagnose.run.start_of", lambda *anything: begun)  # once for all tests here
+    run = CliRunner().invoke(main, ["diagnose", str(coupons), "--out", str(tmp_path / "out"), "--seed", "1"])
+    assert run.exit_code == 0, run.output
+    first = run.stdout.splitlines()[0]
+    assert "agree with the base model (a law fitted to these recordings: " in first, run.stdout
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "Does a law fitted to these recordings" in page
+    law = load_silicone(tmp_path / "out" / "material.toml")
+    strain = course([0.8])
+    np.testing.assert_allclose(np.asarray(law(strain)) / 1e3, stiff(strain), atol=4.0 * NOISE)
+    assert load_model(tmp_path / "out" / "augmented.toml").tables["material"].endswith("material.toml")
+
+
+def test_a_law_that_was_fitted_is_as_open_as_one_that_nobody_knows(begun):
+    table = begun.tables["material"]
+    constants = [q for name, q in table.quantities.items() if name not in ("strain_min", "strain_max", "silicone_stiffness")]
+    assert constants and all(q.prior.sd == pytest.approx(0.4 * abs(q.value)) for q in constants)
+
+
+def test_a_law_that_cannot_be_fitted_leaves_the_sources(coupons, monkeypatch):
+    def refuse(campaign):
+        raise InputError("too few samples")
+
+    monkeypatch.setattr(start, "characterise", refuse)
+    found = start_of(read_campaign(coupons), "elastomer")
+    assert not found.tables and "source's silicone" in found.words and "too few samples" in found.notes[0]
+
+
+def test_a_table_on_the_command_line_takes_the_place_of_what_recordings_name(coupons):
+    campaign = read_campaign(coupons)
+    assert identifies(campaign, "elastomer")
+    named = with_tables(campaign, {"material": "dragon_skin_10_fast"})
+    assert not identifies(named, "elastomer") and identifies(campaign, "elastomer")
+    assert start_of(named, "elastomer").words == "the published model with dragon_skin_10_fast"
+    assert with_tables(campaign, {}) is campaign
+
+
+@pytest.mark.parametrize(("option", "named"), [("--alloy", "krl35"), ("--material", "no_such_silicone")])
+def test_a_table_that_means_nothing_here_is_refused_in_one_line(coupons, tmp_path, option, named):
+    run = CliRunner().invoke(main, ["diagnose", str(coupons), "--out", str(tmp_path / "out"), option, named])
+    assert run.exit_code == 2 and not (tmp_path / "out").exists()
+    said = "alloy means nothing for recordings of kind elastomer" if option == "--alloy" else named
+    assert said in run.output and len(run.output.strip().splitlines()) == 1
+
+
+def test_what_characterise_found_is_a_start_of_the_base_model(monkeypatch):
+    """In scaled numbers, within bounds; nothing where all is known."""
+    items = [
+        SimpleNamespace(name="T_mid", scaled=lambda x: (x - 45.0) / 25.0),
+        SimpleNamespace(name="E_m", scaled=lambda x: (x - 30e9) / 7e9),
+        SimpleNamespace(name="unheard_of", scaled=None),
+    ]
+    unknowns = SimpleNamespace(base=np.arange(3), items=items, neutral=np.zeros(3), low=np.full(3, -4.0), high=np.full(3, 4.0))
+    program = SimpleNamespace(kind="wire", unknowns=unknowns)
+    estimates = {"T_mid": SimpleNamespace(value=95.0, unit="degC"), "E_m": SimpleNamespace(value=100.0, unit="GPa")}
+    monkeypatch.setattr(start, "characterise_general", lambda *a, **k: SimpleNamespace(parameters=estimates))
+    wire = lambda alloy: SimpleNamespace(recordings=[SimpleNamespace(full_geometry=lambda: {"alloy": alloy})])  # noqa: E731
+    (u,) = characterised(wire("fit"), program, lambda word: None)
+    np.testing.assert_allclose(u, [2.0, 4.0, 0.0])
+    assert characterised(wire("niti_wire"), program, lambda word: None) == []

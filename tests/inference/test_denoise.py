@@ -1,0 +1,71 @@
+"""The smoother behind a noisy resistance."""
+
+import numpy as np
+import pytest
+
+import pneusma_jax as pj
+from fitting.inference.latent_trajectory.denoise import denoised, martensite_fraction, smooth_walk
+
+
+@pytest.fixture(scope="module")
+def spring():
+    return pj.Spring(pj.SpringGeometry(0.25e-3, 0.9e-3, 0.269e-3, 52.0, 14e-3), pj.load_alloy("krl35"), 14e-3)
+
+
+def _measured(spring, xi0, noise, seed=0):
+    time = 0.5 * np.arange(len(xi0))
+    gamma = 0.03 + 0.05 * np.abs(np.sin(time / 15.0))
+    ohms = np.asarray(spring.alloy.resistivity(xi0, gamma) * spring.geometry.wire_length)
+    return time, ohms + noise * np.random.default_rng(seed).standard_normal(len(xi0)), gamma
+
+
+@pytest.mark.parametrize("level", [1.0, 0.7, 0.3])
+def test_a_steady_fraction_is_found_far_below_the_noise_of_samples(spring, level):
+    xi0 = np.full(300, level)
+    time, ohms, gamma = _measured(spring, xi0, 2e-4)
+    single = np.asarray(pj.Resistance(ohms).read(spring.alloy, gamma, spring.geometry.wire_length).xi0)
+    error = np.abs(martensite_fraction(spring, time, ohms, gamma) - xi0).max()
+    assert error < 0.05 * np.abs(single - xi0).max() and error < 5e-3
+
+
+def test_heating_and_cooling_are_followed(spring):
+    time = 0.5 * np.arange(300)
+    xi0 = 1.0 - 0.6 * np.clip((time - 20.0) / 30.0, 0.0, 1.0) + 0.4 * np.clip((time - 90.0) / 20.0, 0.0, 1.0)
+    time, ohms, gamma = _measured(spring, xi0, 2e-4)
+    assert np.abs(martensite_fraction(spring, time, ohms, gamma) - xi0).max() < 0.02
+
+
+def test_exact_resistance_gives_the_exact_fraction(spring):
+    xi0 = np.linspace(0.9, 0.5, 100)
+    time, ohms, gamma = _measured(spring, xi0, 0.0)
+    assert martensite_fraction(spring, time, ohms, gamma) == pytest.approx(xi0, abs=5e-4)
+
+
+def test_a_jump_that_no_wire_can_make_is_read_sample_by_sample(spring):
+    time = 0.5 * np.arange(600)
+    xi0 = np.where((time > 100.0) & (time < 200.0), 0.3, 1.0)
+    gamma = np.full(600, 0.084)
+    ohms = np.asarray(spring.alloy.resistivity(xi0, gamma) * spring.geometry.wire_length)
+    ohms = ohms + 2e-4 * np.random.default_rng(0).standard_normal(600)
+    assert np.abs(martensite_fraction(spring, time, ohms, gamma) - xi0).max() < 0.05
+
+
+def test_missing_samples_are_bridged(spring):
+    time, ohms, gamma = _measured(spring, np.full(100, 0.8), 1e-4)
+    ohms[10:13] = np.nan
+    found = martensite_fraction(spring, time, ohms, gamma)
+    assert found == pytest.approx(np.full(100, 0.8), abs=1e-3)
+    assert np.all(np.isnan(martensite_fraction(spring, time, np.full(100, np.nan), gamma)))
+
+
+def test_equal_readings_of_a_constant_average():
+    rng = np.random.default_rng(3)
+    values = 15.0 + 0.05 * rng.standard_normal(400)
+    smooth = denoised(np.arange(400.0), values)
+    assert np.abs(smooth - values.mean()).max() < 0.02
+    assert denoised(np.arange(5.0), np.full(5, 2.0)) == pytest.approx(np.full(5, 2.0))
+
+
+def test_a_precise_reading_weighs_more():
+    mean = smooth_walk(np.arange(3.0), np.array([0.0, 1.0, 0.0]), np.array([1.0, 1e6, 1.0]))
+    assert mean[1] == pytest.approx(1.0, abs=1e-3)

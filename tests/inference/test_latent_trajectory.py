@@ -1,0 +1,71 @@
+"""The course that is profiled out: found from anywhere, and differentiated in both modes."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from fitting.inference.latent_trajectory import smoother
+
+ROWS = 40
+
+
+def _outputs(scale, xi0):
+    """Two outputs, of which the second hardly knows a small fraction; nothing is remembered."""
+    predicted = jnp.stack([scale * xi0, scale * xi0**4])
+    slope = jnp.stack([scale * jnp.ones_like(xi0), 4.0 * scale * xi0**3])
+    return smoother.Local(predicted, slope, jnp.zeros_like(slope), jnp.zeros(ROWS, int))
+
+
+@pytest.fixture(scope="module")
+def problem():
+    """A fraction that wanders, two noisy readings of it, and ten rows at the end that nobody measured."""
+    random = np.random.default_rng(3)
+    true = 0.5 + np.cumsum(0.01 * random.standard_normal(ROWS))
+    seen = np.stack([2.0 * true, 2.0 * true**4]) + 0.02 * random.standard_normal((2, ROWS))
+    weight = np.full((2, ROWS), 50.0) * (np.arange(ROWS) < 30)
+    walk = smoother.Walk.over(
+        jnp.arange(float(ROWS)), jnp.ones(ROWS, bool), jnp.asarray(1e-4), jnp.asarray(0.5), jnp.asarray(0.5)
+    )
+    return jnp.asarray(seen), jnp.asarray(weight), walk
+
+
+def _misfit(scale, problem, start):
+    seen, weight, walk = problem
+    course = smoother.profile(_outputs, scale, seen, weight, walk, start)
+    left = weight * (_outputs(scale, course).predicted - seen)
+    return jnp.sum(left**2) + jnp.sum(walk.residual(course) ** 2), course
+
+
+@pytest.mark.parametrize("start", [0.05, 0.5, 0.95])
+def test_the_course_does_not_depend_on_where_its_search_began(problem, start):
+    least, course = _misfit(jnp.asarray(2.0), problem, jnp.full(ROWS, start))
+    again, settled = _misfit(jnp.asarray(2.0), problem, course)
+    np.testing.assert_allclose(course, settled, atol=0.1 * smoother.SETTLED)
+    assert least == pytest.approx(float(again), abs=1e-3)
+
+
+def test_the_profile_has_the_same_slope_forwards_backwards_and_by_differences(problem):
+    start = jnp.full(ROWS, 0.5)
+    cost = lambda scale: _misfit(scale, problem, start)[0]  # noqa: E731
+    at, step = jnp.asarray(1.9), 1e-4
+    forward = jax.jvp(cost, (at,), (jnp.ones(()),))[1]
+    assert float(jax.grad(cost)(at)) == pytest.approx(float(forward), rel=1e-9)
+    assert float((cost(at + step) - cost(at - step)) / (2 * step)) == pytest.approx(float(forward), rel=1e-4)
+
+
+def _steep(middle, xi0):
+    """One output that turns within a few hundredths of the fraction."""
+    u = 40.0 * (xi0 - middle)
+    slope = (40.0 / (1.0 + u**2))[None]
+    return smoother.Local(jnp.arctan(u)[None], slope, jnp.zeros_like(slope), jnp.zeros(ROWS, int))
+
+
+def test_a_search_whose_steps_would_go_round_in_circles_comes_down():
+    """Full Gauss-Newton steps go from 0.588 to 0.288 and back for ever; halved ones arrive."""
+    walk = smoother.Walk.over(
+        jnp.arange(float(ROWS)), jnp.ones(ROWS, bool), jnp.asarray(1.0), jnp.asarray(0.5), jnp.asarray(10.0)
+    )
+    seen, weight = jnp.zeros((1, ROWS)), jnp.full((1, ROWS), 50.0)
+    course = smoother.profile(_steep, jnp.asarray(0.5), seen, weight, walk, jnp.full(ROWS, 0.75))
+    np.testing.assert_allclose(course, 0.5, atol=1e-3)

@@ -1,0 +1,132 @@
+"""Recordings that `fitting.specimens` predicts: one problem for any kind, whatever its model is."""
+
+import sys
+import types
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from fitting.calibrate.registry import PIPELINES
+from fitting.calibrate.result import Characterisation
+from fitting.cli import main
+from fitting.data.recordings import Recording, read_campaign, write_recording
+from fitting.inference.parameters import Parameter, Parameters, Prior
+from fitting.sample import command
+from fitting.sample.campaign import sample_problem
+from fitting.sample.models import campaign_problem
+from fitting.specimens import registry
+from fitting.specimens.rows import Rows, numbers
+from pneusma_jax.errors import InputError
+
+SIGMA, COMPLIANCE = 0.1e-3, 0.2e-6  # m, m/Pa
+
+
+def predict(values, rows):
+    return {"length": 56e-3 + numbers(values, rows)["compliance"] * rows.inputs["pressure"]}
+
+
+def residual(values, rows):
+    return rows.weight["length"] * (predict(values, rows)["length"] - rows.measured["length"])
+
+
+def rows_for(campaign):
+    return [
+        Rows(
+            mask=np.ones(len(r), bool),
+            time=r.si("time"),
+            inputs={"pressure": r.si("pressure")},
+            measured={"length": r.si("length")},
+            weight={"length": np.full(len(r), 1.0 / SIGMA)},
+            base={"compliance": np.asarray(COMPLIANCE)},
+            extra={},
+            specimen=np.asarray(1),
+        )
+        for r in campaign.recordings
+    ]
+
+
+def parameters_for(campaign):
+    return Parameters(Parameter("compliance", COMPLIANCE, prior=Prior(COMPLIANCE, 1e-7, 0.0, 1e-6)))
+
+
+@pytest.fixture
+def campaign(tmp_path, monkeypatch):
+    """Two tubes, one of them for validation, and a model that stretches in proportion to pressure."""
+    module = types.ModuleType("a_model_of_tubes")
+    module.OUTPUTS = ("length",)
+    for function in (predict, residual, rows_for, parameters_for):
+        setattr(module, function.__name__, function)
+    monkeypatch.setitem(sys.modules, "a_model_of_tubes", module)
+    monkeypatch.setitem(registry.MODULES, "tube", "a_model_of_tubes")
+    monkeypatch.delitem(PIPELINES, "tube", raising=False)
+    registry.residual_of.cache_clear()
+    random = np.random.default_rng(0)
+    for name, role, rows in (("first", "fit", 40), ("second", "validation", 25)):
+        pressure = np.linspace(0.0, 30.0, rows)
+        length = 56.0 + 0.25 * pressure + 0.1 * random.standard_normal(rows)
+        columns = {"time_s": np.arange(rows) * 1.0, "pressure_kPa": pressure, "length_mm": length}
+        write_recording(
+            Recording(name=name, path=None, kind="tube", role=role, specimen="A", real=False, columns=columns),
+            tmp_path / "campaign",
+        )
+    yield read_campaign(tmp_path / "campaign")
+    registry.residual_of.cache_clear()
+
+
+def test_a_campaign_is_sampled_by_its_models_residual(campaign):
+    result = sample_problem(campaign_problem(campaign), ensembles=2, max_steps=2000, progress=False)
+    pressure = campaign.recordings[0].si("pressure")
+    precision = np.sum(pressure**2) / SIGMA**2 + 1e14
+    pull = pressure @ (campaign.recordings[0].si("length") - 56e-3) / SIGMA**2 + COMPLIANCE * 1e14
+    found = result.posterior.summary["compliance"]
+    assert result.converged
+    assert abs(found.mean - pull / precision) < 4.0 * found.mcse
+    assert found.sd == pytest.approx(precision**-0.5, rel=0.1)
+    assert result.posterior.laplace.sd["compliance"] == pytest.approx(precision**-0.5)
+
+
+def test_validation_is_predicted_and_not_fitted(campaign):
+    problem = campaign_problem(campaign)
+    assert [(c.recording, c.role, c.x_column, c.y_column) for c in problem.curves] == [
+        ("first", "fit", "pressure_kPa", "length_mm"), ("second", "validation", "pressure_kPa", "length_mm"),
+    ]  # fmt: skip
+    first, second = problem.predictions(np.array([[0.25e-6], [0.3e-6]]))
+    assert first.shape == (2, 40) and second.shape == (2, 25)
+    np.testing.assert_allclose(second[0], 56.0 + 0.25 * problem.curves[1].x)
+    assert problem.curves[0].sigma == pytest.approx(np.full(40, 0.1))
+    without = problem.target.data.weight["length"]
+    assert jnp.all(without[0] >= 0.0) and without[0].sum() > 0.0 and jnp.all(without[1] == 0.0)
+
+
+def test_the_command_samples_it_too(campaign, tmp_path, capsys):
+    with pytest.raises(SystemExit) as left:
+        main(["posterior", str(campaign.path), "--out", str(tmp_path / "out"), "--max-steps", "20"])
+    assert not left.value.code
+    said = capsys.readouterr().out
+    assert "compliance" in said and "Gaussian priors, cut at their bounds, on compliance" in said
+    with pytest.raises(SystemExit) as left:
+        main(["posterior", str(campaign.path), "--out", str(tmp_path / "no"), "--law", "yeoh"])
+    assert left.value.code == 2 and "--law is about elastomers" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("table", "option"), [("dragon_skin_10_fast", "material"), ("krl35", "base")])
+def test_a_table_of_constants_starts_the_fit_by_its_kind(monkeypatch, table, option):
+    given = []
+
+    class Fit:
+        sampling_problem = Characterisation.sampling_problem
+
+        def __init__(self, campaign, **options):
+            given.append(options)
+
+    monkeypatch.setattr(command, "kind_of", lambda campaign: "actuator")
+    monkeypatch.setattr(command, "pipeline_of", lambda campaign: Fit)
+    monkeypatch.setattr(command, "campaign_problem", lambda campaign, **options: options)
+    assert command.problem_for(None, table, None, 3) == {option: table}
+    assert given == [{"seed": 3, option: table}]
+
+
+def test_a_table_of_what_a_tube_does_not_have_is_refused(campaign):
+    with pytest.raises(InputError, match="kind is 'alloy', but recordings of kind tube start from .* 'silicone'"):
+        command.problem_for(campaign, "krl35", None, 0)

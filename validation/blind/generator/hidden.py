@@ -1,0 +1,209 @@
+"""Martensite fractions as latent trajectories: one free number in [0, 1] per row that has to explain the measured
+resistance and the other scored columns together (errors in variables by maximum likelihood).
+
+A course is (K, N). Per Gauss-Newton round the rows' fractions are eliminated recording by recording, what is left is
+solved for the base parameters z (P,), and fractions that would leave [0, 1] are held at its ends.
+"""
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
+
+from . import stand
+
+STEP = 1e-3
+SHIFTS = (-1e-4, 3e-3)
+"""Steps of the difference quotients, in z and in the fractions: where one leads nowhere, because the metal's memory has
+a kink there, the next is tried."""
+SHARES = (1.0, 0.4, 0.1, 0.03, 0.01)
+"""Shares of a step that are tried; the metal's memory has kinks that a full step jumps over."""
+FLOOR = 1e-2
+"""Curvature that is added where a fraction shows in no column."""
+
+
+class Slopes:
+    """Derivatives of the whitened residuals: `z` (M, P) and by recording k the rows of the residual vector that it
+    fills, `at[k]` (M_k,), with the derivative `x[k]` (M_k, N_k) by its fractions at `rows[k]`."""
+
+    def __init__(self, whiten, by_z, own, kept, source):
+        self.z, self.at, self.rows, self.x = by_z, {}, {}, {}
+        place = 0
+        for column, k, rows, factor in whiten.blocks:
+            n = np.arange(len(rows))
+            matrix = np.diag(own[column][k, rows])
+            earlier = source[k, rows] >= 0
+            matrix[n[earlier], source[k, rows][earlier]] += kept[column][k, rows][earlier]
+            part = -solve_triangular(factor, matrix, lower=True)
+            here = place + n
+            place += len(rows)
+            self.rows[k] = rows
+            self.at[k] = np.concatenate([self.at[k], here]) if k in self.at else here
+            self.x[k] = np.concatenate([self.x[k], part]) if k in self.x else part
+        self.square = {k: x.T @ x + FLOOR * np.eye(x.shape[1]) for k, x in self.x.items()}
+        self.mixed = {k: x.T @ by_z[self.at[k]] for k, x in self.x.items()}
+
+    def step(self, r, z, course, move_z=True, passes=12):
+        """Best linear step from residual r (M,): (dz (P,), d course (K, N), residual after it (M,))."""
+        gradient = {k: x.T @ r[self.at[k]] for k, x in self.x.items()}
+        held = {k: np.full(len(rows), np.nan) for k, rows in self.rows.items()}
+        for _ in range(passes):
+            dz = self._base_step(r, z, gradient, held) if move_z else np.zeros(0)
+            steps = {k: self._course_step(k, gradient[k], held[k], dz) for k in self.x}
+            changes = [self._hold(k, gradient[k], held[k], steps[k], dz, course) for k in self.x]
+            if not any(changes):
+                break
+        moved, rest = np.zeros_like(course), r + self.z @ dz
+        for k, rows in self.rows.items():
+            moved[k, rows] = np.clip(steps[k], -course[k, rows], 1.0 - course[k, rows])
+            rest[self.at[k]] += self.x[k] @ moved[k, rows]
+        return dz if move_z else np.zeros_like(z), moved, rest
+
+    def _split(self, k, gradient, held):
+        """Free rows, their factor, and their gradient with the held rows moved to where they are held."""
+        free = np.isnan(held)
+        pull = gradient[free] + self.square[k][np.ix_(free, ~free)] @ held[~free]
+        return free, cho_factor(self.square[k][np.ix_(free, free)]), pull
+
+    def _base_step(self, r, z, gradient, held):
+        curvature, slope = self.z.T @ self.z + np.eye(len(z)), self.z.T @ r + z
+        for k in self.x:
+            free, factor, pull = self._split(k, gradient[k], held[k])
+            mixed = self.mixed[k]
+            curvature = curvature - mixed[free].T @ cho_solve(factor, mixed[free])
+            slope = slope + mixed[~free].T @ held[k][~free] - mixed[free].T @ cho_solve(factor, pull)
+        return -np.linalg.solve(curvature, slope)
+
+    def _course_step(self, k, gradient, held, dz):
+        free, factor, pull = self._split(k, gradient, held)
+        step = held.copy()
+        step[free] = -cho_solve(factor, pull + self.mixed[k][free] @ dz)
+        return step
+
+    def _hold(self, k, gradient, held, step, dz, course):
+        """Hold rows that would leave [0, 1], let go of those that are drawn inwards; whether any changed."""
+        low, high = -course[k, self.rows[k]], 1.0 - course[k, self.rows[k]]
+        slope = gradient + self.square[k] @ step + self.mixed[k] @ dz
+        inwards = ((held == low) & (slope < -1e-6)) | ((held == high) & (slope > 1e-6))
+        free = np.isnan(held)
+        under, over = free & (step < low - 1e-9), free & (step > high + 1e-9)
+        held[inwards], held[under], held[over] = np.nan, low[under], high[over]
+        return np.any(inwards | under | over)
+
+
+def numbers_at(bench, z):
+    """Numbers at standardised parameters z (B, P)."""
+    out = {name: np.full(len(z), value) for name, value in bench.nominal.items()}
+    for column, name in enumerate(sorted(bench.tolerance)):
+        out[name] = out[name] * (1.0 + bench.tolerance[name] * z[:, column])
+    return out
+
+
+class HiddenJudge:
+    """Refits base and latent trajectory to noise-free recorded columns (1, K, N) with one draw of noise added."""
+
+    def __init__(self, bench, whiten, recorded, noise, true_z, felt, rest=None):
+        self.rest, self.bench, self.whiten, self.true_z = rest, bench, whiten, true_z
+        self.recorded = {c: np.asarray(v)[:1] for c, v in recorded.items()}
+        self.true_course = bench.stack(bench.hidden[1])
+        self.noise = {c: noise[c] + felt[1][c] for c in bench.scored}
+
+    def _left(self, predicted):
+        return self.whiten({c: self.recorded[c] + self.noise[c] - predicted[c] for c in self.bench.scored})
+
+    def linearise(self, z, course, move_z=True, shift=SHIFTS[0]):
+        """Residual (M,) and its Slopes at z (P,) and a course (K, N), all in one march."""
+        size = len(z) if move_z else 0
+        points = np.tile(z, (size + 3, 1))
+        points[1 : size + 1] += STEP * np.eye(len(z))[:size]
+        courses = np.repeat(course[None], size + 3, axis=0)
+        courses[-2:] += shift
+        predicted, source = stand.forward(self.bench, numbers_at(self.bench, points), self.recorded, courses, True)
+        values = self._left({c: v[:-2] for c, v in predicted.items() if c in self.bench.scored})
+        own = {c: (predicted[c][-2] - predicted[c][0]) / shift for c in self.bench.scored}
+        kept = {c: (predicted[c][-1] - predicted[c][-2]) / shift for c in self.bench.scored}
+        return values[0], Slopes(self.whiten, (values[1:] - values[0]).T / STEP, own, kept, source)
+
+    def _trial(self, z, course, dz, moved, at):
+        """The best share of a step: its cost, z and course; the cost is infinite where none has an equilibrium.
+
+        Every recording takes the share of its fractions' step, up to that of dz, that does best for it.
+        """
+        best = np.inf, z, course
+        for shares in (SHARES[:3], SHARES[3:]):
+            pairs = [(whole, part) for whole in shares for part in (*shares, 0.0) if part <= whole]
+            points = np.clip(z + np.outer([whole for whole, _ in pairs], dz), -4.0, 4.0)
+            courses = np.clip(course + np.multiply.outer([part for _, part in pairs], moved), 0.0, 1.0)
+            try:
+                predicted, _ = stand.forward(self.bench, numbers_at(self.bench, points), self.recorded, courses)
+            except ArithmeticError:  # too far off
+                continue
+            left = np.nan_to_num(self._left(predicted) ** 2, nan=np.inf)
+            own = {k: np.sum(left[:, places], axis=1) for k, places in at.items()}
+            for share in shares:
+                tried = [n for n, (whole, _) in enumerate(pairs) if whole == share]
+                taken = {k: tried[np.argmin(costs[tried])] for k, costs in own.items()}
+                point, joined = points[tried[0]], course.copy()
+                for k, n in taken.items():
+                    joined[k] = courses[n, k]
+                cost = point @ point + sum(own[k][n] for k, n in taken.items())
+                best = min(best, (cost, point, joined), key=lambda found: found[0])
+            if np.isfinite(best[0]):
+                break
+        return best
+
+    def refit(self, start, move_z=True, rounds=12, enough=0.3):
+        """Gauss-Newton from a start, z or (z, course): end, its cost (chi-square plus prior), chi-square."""
+        z, course = start if isinstance(start, tuple) else (start, self.rest.end[1])
+        z, cost, idle, side = np.array(z, float), np.inf, 0, 0
+        for _ in range(rounds):
+            r, slopes = self.linearise(z, course, move_z, SHIFTS[side])
+            cost = min(cost, r @ r + z @ z)
+            new, *there = self._trial(z, course, *slopes.step(r, z, course, move_z)[:2], slopes.at)
+            gained = cost - new
+            if gained > 0.0:
+                cost, (z, course) = new, there
+            idle = 0 if gained > enough else idle + 1
+            if idle == len(SHIFTS):
+                break
+            side = (side + (gained <= enough)) % len(SHIFTS)
+        return (z, course), cost, cost - z @ z
+
+    def truth_cost(self):
+        """Cost of the true form after its own refit."""
+        return self.rest.cost
+
+    def held_out(self, end):
+        """Chi-square of what is held out, its fractions fitted at z, the truth's, and how many residuals they have."""
+        end, _, left = self.refit(end[0], move_z=False)
+        return left, self.rest.held, self.freedom(end)
+
+    def freedom(self, end):
+        """Residuals less the fractions that are free: those inside [0, 1]."""
+        course = end[1]
+        inside = (course > 0.0) & (course < 1.0) & self.bench.kept()
+        return max(self.whiten.size - int(np.sum(inside[self.whiten.chosen])), 1)
+
+    def gains(self, columns):
+        """Half the noise-free chi-square (B,) that columns leave once base and course are refitted, to first order."""
+        slopes = self.linearise(self.true_z, self.true_course)[1]
+        size, still = len(next(iter(columns.values()))), np.zeros_like(self.true_z)
+        numbers = numbers_at(self.bench, np.tile(self.true_z, (size, 1)))
+        courses = np.repeat(self.true_course[None], size, axis=0)
+        predicted, _ = stand.forward(self.bench, numbers, columns, courses)
+        steps = [slopes.step(r, still, self.true_course) for r in
+                 self.whiten({c: columns[c] - predicted[c] for c in self.bench.scored})]  # fmt: skip
+        return np.array([0.5 * (rest @ rest + dz @ dz) for dz, _, rest in steps])
+
+
+class Rest:
+    """What the true form leaves: its refit to data without any effect, which an effect that it knows does not change.
+
+    `end` (z, course (K, N)), `cost`, and `held`, the chi-square of what is held out, its fractions fitted. Every refit
+    of the base begins here, so that where the metal's memory switches, both have gone the same way.
+    """
+
+    def __init__(self, bench, whiten, clean, noise, true_z, felt):
+        fitted, held = (HiddenJudge(bench, w, {c: v[None] for c, v in clean.items()}, noise, true_z, felt) for w in whiten)
+        end, self.cost, _ = fitted.refit((true_z, fitted.true_course), rounds=20, enough=0.05)
+        last, _, self.held = held.refit(end, move_z=False)
+        chosen = np.isin(np.arange(len(last[1])), whiten[1].chosen)
+        self.end = end[0], np.where(chosen[:, None], last[1], end[1])
