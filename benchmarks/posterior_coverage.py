@@ -23,7 +23,7 @@ def one_campaign(seed: int) -> dict:
     """Simulate, fit and sample one campaign; for each constant, the truth's place in both posteriors."""
     from scipy.stats import norm
 
-    from fitting.calibrate import characterise
+    from fitting.characterise import characterise
     from fitting.data.recordings import write_recording
     from fitting.synthesise.elastomer import Pull, simulate_pulls
     from pneusma_jax.silicone import Yeoh

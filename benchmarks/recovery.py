@@ -71,7 +71,7 @@ def one_campaign(kind: str, seed: int, steps: int) -> dict:
     """
     from scipy.stats import norm
 
-    from fitting.calibrate import characterise
+    from fitting.characterise import characterise
     from fitting.synthesise import synthesise, write_synthetic
 
     began = time.perf_counter()

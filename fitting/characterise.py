@@ -1,5 +1,15 @@
-"""The former name of `fitting.calibrate`, for programs that were written for it."""
+"""Characterise campaigns of recordings: the documented entry.
 
+Its results are data of `fitting.calibrate` that also report, save and sample themselves.
+
+>>> from fitting.characterise import characterise
+>>> fit = characterise("campaign_folder")
+>>> print(fit.report())
+>>> fit.save("results")
+"""
+
+import fitting.report.results  # noqa: F401  says how results look
+import fitting.sample.campaign  # noqa: F401  says how results are sampled
 from fitting.calibrate import Batch, Characterisation, Estimate, characterise, characterise_batch
 
 __all__ = ["Batch", "Characterisation", "Estimate", "characterise", "characterise_batch"]

@@ -13,7 +13,7 @@ from .actuator import Actuator, Geometry, Layout, build_actuator, round_actuator
 from .actuator.designs import design_geometry, design_section, fresh_states, layout, make_actuator
 from .actuator.equilibrium import Equilibrium, Status, Validity, solve, solve_all, solve_batch
 from .actuator.loads import Gravity, Load, TipForce, gravity_vector
-from .actuator.weight import chain_weight, mass_of, weight
+from .actuator.weight import mass_of, weight
 from .calibration import available, load_calibration
 from .errors import InputError
 from .nitinol import (
@@ -44,6 +44,7 @@ from .serial_chain.segments import (
     simulate_chain_history,
     solve_chain,
 )
+from .serial_chain.weight import chain_weight
 from .silicone import load_silicone, load_silicone_test, tube_length
 from .simulate.coupon import CouponHistory, simulate_coupon
 from .simulate.history import History, SpringHistory, simulate_history, simulate_spring

@@ -1,6 +1,6 @@
 """Staged pipelines that turn a campaign into a characterised material, one for each kind of specimen.
 
->>> from fitting.calibrate import characterise
+>>> from fitting.characterise import characterise
 >>> fit = characterise("campaign_folder")
 >>> print(fit.report())
 >>> fit.save("results")

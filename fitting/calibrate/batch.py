@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from fitting.data.recordings import read_campaign
+from fitting.inference.results import Result
 from fitting.specimens import spring, tube
 from fitting.specimens.rows import MARK
 from pneusma_jax.errors import InputError
@@ -45,7 +45,7 @@ class Member:
 
 
 @dataclass(frozen=True)
-class Batch:
+class Batch(Result):
     """Characterised campaigns.
 
     Attributes:
@@ -63,30 +63,6 @@ class Batch:
     def done(self) -> list[Member]:
         """Members with a result."""
         return [member for member in self.members if member.result is not None]
-
-    def report(self) -> str:
-        """The whole result as plain text."""
-        from fitting.report.batch import text
-
-        return text(self)
-
-    def plot(self) -> dict[str, Figure]:
-        """Figures by name: `specimens`."""
-        from fitting.report.batch import figures
-
-        return figures(self)
-
-    def documents(self) -> dict[str, str | bytes]:
-        """Content of the files about all of them, by file name; each member's own are in its folder."""
-        from fitting.report.batch import documents
-
-        return documents(self)
-
-    def save(self, folder: str | Path, force: bool = False) -> list[Path]:
-        """Write the table and summary; they appear together or not at all."""
-        from fitting.data.publish import publish
-
-        return publish(folder, self.documents, force)
 
 
 def characterise_batch(

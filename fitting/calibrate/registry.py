@@ -13,6 +13,7 @@ from fitting.specimens.saved_models import AugmentedModel, load_model
 from fitting.specimens.spring_by_temperature import without_resistance
 from pneusma_jax.errors import InputError
 
+from .general.with_model import characterise_with
 from .result import Characterisation
 
 # kind -> (module, function)
@@ -82,7 +83,6 @@ def characterise(
 
 def _pipeline_with(campaign: Campaign, model: str | Path | AugmentedModel) -> Callable[..., Characterisation]:
     """The pipeline that fits a model on disk."""
-    from .general.with_model import characterise_with
 
     pipeline_of(campaign)
     loaded = model if isinstance(model, AugmentedModel) else load_model(model)

@@ -1,18 +1,10 @@
-"""What every pipeline hands back, whatever it has fitted: words, figures, and files that appear together."""
+"""What every pipeline hands back, whatever it has fitted: named parameters with their errors."""
 
 import abc
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from matplotlib.figure import Figure
-
-from pneusma_jax.calibration.records import Calibration
-from pneusma_jax.errors import InputError
-
-if TYPE_CHECKING:
-    from fitting.sample.campaign import CampaignPosterior
-    from fitting.sample.problem import Problem
+from fitting.inference.results import Result, sampler_of
 
 SCHEMA = "pneusma-characterisation/1"
 
@@ -34,13 +26,8 @@ class Estimate:
     at_bound: bool
 
 
-class Characterisation(abc.ABC):
+class Characterisation(Result, abc.ABC):
     """Result of fitting one kind of specimen."""
-
-    @property
-    @abc.abstractmethod
-    def verdict(self) -> list[str]:
-        """What was found, in a few sentences, the most important first."""
 
     @property
     @abc.abstractmethod
@@ -52,49 +39,10 @@ class Characterisation(abc.ABC):
         """Name of the law whose constants these are, of kinds that know several; empty of others."""
         return ""
 
-    @abc.abstractmethod
-    def report(self) -> str:
-        """The whole result as plain text."""
-
-    @abc.abstractmethod
-    def plot(self) -> dict[str, Figure]:
-        """Figures by name; nothing is fitted or drawn on a screen."""
-
-    @abc.abstractmethod
-    def documents(self) -> dict[str, str | bytes]:
-        """Content of every file of the result, by file name."""
-
-    def sampling_problem(self, model: Calibration | None = None) -> "Problem":
-        """What `posterior` samples; `model` is a table whose priors the parameters get.
-
-        Raises:
-            InputError: if this kind of result cannot be sampled.
-        """
-        raise InputError(f"a posterior of this kind of result ({type(self).__name__}) cannot be sampled")
-
-    def posterior(self, **options: Any) -> "CampaignPosterior":
-        """Sample the parameters' posterior, starting from this fit; options as for `posterior_of`.
+    def posterior(self, **options: Any) -> Result:
+        """Sample the posterior of the parameters, starting from this fit; options as for `sample_problem`.
 
         Raises:
             InputError: if this kind of result cannot be sampled, or an option cannot be used.
         """
-        from fitting.sample.campaign import posterior_of
-
-        return posterior_of(self, **options)
-
-    def save(self, folder: str | Path, force: bool = False) -> list[Path]:
-        """Write all files; they appear together or not at all.
-
-        Args:
-            folder: made if it does not exist.
-            force: replace files of these names that are there already.
-
-        Returns:
-            Paths of the files.
-
-        Raises:
-            InputError: if files are in the way, or the place cannot be written.
-        """
-        from fitting.data.publish import publish
-
-        return publish(folder, self.documents, force)
+        return sampler_of(self)(self, **options)

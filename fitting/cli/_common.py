@@ -1,14 +1,10 @@
 """What the commands share: getting ready to compute, results on disk, words on the terminal."""
 
-import csv
 import difflib
-import io
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
-import numpy as np
 
 DESIGNS = ("pneusma1", "pneusma2", "pneuflex_s", "pneuflex_t", "pneuflex_w", "triad")
 
@@ -23,40 +19,6 @@ def prepare() -> None:
 def notice(text: str) -> None:
     """Say something beside the result, on stderr."""
     click.echo(f"note: {' '.join(text.split())}", err=True)
-
-
-def csv_text(columns: Mapping[str, Sequence], comments: Sequence[str] = ()) -> str:
-    """Columns of equal length as CSV; numbers with the digits that read back equal, nothing for NaN.
-
-    Args:
-        columns: by name, in order.
-        comments: lines before the header, without `#`.
-    """
-    stream = io.StringIO()
-    stream.writelines(f"# {comment}\n" for comment in comments)
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(zip(*([_cell(value) for value in column] for column in columns.values()), strict=True))
-    return stream.getvalue()
-
-
-def _cell(value: object) -> str:
-    if isinstance(value, float | np.floating):
-        return "" if math.isnan(value) else repr(float(value)).removesuffix(".0")
-    return str(value)
-
-
-def words_table(header: Sequence[str], rows: Sequence[Sequence[str]], indent: int = 0) -> str:
-    """Texts in aligned columns, the first to the left, the others to the right."""
-    widths = [max(len(row[i]) for row in (header, *rows)) for i in range(len(header))]
-    lines = []
-    for row in (header, *rows):
-        first, *others = (
-            cell.ljust(width) if i == 0 else cell.rjust(width)
-            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
-        )
-        lines.append(" " * indent + "  ".join([first, *others]).rstrip())
-    return "\n".join(line for line in lines if line.strip())
 
 
 def done(paths: Sequence[Path]) -> None:

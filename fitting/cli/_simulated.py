@@ -7,12 +7,14 @@ from typing import Any
 
 import click
 
+from fitting.data.csv_text import csv_text
+from fitting.report.text_table import words_table
 from fitting.specimens.model_objects import BASE
 from fitting.specimens.saved_models import AugmentedModel, load_model
 from pneusma_jax.errors import InputError
 from pneusma_jax.serial_chain.designs import describes_chain, load_chain
 
-from ._common import csv_text, done, notice, table_argument, words_table
+from ._common import done, notice, table_argument
 from ._drives import Said, of_segment
 
 NOT_CONVERGED = 1  # exit code

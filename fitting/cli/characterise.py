@@ -61,6 +61,7 @@ def characterise_command(
     from fitting.data.publish import check_free
     from fitting.data.recordings import read_campaign
     from fitting.inference.progress import Steps
+    from fitting.report.results import save, text
     from fitting.specimens.saved_models import load_model
 
     recordings = read_campaign(campaign)
@@ -83,9 +84,9 @@ def characterise_command(
             seed=seed,
             progress=progress,
         )
-    files = result.save(out, force)
-    for text in recordings.notices:
-        notice(text)
-    click.echo(result.report())
+    files = save(result, out, force)
+    for sentence in recordings.notices:
+        notice(sentence)
+    click.echo(text(result))
     click.echo()
     done(files)

@@ -25,6 +25,7 @@ def characterise_batch_command(campaigns, out, seed, force) -> None:
     from fitting.cli._common import done, notice, prepare
     from fitting.data.publish import check_free
     from fitting.inference.progress import PlainLines
+    from fitting.report.results import save, text
 
     check_free(out, force)
     prepare()
@@ -43,14 +44,14 @@ def characterise_batch_command(campaigns, out, seed, force) -> None:
             if member.result is None:
                 notice(f"{member.name}: {member.problem}")
             else:
-                files.extend(member.result.save(out / member.name, force))
+                files.extend(save(member.result, out / member.name, force))
 
         batch = characterise_batch(campaigns, finished, progress, seed=seed)
     for member in batch.done:
         if member.problem:
             notice(f"{member.name}: {member.problem}")
-    files += batch.save(out, force=True)
-    click.echo(batch.report())
+    files += save(batch, out, force=True)
+    click.echo(text(batch))
     click.echo()
     done(files)
     if any(member.result is None for member in batch.members):

@@ -53,11 +53,10 @@ def effects_command(effect, plot, kind, values, out) -> None:
 
 def _write(found, out: Path) -> list[Path]:
     """The figure and its numbers."""
+    from fitting.data.csv_text import csv_text
     from fitting.data.files import result_folder, write_whole
     from fitting.report.effects.figure import signature_figure
     from fitting.report.figures import save_figure
-
-    from ._common import csv_text
 
     out = result_folder(out)
     columns = dict(sorted(found.drive.items(), key=lambda item: item[0] != "time_s"))

@@ -39,6 +39,7 @@ def plan_command(specimen, out, geometry, tests, wanted, noise, misfit, draws, s
     from fitting.data.publish import check_free
     from fitting.plan import plan_campaign
     from fitting.plan.specimen import described
+    from fitting.report.results import save, text
 
     check_free(out, force)
     alloy, dimensions = described(specimen, geometry)
@@ -54,7 +55,7 @@ def plan_command(specimen, out, geometry, tests, wanted, noise, misfit, draws, s
             alloy, dimensions, tests=tests, noise=noise, misfit=misfit, draws=draws, seed=seed,
             progress=progress, **chosen,
         )  # fmt: skip
-    files = plan.save(out, force)
-    click.echo(plan.report())
+    files = save(plan, out, force)
+    click.echo(text(plan))
     click.echo()
     done(files)

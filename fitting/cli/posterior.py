@@ -33,6 +33,7 @@ def posterior_command(campaign, out, model, walkers, ensembles, max_steps, seed,
     from fitting.cli._common import done, notice, prepare, table_argument
     from fitting.data.publish import check_free
     from fitting.data.recordings import read_campaign
+    from fitting.report.results import save, text
     from fitting.sample.campaign import sample_problem
     from fitting.sample.command import chain_file, problem_for
 
@@ -50,9 +51,9 @@ def posterior_command(campaign, out, model, walkers, ensembles, max_steps, seed,
         max_steps=max_steps,
         seed=seed,
     )
-    files = result.save(out, force=True)
-    for text in recordings.notices:
-        notice(text)
-    click.echo(result.report())
+    files = save(result, out, force=True)
+    for sentence in recordings.notices:
+        notice(sentence)
+    click.echo(text(result))
     click.echo()
     done([*files, chain])

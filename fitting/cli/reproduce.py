@@ -16,8 +16,9 @@ def reproduce_command(out: Path, force: bool) -> None:
     """
     from tqdm import tqdm
 
-    from fitting.cli._common import done, prepare, words_table
+    from fitting.cli._common import done, prepare
     from fitting.data.publish import check_free
+    from fitting.report.text_table import words_table
 
     check_free(out, force)
     prepare()

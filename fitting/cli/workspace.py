@@ -5,7 +5,10 @@ from typing import Any
 
 import click
 
-from ._common import csv_text, design_argument, done, notice, prepare, table_argument, words_table
+from fitting.data.csv_text import csv_text
+from fitting.report.text_table import words_table
+
+from ._common import design_argument, done, notice, prepare, table_argument
 
 
 @click.command("workspace", short_help="Curvature and bend angle over pressure and activation.")

@@ -16,6 +16,6 @@ Packages; each imports those above it only:
 """
 
 from .run import diagnose
-from .verdict.conclude import Conclusion
+from .verdict.conclusion import Conclusion
 
 __all__ = ["Conclusion", "diagnose"]

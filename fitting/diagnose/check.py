@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,10 +20,8 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.units import from_si
 
 from .evaluate.noise import noise_of
+from .verdict.conclusion import Conclusion
 from .verdict.text import SEPARATE
-
-if TYPE_CHECKING:
-    from .verdict.conclude import Conclusion
 
 MOVES = 1.5
 """Ratio of a driver's spread to its fast noise from which it varies."""

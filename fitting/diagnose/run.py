@@ -18,7 +18,8 @@ from .evaluate.program import Program
 from .evaluate.start import Start, characterised, start_of
 from .fit.base_fit import at_bound
 from .search.explain import explain
-from .verdict.conclude import Conclusion, conclude
+from .verdict.conclude import conclude
+from .verdict.conclusion import Conclusion
 from .verdict.locate import drivers_of
 from .verdict.text import unstated
 

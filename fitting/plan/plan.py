@@ -12,6 +12,7 @@ import pneusma_jax as pj
 from fitting.calibrate.identifiability import identifiability
 from fitting.calibrate.spring.reach import steps_of
 from fitting.data.recordings import Recording
+from fitting.inference.results import Result
 from fitting.specimens.model_objects import geometry_of
 from fitting.synthesise.spring import NOISE
 from pneusma_jax.errors import InputError, nearest
@@ -20,7 +21,7 @@ from pneusma_jax.units import from_si
 from .candidates import HELD, LEG_ROWS, Candidate, candidates, courses, published_campaign
 from .choose import WANTED, choose, covariances, expected_sd
 from .information import information
-from .knowledge import Knowledge, knowledge_of
+from .knowledge import CONSTANTS, NOT_SEEN, Knowledge, knowledge_of
 from .rates import choose_rates, minutes
 
 DRAWS = 8
@@ -61,7 +62,7 @@ class PlannedTest:
 
 
 @dataclass(frozen=True)
-class Plan:
+class Plan(Result):
     """A protocol and what it is expected to give.
 
     Attributes:
@@ -104,22 +105,6 @@ class Plan:
         """Expected 1-sigma of each constant over its nominal size, after some tests."""
         size = np.abs(self.knowledge.mean)
         return dict(zip(self.knowledge.names, self.sd[step] * self.knowledge.sd / size, strict=True))
-
-    def report(self) -> str:
-        """The protocol in words."""
-        from fitting.report.plan.text import report
-
-        return report(self)
-
-    def save(self, folder: str | Path, force: bool = False) -> list[Path]:
-        """Write protocol.toml, protocol.csv, protocol.html, report.json and the figure, all or nothing.
-
-        Raises:
-            InputError: if the folder holds results and `force` is off, or cannot be written.
-        """
-        from fitting.report.plan.documents import save
-
-        return save(self, folder, force)
 
 
 def plan_campaign(
@@ -257,7 +242,6 @@ def _check(
             raise InputError(f"--noise {name}: no such instrument, {nearest(name, NOISE)}")
         if not 0.0 < value < np.inf:
             raise InputError(f"--noise {name}={value:g}: must be more than 0")
-    from .knowledge import CONSTANTS, NOT_SEEN
 
     known = [name for name in CONSTANTS if name not in NOT_SEEN]
     for name in wanted:

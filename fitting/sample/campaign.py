@@ -4,28 +4,27 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
+from fitting.calibrate.result import Characterisation
+from fitting.inference.results import Result, register_sampler
 from pneusma_jax.calibration.records import Calibration
 from pneusma_jax.errors import InputError, nearest
 
 from .problem import Problem
+from .problems import sampling_problem
 from .result import Posterior
 from .sampling import sample
 from .settings import Settings
-
-if TYPE_CHECKING:
-    from fitting.calibrate.result import Characterisation
 
 PREDICTED = 400
 """Draws behind a predictive band."""
 
 
 @dataclass(frozen=True)
-class CampaignPosterior:
+class CampaignPosterior(Result):
     """A posterior and the campaign that it is about.
 
     Attributes:
@@ -41,49 +40,14 @@ class CampaignPosterior:
         """Whether the numbers may be quoted."""
         return self.posterior.converged
 
-    @property
-    def verdict(self) -> list[str]:
-        """Whether the chains may be believed, and where the fit's own error bars may not."""
-        from fitting.report.posterior.text import verdict
-
-        return verdict(self)
-
     @cached_property
     def predictive(self) -> list[np.ndarray]:
         """Curves predicted by some hundred draws, each of shape (draws, rows), in the units of files."""
         return self.problem.predictions(self.posterior.flat(PREDICTED))
 
-    def report(self) -> str:
-        """The whole result as plain text."""
-        from fitting.report.posterior.text import text_report
-
-        return text_report(self)
-
-    def plot(self) -> dict[str, Figure]:
-        """Figures by name: `corner`, `trace`, `predictive`, `prior`."""
-        from fitting.report.posterior.figures import figures
-
-        return figures(self)
-
-    def documents(self) -> dict[str, str | bytes]:
-        """Content of every file of the result, by file name; the chains are a file of their own."""
-        from fitting.report.posterior.documents import documents
-
-        return documents(self)
-
-    def save(self, folder: str | Path, force: bool = False) -> list[Path]:
-        """Write all files; they appear together or not at all.
-
-        Raises:
-            InputError: if files are in the way, or the place cannot be written.
-        """
-        from fitting.data.publish import publish
-
-        return publish(folder, self.documents, force)
-
 
 def posterior_of(
-    fit: "Characterisation", *, model: Calibration | None = None, **options: Any
+    fit: Characterisation, *, model: Calibration | None = None, **options: Any
 ) -> CampaignPosterior:
     """Sample the posterior of a characterisation, starting from its fit; float64 must be on.
 
@@ -96,7 +60,7 @@ def posterior_of(
         InputError: if this kind cannot be sampled, or `sample_problem` refuses.
     """
     _check_settings(options)
-    return sample_problem(fit.sampling_problem(model), **options)
+    return sample_problem(sampling_problem(fit, model), **options)
 
 
 def sample_problem(
@@ -132,3 +96,6 @@ def _check_settings(given: Mapping[str, Any]) -> None:
     for name in given:
         if name not in (*known, "file", "resume", "progress"):
             raise InputError(f"there is no setting {name!r} of a posterior, {nearest(name, known)}")
+
+
+register_sampler(Characterisation, posterior_of)

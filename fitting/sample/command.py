@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 from fitting.calibrate.registry import PIPELINES, characterise, pipeline_of
-from fitting.calibrate.result import Characterisation
 from fitting.data.recordings import Campaign
 from fitting.specimens.registry import kind_of
 from fitting.specimens.saved_models.files import is_model
@@ -17,6 +16,7 @@ from pneusma_jax.errors import InputError
 from .checkpoint import same_settings, settings_of
 from .models import campaign_problem
 from .problem import Problem
+from .problems import can_be_sampled, sampling_problem
 
 CHAIN = "chain.h5"
 """Name of the chains' file in a folder of results."""
@@ -70,15 +70,15 @@ def problem_for(campaign: Campaign, model: str | None, law: str | None, seed: in
     if model is not None and is_model(model):
         if law is not None:
             raise InputError(f"{model}: a model has a law of its own; leave out --law")
-        return characterise(campaign, model=model, seed=seed).sampling_problem()
+        return sampling_problem(characterise(campaign, model=model, seed=seed))
     if kind == "elastomer":
         table, options = _law_and_table(model, law)
-        return pipeline_of(campaign)(campaign, seed=seed, **options).sampling_problem(table)
+        return sampling_problem(pipeline_of(campaign)(campaign, seed=seed, **options), table)
     options = {} if model is None else _start_table(model, kind)
     if kind in PIPELINES:  # its noise, and whatever a fit decides about the recordings
         fit = pipeline_of(campaign)(campaign, seed=seed, **options)
-        if type(fit).sampling_problem is not Characterisation.sampling_problem:
-            return fit.sampling_problem()
+        if can_be_sampled(fit):
+            return sampling_problem(fit)
     return campaign_problem(campaign, **options)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 import pneusma_jax as pj
 from fitting.data.recordings import Recording
+from fitting.inference.driven import by_stress
 from fitting.inference.latent_trajectory.denoise import denoised, martensite_fraction
 from fitting.inference.noise import robust_noise
 from fitting.specimens.model_objects import (
@@ -88,7 +89,7 @@ def predict(recording: Recording, denoise: bool = True, model: AugmentedModel = 
 def _drivers(recording: Recording) -> tuple[str, ...]:
     """Quantities that drive the model; of an actuator's resistances those of springs that are there."""
     if recording.kind == "wire":
-        return ("time", "temperature", "stress" if _by_stress(recording) else "strain")
+        return ("time", "temperature", "stress" if by_stress(recording) else "strain")
     names = DRIVERS[recording.kind]
     if recording.kind != "actuator":
         return names
@@ -223,13 +224,6 @@ def _predict_spring(
     return Prediction(
         outputs, {"xi0": response.xi0, "gamma_R": response.gamma_R}, notices + more, marks
     )
-
-
-def _by_stress(recording: Recording) -> bool:
-    """Whether stress drives a wire: it varies less, next to its size, than the strain does."""
-    sizes = [recording.si(name)[np.isfinite(recording.si(name))] for name in ("stress", "strain")]
-    stress, strain = (np.ptp(v) / np.max(np.abs(v)) if v.size and np.any(v) else 0.0 for v in sizes)
-    return stress < 0.5 * strain
 
 
 def _predict_wire(

@@ -30,7 +30,6 @@ import numpy as np
 from ..actuator import Actuator
 from ..actuator.designs import make_actuator
 from ..actuator.loads import Gravity, gravity_vector
-from ..actuator.weight import chain_weight, with_bodies
 from ..calibration import load_calibration, named_table
 from ..calibration.keys import ORIENTATIONS
 from ..calibration.toml import read_quantity
@@ -38,6 +37,7 @@ from ..documents import read_document
 from ..errors import InputError, nearest
 from .loads import ChainLoad, LineLoad, PointLoad
 from .segments import SegmentChain, chain_of
+from .weight import chain_weight, with_bodies
 
 SCHEMA = "pneusma-chain/1"
 KEYS = {"angle": "angle", "connector": "length", "connector_mass": "mass"}  # numbers of a segment

@@ -1,7 +1,8 @@
 import pytest
 
-from fitting.calibrate import characterise
+import fitting.characterise  # noqa: F401  results know how they look
 from fitting.calibrate.elastomer.samples import stack
+from fitting.characterise import characterise
 from fitting.data.recordings import recordings_folder, write_recording
 from fitting.synthesise.elastomer import PULLS, simulate_pulls, true_law
 

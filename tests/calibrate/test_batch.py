@@ -9,10 +9,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.calibrate import characterise_batch
 from fitting.calibrate.batch import Member, _pooled
 from fitting.calibrate.pooling import pool, without_priors
 from fitting.calibrate.result import Estimate
+from fitting.characterise import characterise_batch
 from fitting.cli import main
 from fitting.synthesise import synthesise, write_synthetic
 from pneusma_jax.errors import InputError

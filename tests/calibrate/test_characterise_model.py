@@ -10,11 +10,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.calibrate import characterise
 from fitting.calibrate.general.information import cannot_tell
 from fitting.calibrate.general.with_model import characterise_with
+from fitting.characterise import characterise
 from fitting.cli import main
 from fitting.data.recordings import Recording, read_campaign, write_recording
+from fitting.sample.problems import sampling_problem
 from fitting.specimens import model_of, stack
 from fitting.specimens.saved_models import AugmentedModel, add_effect, fitted, load_model, save_model
 from fitting.specimens.with_saved_model import Augmented
@@ -122,7 +123,7 @@ def test_a_held_parameter_and_a_foreign_effect_are_said(pulls):
 
 
 def test_the_posterior_samples_the_effect_too(fit):
-    problem = fit.sampling_problem()
+    problem = sampling_problem(fit)
     assert {"mullins_softening_depth", "silicone_stiffness"} <= set(problem.target.names)
     here = problem.target.pack(problem.parameters)
     k = problem.target.names.index("mullins_softening_depth")
@@ -200,7 +201,7 @@ def test_a_spring_without_effects_goes_through_its_stages(monkeypatch):
     fixed = AugmentedModel(base={"alloy": {"G_m": fitted("alloy", "G_m", 3.0e9, "guessed")}}, name="numbers")
     seen = {}
     monkeypatch.setattr(
-        "fitting.calibrate.spring.characterise_spring",
+        "fitting.calibrate.general.with_model.characterise_spring",
         lambda campaign, **options: seen.update(options, campaign=campaign),
     )
     characterise_with(campaign, model=fixed)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from fitting.calibrate import characterise
+from fitting.characterise import characterise
 from fitting.data.importers import import_file
 from fitting.data.recordings import Campaign
 

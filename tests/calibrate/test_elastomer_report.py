@@ -9,7 +9,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from fitting.calibrate import characterise
+from fitting.characterise import characterise
 from fitting.synthesise.elastomer import TRUTH, true_law, write_example
 from pneusma_jax.calibration import load_calibration
 from pneusma_jax.silicone import load_silicone

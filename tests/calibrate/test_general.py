@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import pneusma_jax as pj
-from fitting.calibrate import characterise
+from fitting.characterise import characterise
 from fitting.cli import main
 from fitting.data.importers import import_file
 from fitting.data.recordings import read_campaign, write_recording

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from fitting.calibrate import characterise
+from fitting.characterise import characterise
 from fitting.synthesise import synthesise
 
 TRUTH = {"a": 2.0, "c": 3.0}

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import pneusma_jax as pj
-from fitting.calibrate import characterise
 from fitting.calibrate.spring.information import Information, sentences
 from fitting.calibrate.spring.stand_tests import classify
+from fitting.characterise import characterise
 from fitting.data.recordings import read_campaign
 from fitting.inference.parameters import Parameter, Parameters, Prior
 from fitting.synthesise import synthesise, write_synthetic

@@ -8,8 +8,8 @@ import pytest
 from click.testing import CliRunner
 
 import pneusma_jax as pj
-from fitting.calibrate import characterise
 from fitting.calibrate.registry import pipeline_of
+from fitting.characterise import characterise
 from fitting.cli import main
 from fitting.data.recordings import read_campaign
 from fitting.specimens import spring_by_temperature

@@ -15,7 +15,7 @@ from validation.reproduction import (
     statements,
     verdict_sentences,
 )
-from validation.reproduction.run import Reproduction
+from validation.reproduction.results import Reproduction
 
 pytestmark = pytest.mark.slow
 

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pytest
 
+import fitting.characterise  # noqa: F401  results know how they look
+
 
 @pytest.fixture(scope="session")
 def example() -> Path:

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from fitting.calibrate.registry import PIPELINES
-from fitting.calibrate.result import Characterisation
 from fitting.cli import main
 from fitting.data.recordings import Recording, read_campaign, write_recording
 from fitting.inference.parameters import Parameter, Parameters, Prior
@@ -115,8 +114,6 @@ def test_a_table_of_constants_starts_the_fit_by_its_kind(monkeypatch, table, opt
     given = []
 
     class Fit:
-        sampling_problem = Characterisation.sampling_problem
-
         def __init__(self, campaign, **options):
             given.append(options)
 

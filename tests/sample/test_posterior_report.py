@@ -7,8 +7,8 @@ import h5py
 import numpy as np
 import pytest
 
-from fitting.calibrate import characterise
 from fitting.calibrate.elastomer.material import material
+from fitting.characterise import characterise
 from fitting.cli import main
 from fitting.report.posterior import text as words
 from fitting.report.posterior.netcdf import prior_draws

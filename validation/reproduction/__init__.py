@@ -10,7 +10,8 @@ from .bench import Bench
 from .entry import Entry
 from .expectation import Interval, Near, Verdict, at_least, at_most
 from .registry import ENTRIES, statements
-from .run import Reproduction, reproduce
+from .results import Reproduction
+from .run import reproduce
 from .statement import Found, Judged, Statement, judge
 from .text import one_line, remark, verdict_sentences
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 import pneusma_jax as pj
 from fitting.report.figures import BLACK, GREY, style
-from pneusma_jax.actuator.weight import chain_weight
+from pneusma_jax.serial_chain.weight import chain_weight
 
 from .bench import HOT, Bench, listed
 from .entry import Entry

@@ -7,7 +7,7 @@ from fitting.report import html
 from . import text
 from .entry import Entry
 from .expectation import Verdict, number_text
-from .run import Reproduction
+from .results import Reproduction
 from .statement import Judged
 
 CSS = """

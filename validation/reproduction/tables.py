@@ -7,7 +7,7 @@ import math
 from importlib.metadata import version
 
 from .expectation import Interval, Near
-from .run import Reproduction
+from .results import Reproduction
 from .statement import Judged
 
 SCHEMA = "pneusma-reproduction/1"

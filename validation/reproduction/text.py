@@ -1,7 +1,7 @@
 """What the numbers of a reproduction amount to, in sentences."""
 
 from .expectation import Verdict, number_text
-from .run import Reproduction
+from .results import Reproduction
 from .statement import Judged
 
 LOST = (

@@ -2,14 +2,12 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from fitting.calibrate.result import Characterisation, Estimate
 from fitting.data.recordings import Campaign
-from pneusma_jax.calibration.records import Calibration
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.precision import require_float64
 from pneusma_jax.units import from_si
@@ -22,9 +20,6 @@ from .laws import LAWS, MOST_TERMS, CurveLaw
 from .next_test import NextTest, next_test
 from .samples import FEWEST_SAMPLES, WEIGHTINGS, Samples, stack
 from .stability import ACTUATOR_STRAIN
-
-if TYPE_CHECKING:
-    from fitting.sample.problem import Problem
 
 EVERY_LAW = "all"
 LAW_WORDS = (*dict.fromkeys(law.law for law in LAWS.values()), EVERY_LAW)
@@ -61,40 +56,9 @@ class ElastomerCharacterisation(Characterisation):
         return self.best.law.name
 
     @property
-    def verdict(self) -> list[str]:
-        """What was found, in a few sentences."""
-        from fitting.report.elastomer.text import verdict
-
-        return verdict(self)
-
-    @property
     def parameters(self) -> dict[str, Estimate]:
         """Constants of the law that was taken, in the unit of files."""
         return estimates(self.best)
-
-    def report(self) -> str:
-        """The whole result as plain text."""
-        from fitting.report.elastomer.text import text_report
-
-        return text_report(self)
-
-    def plot(self) -> dict[str, Figure]:
-        """Figures by name: `fit`, `residuals`, `drift`, `held_out`."""
-        from fitting.report.elastomer.figures import figures
-
-        return figures(self)
-
-    def sampling_problem(self, model: Calibration | None = None) -> "Problem":
-        """The law that was taken, with its constants and the specimens' stiffness."""
-        from fitting.sample.elastomer import problem_of
-
-        return problem_of(self, model)
-
-    def documents(self) -> dict[str, str | bytes]:
-        """Content of every file of the result, by file name."""
-        from fitting.report.elastomer.documents import documents
-
-        return documents(self)
 
 
 def estimates(fit: LawFit) -> dict[str, Estimate]:

@@ -3,10 +3,9 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from fitting.calibrate.profile_likelihood import Profile, lower_end
 from fitting.calibrate.result import Characterisation, Estimate
@@ -18,7 +17,6 @@ from fitting.specimens import Model, model_of, priors, spring_by_temperature, wi
 from fitting.specimens.refitted import refitted
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.with_saved_model import Augmented, Held
-from pneusma_jax.calibration import Calibration
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.errors import InputError
 from pneusma_jax.precision import require_float64
@@ -28,9 +26,6 @@ from .fit import GeneralFit, fit_campaign, gone_on, missed
 from .information import Repeat, cannot_tell, held_back, informed, repeats
 from .profiles import profiles, worth_profiling
 from .scores import Score, scores
-
-if TYPE_CHECKING:
-    from fitting.sample.problem import Problem as SamplingProblem
 
 STARTS = 3
 WIRE_STARTS = 8
@@ -93,13 +88,6 @@ class GeneralCharacterisation(Characterisation):
         return self.fit.result.parameters
 
     @property
-    def verdict(self) -> list[str]:
-        """What was found, in a few sentences."""
-        from fitting.report.general.text import verdict
-
-        return verdict(self)
-
-    @property
     def parameters(self) -> dict[str, Estimate]:
         """Everything that was free, and what was held because no recording shows it, with the error of its
         prior; in the unit of files."""
@@ -119,30 +107,6 @@ class GeneralCharacterisation(Characterisation):
         found = wire.unseen(self.campaign, self.options.get("base")) if self.kind == "wire" else {}
         return {name: q for name, q in found.items() if name not in self.fitted}
 
-    def report(self) -> str:
-        """The whole result as plain text."""
-        from fitting.report.general.report import report_of
-
-        return report_of(self).text()
-
-    def plot(self) -> dict[str, Figure]:
-        """Figures by name: `fit`, `residuals`, `parameters`, `profiles`."""
-        from fitting.report.general.figures import captioned
-
-        return {name: figure for name, (figure, _) in captioned(self).items()}
-
-    def documents(self) -> dict[str, str | bytes]:
-        """Content of every file of the result, by file name."""
-        from fitting.report.general.report import report_of
-
-        return report_of(self).documents()
-
-    def tables(self) -> dict[str, Calibration]:
-        """Constants that simulations load, by file name."""
-        from .tables import tables
-
-        return tables(self)
-
     def held(self) -> list[Held]:
         """What the model on disk states and this fit left as it is; nothing for the base model."""
         return [] if self.model is None else self.model.held(self.campaign, self.fitted)
@@ -152,17 +116,6 @@ class GeneralCharacterisation(Characterisation):
         if self.model is None:
             return None
         return refitted(self.model, self.campaign, self.fitted, f"Fitted to {self.title}")
-
-    def sampling_problem(self, model: Calibration | None = None) -> "SamplingProblem":
-        """The joint posterior, from the fit's own values, its priors and its noise."""
-        from fitting.sample.models import model_problem
-
-        if model is not None:
-            raise InputError(f"{model.name}: priors of this kind come from the campaign, not from a table")
-        from .fit import inflated
-
-        rows = inflated(self.fit.rows, self.fit.inflation)
-        return model_problem(self.title, self.fit.recordings, rows, self.fitted, model=self.fit.model)
 
 
 def characterise_general(

@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from fitting.calibrate.result import Characterisation
+from fitting.calibrate.spring import characterise_spring
 from fitting.data.recordings import Campaign
-from fitting.specimens import priors
+from fitting.specimens import model_of, priors
 from fitting.specimens.registry import kind_of
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.with_saved_model import Augmented, check_kind
@@ -79,7 +80,6 @@ def _staged(
     progress: Callable[[str], None],
 ) -> Characterisation:
     """Springs by their own pipeline, from the model's numbers."""
-    from fitting.calibrate.spring import characterise_spring
 
     model = augmented.model
     named = base or model.tables.get("alloy") or campaign.recordings[0].table("alloy")
@@ -106,6 +106,5 @@ def _staged(
 
 
 def _free(campaign: Campaign) -> Mapping[str, Any]:
-    from fitting.specimens import model_of
 
     return model_of("spring").parameters_for(campaign)

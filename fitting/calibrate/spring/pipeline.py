@@ -3,10 +3,9 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from fitting.calibrate.assumed import notices_of
 from fitting.calibrate.profile_likelihood import Profile, loosest, lower_end
@@ -33,9 +32,6 @@ from .profiles import profiles
 from .scores import Score, scores
 from .stages import Stage, run_stages
 from .stand_tests import LEVEL, Phase, StandTest, classify
-
-if TYPE_CHECKING:
-    from fitting.sample.problem import Problem as SamplingProblem
 
 STARTS = 3
 PROFILES = 2
@@ -97,13 +93,6 @@ class SpringCharacterisation(Characterisation):
         return Alloy.from_calibration(self.table())
 
     @property
-    def verdict(self) -> list[str]:
-        """What was found, in a few sentences."""
-        from fitting.report.spring.text import verdict
-
-        return verdict(self)
-
-    @property
     def parameters(self) -> dict[str, Estimate]:
         """Constants of the alloy and dimensions that were free, in the unit of files."""
         return {name: estimate(entry) for name, entry in self.fitted.items()}
@@ -115,36 +104,6 @@ class SpringCharacterisation(Characterisation):
     def table(self) -> Calibration:
         """The alloy as a table of constants."""
         return alloy_table(self.title, self.base, self.fitted, self.real is False, {})
-
-    def report(self) -> str:
-        """The whole result as plain text."""
-        from fitting.report.spring.report import report_of
-
-        return report_of(self).text()
-
-    def plot(self) -> dict[str, Figure]:
-        """Figures by name: `fit`, `phase`, `laws`, `profiles`."""
-        from fitting.report.spring.figures import captioned
-
-        return {name: figure for name, (figure, _) in captioned(self).items()}
-
-    def documents(self) -> dict[str, str | bytes]:
-        """Content of every file of the result, by file name."""
-        from fitting.report.spring.report import report_of
-
-        return report_of(self).documents()
-
-    def sampling_problem(self, model: Calibration | None = None) -> "SamplingProblem":
-        """The joint posterior from the fit's own values, the martensite fractions profiled out.
-
-        What the rule of the residual strain decided at the fit is taken as known.
-        """
-        from fitting.sample.models import model_problem
-
-        if model is not None:
-            raise InputError(f"{model.name}: priors of springs come from their campaign, not from a table")
-        recordings, problem = [test.recording for test in self.tests], self.joint.problem
-        return model_problem(self.title, recordings, problem.settled(self.joint.values), problem.parameters)
 
 
 def characterise_spring(

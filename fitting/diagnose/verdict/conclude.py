@@ -1,20 +1,18 @@
 """From a search to a verdict: probabilities of every candidate, of nothing and of something unknown."""
 
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from pneusma_jax.effects import CATALOGUE
 from pneusma_jax.model_discrepancy import WALL
 
-from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
-from ..evaluate.start import Start
 from ..fit.misfit import floor, predictive_chi_square, reduced
 from ..fit.refit import Fit
 from ..search.steps import Explanation
 from ..search.stepwise import LEVEL
 from .accept import accepted
+from .conclusion import Conclusion
 from .discrepancy import Discrepancy, beside, fitted_discrepancy
 from .discrepancy_evidence import DiscrepancyEvidence, race
 from .held_out import Correction, HeldOut, Scores
@@ -50,44 +48,6 @@ BESIDE = 0.25
 that left as much one in four stood for something else."""
 LEAST_WEIGHT = 0.02
 """Probability from which an explanation takes part in averaged predictions."""
-
-
-@dataclass
-class Conclusion:
-    """Everything that a report says; `notes` is what to read with care, `asked` about effects asked for,
-    `start` what the recordings were compared with."""
-
-    explanation: Explanation
-    mismatch: bool
-    place: Place
-    component: str
-    found: list[Found]
-    candidates: dict[str, tuple[float, float]]
-    nothing: float
-    unknown: float
-    explanation_set: list[str]
-    before: HeldOut
-    after: HeldOut
-    mean: HeldOut
-    members: dict[str, float]
-    next_experiment: dict | None
-    remainder: Discrepancy | None
-    generic: DiscrepancyEvidence | None
-    notes: list[str] = field(default_factory=list)
-    asked: list[dict] = field(default_factory=list)
-    start: Start = field(default_factory=Start)
-
-    @property
-    def model(self) -> tuple[Program, Fit]:
-        """What enters the augmented model, less a remainder: the base model alone where nothing is named."""
-        x, named = self.explanation, any(f.slug != UNMODELLED for f in self.found)
-        return x.program, x.final if named else x.base
-
-    @property
-    def shown(self) -> Evaluation:
-        """What the augmented model predicts of every recording."""
-        evaluation = self.model[1].evaluation
-        return evaluation if self.remainder is None else self.remainder.shown(evaluation)
 
 
 def conclude(explanation: Explanation) -> Conclusion:

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from pneusma_jax.effects import CATALOGUE
 
 from ..fit.misfit import predictive_chi_square
+from .conclusion import Conclusion
 from .probabilities import TENTATIVE
-
-if TYPE_CHECKING:
-    from .conclude import Conclusion
 
 NOTICED = 2.0
 """Reduced chi-square of what was not fitted from which an agreement says a word about it."""

@@ -3,7 +3,7 @@
 import numpy as np
 
 from fitting.data.recordings import schema
-from fitting.diagnose.verdict.conclude import Conclusion
+from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.diagnose.verdict.held_out import HeldOut
 from fitting.diagnose.verdict.probabilities import UNMODELLED
 from fitting.diagnose.verdict.text import place_text

@@ -5,7 +5,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fitting.data.recordings import schema
-from fitting.diagnose.verdict.conclude import Conclusion
+from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.report.figures import axis_label, style
 from fitting.specimens.wire import set_apart
 from pneusma_jax.units import from_si

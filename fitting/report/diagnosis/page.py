@@ -8,7 +8,8 @@ from matplotlib.figure import Figure
 
 from fitting.data.recordings import schema
 from fitting.diagnose.fit.misfit import reduced
-from fitting.diagnose.verdict.conclude import Conclusion, HeldOut
+from fitting.diagnose.verdict.conclude import HeldOut
+from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.diagnose.verdict.text import place_text, verdict_sentences, went
 from fitting.report import html
 from fitting.specimens.rows import MARK

@@ -14,6 +14,8 @@ from fitting.calibrate.elastomer.samples import RELATIVE_SPREAD
 from fitting.calibrate.identifiability import identifiability
 from fitting.inference.parameters import format_estimate
 
+from .tables import drift_table, law_table, parameter_table
+
 CORRELATED = 0.3
 """Lag-1 correlation of the residuals from which they are called correlated."""
 MOST_IN_A_SENTENCE = 4
@@ -250,7 +252,6 @@ def identifiability_sentences(fit: LawFit) -> list[str]:
 
 def text_report(result: ElastomerCharacterisation) -> str:
     """The whole result as plain text, 100 columns wide."""
-    from .tables import drift_table, law_table, parameter_table
 
     def block(title: str, sentences: list[str]) -> str:
         wrapped = [textwrap.fill(s, 100, initial_indent="  ", subsequent_indent="  ") for s in sentences]

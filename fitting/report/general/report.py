@@ -6,7 +6,7 @@ from fitting.calibrate.assumed import notices_of
 from fitting.calibrate.general.information import advice
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.general.scores import Score, overall
-from fitting.calibrate.general.tables import geometry_toml
+from fitting.calibrate.general.tables import geometry_toml, tables
 from fitting.calibrate.spring.alloy_table import KELVIN
 from fitting.calibrate.spring.information import relative_to_prior
 from fitting.specimens.rows import MOST_ROWS
@@ -54,7 +54,7 @@ def report_of(result: GeneralCharacterisation) -> Report:
             Section("How it was fitted", tuple(words.how_it_was_fitted(result))),
             Section("Notices", tuple(notices_of(result.fit.recordings, _most_rows(result)))),
         ],
-        tables=result.tables(),
+        tables=tables(result),
         more=_more(result),
         draw=lambda: figures.captioned(result),
         seed=result.seed,

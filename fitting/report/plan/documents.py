@@ -1,13 +1,11 @@
 """A plan on disk: protocol.toml and protocol.csv for machines, protocol.html for people, the figure."""
 
 import json
-from pathlib import Path
 from typing import Any
 
 import tomlkit
 
-from fitting.cli._common import csv_text
-from fitting.data.publish import publish
+from fitting.data.csv_text import csv_text
 from fitting.plan.candidates import HELD, HOLDS
 from fitting.plan.plan import Plan, PlannedTest
 from fitting.report import html
@@ -31,16 +29,8 @@ from .text import (
 SCHEMA = "pneusma-protocol/1"
 
 
-def save(plan: Plan, folder: str | Path, force: bool = False) -> list[Path]:
-    """Write all files of a plan, or none.
-
-    Raises:
-        InputError: if the folder holds results and `force` is off, or cannot be written.
-    """
-    return publish(folder, lambda: _documents(plan), force)
-
-
-def _documents(plan: Plan) -> dict[str, str | bytes]:
+def documents(plan: Plan) -> dict[str, str | bytes]:
+    """Content of every file of a plan, by file name."""
     entries = [entry(plan, number, test) for number, test in enumerate(plan.tests, start=1)]
     drawing = plan_figure(plan)
     summary = {"schema": SCHEMA, "tests": entries, "expected": expected(plan)}

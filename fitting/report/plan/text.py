@@ -5,6 +5,7 @@ import numpy as np
 from fitting.calibrate.spring.reach import HOT_STEPS
 from fitting.plan.candidates import HELD, LEG_ROWS
 from fitting.plan.plan import KNOWN, Plan, PlannedTest
+from fitting.report.text_table import words_table
 from fitting.synthesise.controller import rest_resistances
 from fitting.synthesise.spring import COLD_WIDTHS
 from pneusma_jax.units import from_si
@@ -122,7 +123,6 @@ def reasons(plan: Plan) -> list[str]:
 
 def report(plan: Plan) -> str:
     """The protocol as text."""
-    from fitting.cli._common import words_table
 
     tests = [table_row(plan, test) for test in plan.tests]
     parts = [

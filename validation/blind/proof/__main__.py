@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 from . import ledger, worker
+from .figures import draw
 from .places import Places, read, write
 from .run import chosen_cases, keep_plan, run, truths
 from .score import scored
@@ -115,7 +116,6 @@ def _table(chosen):
 
 
 def _figures(chosen):
-    from .figures import draw
 
     places = _places(chosen)
     score = read(places.score)

@@ -7,6 +7,12 @@ import time
 import traceback
 from pathlib import Path
 
+from fitting.data.recordings import read_campaign
+from fitting.diagnose import diagnose
+from fitting.report.diagnosis.document import report_of
+from pneusma_jax import enable_float64
+
+from .baselines import answers
 from .places import read, write
 
 ERROR = "pneusma-blind-error/1"
@@ -19,19 +25,14 @@ MOST_ATTEMPTS = 3
 
 def diagnose_folder(folder, seed):
     """The report of `pneusma diagnose` on a folder, and how long reading and diagnosing took."""
-    from pneusma_jax import enable_float64
 
     enable_float64()
-    from fitting.data.recordings import read_campaign
-    from fitting.diagnose import diagnose
-    from fitting.report.diagnosis.document import report_of
 
     return report_of(diagnose(read_campaign(folder), seed=seed))
 
 
 def compare_folder(folder, report, seed):
     """Answers of the other methods on a folder."""
-    from .baselines import answers
 
     return answers(folder, report, seed)
 

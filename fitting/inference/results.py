@@ -1,0 +1,105 @@
+"""What every result offers its reader.
+
+A result is data. How it looks is registered by the layer `report`, how it is sampled by the layer `sample`; a
+result hands the question on. So a layer that computes never imports one that shows.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from fitting.data.publish import publish
+
+
+@dataclass(frozen=True)
+class Presenter:
+    """How results of one type look; every function takes the result.
+
+    Attributes:
+        verdict: the few sentences to read if nothing else is read.
+        text: the whole result as plain text.
+        figures: figures by name.
+        documents: content of every file, by file name.
+    """
+
+    verdict: Callable[[Any], list[str]]
+    text: Callable[[Any], str]
+    figures: Callable[[Any], dict[str, Figure]]
+    documents: Callable[[Any], dict[str, str | bytes]]
+
+
+_PRESENTERS: dict[type, Presenter] = {}
+_SAMPLERS: dict[type, Callable[..., Any]] = {}
+
+
+def register_presenter(kind: type, presenter: Presenter) -> None:
+    """Say how results of a type look."""
+    _PRESENTERS[kind] = presenter
+
+
+def register_sampler(kind: type, sampler: Callable[..., Any]) -> None:
+    """Say what samples the posterior of results of a type: `sampler(result, **options)`."""
+    _SAMPLERS[kind] = sampler
+
+
+def sampler_of(result: "Result") -> Callable[..., Any]:
+    """What samples the posterior of a result.
+
+    Raises:
+        RuntimeError: if the layer that knows was never imported.
+    """
+    return _registered(_SAMPLERS, result, "fitting.sample.campaign")
+
+
+def _registered(table: dict[type, Any], result: "Result", layer: str) -> Any:
+    for kind in type(result).__mro__:
+        if kind in table:
+            return table[kind]
+    raise RuntimeError(f"{type(result).__name__}: import {layer} first, or use fitting.characterise")
+
+
+class Result:
+    """Data that were computed; a thin facade over what other layers know about them.
+
+    Every method raises RuntimeError where the layer that knows was never imported; `fitting.characterise`
+    imports both.
+    """
+
+    @property
+    def verdict(self) -> list[str]:
+        """What was found, in a few sentences, the most important first."""
+        return self._presenter.verdict(self)
+
+    def report(self) -> str:
+        """The whole result as plain text."""
+        return self._presenter.text(self)
+
+    def plot(self) -> dict[str, Figure]:
+        """Figures by name; nothing is fitted or drawn on a screen."""
+        return self._presenter.figures(self)
+
+    def documents(self) -> dict[str, str | bytes]:
+        """Content of every file of the result, by file name."""
+        return self._presenter.documents(self)
+
+    def save(self, folder: str | Path, force: bool = False) -> list[Path]:
+        """Write all files; they appear together or not at all.
+
+        Args:
+            folder: made if it does not exist.
+            force: replace files of these names that are there already.
+
+        Returns:
+            Paths of the files.
+
+        Raises:
+            InputError: if files are in the way, or the place cannot be written.
+        """
+        return publish(folder, self.documents, force)
+
+    @property
+    def _presenter(self) -> Presenter:
+        return _registered(_PRESENTERS, self, "fitting.report.results")

@@ -1,0 +1,61 @@
+"""The question that each type of characterisation puts to the sampler."""
+
+import functools
+
+from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation
+from fitting.calibrate.general.fit import inflated
+from fitting.calibrate.general.pipeline import GeneralCharacterisation
+from fitting.calibrate.result import Characterisation
+from fitting.calibrate.spring.pipeline import SpringCharacterisation
+from pneusma_jax.calibration.records import Calibration
+from pneusma_jax.errors import InputError
+
+from .elastomer import problem_of
+from .models import model_problem
+from .problem import Problem
+
+
+@functools.singledispatch
+def sampling_problem(fit: Characterisation, model: Calibration | None = None) -> Problem:
+    """What the sampler is asked about a characterisation.
+
+    Args:
+        fit: of any type.
+        model: table whose priors the parameters get.
+
+    Raises:
+        InputError: if this type of result cannot be sampled, or takes no table.
+    """
+    raise InputError(f"a posterior of this kind of result ({type(fit).__name__}) cannot be sampled")
+
+
+def can_be_sampled(fit: Characterisation) -> bool:
+    """Whether `sampling_problem` knows the type of a characterisation."""
+    return sampling_problem.dispatch(type(fit)) is not sampling_problem.dispatch(object)
+
+
+@sampling_problem.register
+def _(fit: ElastomerCharacterisation, model: Calibration | None = None) -> Problem:
+    """The law that was taken, with its constants and the stiffness of the specimens."""
+    return problem_of(fit, model)
+
+
+@sampling_problem.register
+def _(fit: SpringCharacterisation, model: Calibration | None = None) -> Problem:
+    """The joint posterior from the fit's own values, the martensite fractions profiled out.
+
+    What the rule of the residual strain decided at the fit is taken as known.
+    """
+    if model is not None:
+        raise InputError(f"{model.name}: priors of springs come from their campaign, not from a table")
+    recordings, problem = [test.recording for test in fit.tests], fit.joint.problem
+    return model_problem(fit.title, recordings, problem.settled(fit.joint.values), problem.parameters)
+
+
+@sampling_problem.register
+def _(fit: GeneralCharacterisation, model: Calibration | None = None) -> Problem:
+    """The joint posterior, from the fit's own values, its priors and its noise."""
+    if model is not None:
+        raise InputError(f"{model.name}: priors of this kind come from the campaign, not from a table")
+    rows = inflated(fit.fit.rows, fit.fit.inflation)
+    return model_problem(fit.title, fit.fit.recordings, rows, fit.fitted, model=fit.fit.model)

@@ -1,0 +1,66 @@
+"""The weight of a chain of segments and of what it carries."""
+
+from collections.abc import Sequence
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..actuator import Actuator
+from ..actuator.weight import mass_of
+from ..numerics.safe import safe_divide
+from .loads import ChainWeight
+
+
+def chain_weight(
+    segments: Sequence[Actuator],
+    silicone_density: Array | Sequence[float],
+    acceleration: Float[Array, "3"],
+    tip_mass: Array = 0.0,
+    tip_place: Float[Array, "2"] | None = None,
+    connectors: Array = 0.0,
+    connector_mass: Array = 0.0,
+) -> ChainWeight:
+    """Gravity on a chain: `chain.with_loads(chain_weight(chain.segments, 1070.0,
+    gravity_vector("horizontal")))`.
+
+    Every segment weighs what `weight` says of it alone.
+
+    Args:
+        segments: from base to tip.
+        silicone_density: of the wall [kg/m3], one for all or one per segment.
+        acceleration: of gravity in the frame of the chain's base [m/s2]; see `actuator.loads.gravity_vector`.
+        tip_mass: of the end cap and what it carries [kg].
+        tip_place: centre of the tip mass in the last segment's section [m]; its bore's centroid if None.
+        connectors: lengths of the rigid connectors between segments [m], as of the chain.
+        connector_mass: of each of them, centred half-way along it [kg]; one for all or one per connector.
+    """
+    count = len(segments)
+    densities = jnp.broadcast_to(jnp.asarray(silicone_density, dtype=float), (count,))
+    weighed = [mass_of(body, densities[k]) for k, body in enumerate(segments)]
+    tip_place = segments[-1].section.enclosed_centroid if tip_place is None else tip_place
+    gaps = jnp.broadcast_to(jnp.asarray(connectors, dtype=float), (count - 1,))
+    joints = jnp.broadcast_to(jnp.asarray(connector_mass, dtype=float), (count - 1,))
+    ahead = jnp.stack([jnp.zeros(count - 1), jnp.zeros(count - 1), 0.5 * gaps], axis=-1)
+    at_tip = jnp.concatenate([jnp.asarray(tip_place, dtype=float), jnp.zeros(1)])
+    return ChainWeight(
+        acceleration=jnp.asarray(acceleration, dtype=float),
+        masses=jnp.stack([jnp.asarray(mass) for mass, _ in weighed]),
+        places=jnp.stack([jnp.asarray(place) for _, place in weighed]),
+        end_masses=jnp.append(joints, tip_mass),
+        end_places=jnp.concatenate([ahead, at_tip[None]]),
+    )
+
+
+def with_bodies(weight: ChainWeight, masses: Float[Array, "n"], places: Float[Array, "n 2"]) -> ChainWeight:
+    """A weight with further bodies at the segments' ends; the bodies at one end count as one.
+
+    Args:
+        weight: of the chain.
+        masses: of the further bodies [kg].
+        places: of their centres in the section [m].
+    """
+    places = jnp.concatenate([places, jnp.zeros((len(masses), 1))], axis=1)
+    together = weight.end_masses + masses
+    turning = weight.end_masses[:, None] * weight.end_places + masses[:, None] * places
+    centre = safe_divide(turning, together[:, None], 1e-12)
+    return ChainWeight(weight.acceleration, weight.masses, weight.places, together, centre)

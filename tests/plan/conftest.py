@@ -1,0 +1,3 @@
+"""Plans know how they look."""
+
+import fitting.characterise  # noqa: F401  results know how they look
