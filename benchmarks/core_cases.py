@@ -1,8 +1,8 @@
 """What `core_speed` measures: each case in a process of its own, named on the command line.
 
-Every case is a function of a number of rows (or segments) that returns what is called and timed. All use
-PneuSMA2 and the same random rows: pressures of 0 to 50 kPa and both martensite fractions from 0 to 1,
-uniform; resistances are those that the model has there.
+Every case is a function of a number of rows (or segments) that returns what is called and timed. All use PneuSMA2
+and the same random rows. Pressures from 0 to 50 kPa and both martensite fractions from 0 to 1 are uniform.
+Resistances are those that the model has there.
 """
 
 import argparse
@@ -362,8 +362,7 @@ def measured(name: str, data: Rows, sizes: tuple[int, ...], patience: float, lon
     """One line per size of a case.
 
     First every size is called once, the smallest first, and memory is read after each. Then each is called
-    again and again, in turn with the floor and the cases beside it, so that a busy machine slows all of them
-    alike.
+    again and again, in turn with the floor and the case beside it. A busy machine slows all of them alike.
 
     Args:
         name: of `CASES`.
@@ -489,7 +488,7 @@ def main() -> None:
     arguments.add_argument("--patience", type=float, default=4.0)
     arguments.add_argument("--longest", type=float, default=60.0)
     given = arguments.parse_args()
-    pj.enable_float64(cache=False)
+    pj.enable_float64(cache=given.case == "prepare")  # the rows are not measured
     if given.case == "command":
         print(json.dumps(command()))
         return

@@ -2,10 +2,10 @@
 
     python -m benchmarks.core_speed [--quick] [--out out/bench] [--only CASE ...]
 
-Every case of `core_cases` runs in a process of its own, without the compilation cache on disk: so its compile
-time and its peak memory are its own. Times are medians of repeats, taken in turn with the floor, the
-evaluation of residual and Jacobian of 10,000 rows in blocks of 64: on a busy machine ratios hold where times
-do not. Left in the folder are `core_speed.txt`, `core_speed.json` and `core_speed.png`.
+Every case of `core_cases` runs in a process of its own, without the compilation cache on disk. So its compile
+time and its peak memory are its own. Times are medians of repeats. They are taken in turn with the floor, the
+evaluation of residual and Jacobian of 10,000 rows in blocks of 64: on a busy machine ratios hold where times do
+not. Left in the folder are `core_speed.txt`, `core_speed.json` and `core_speed.png`.
 """
 
 import argparse
@@ -118,11 +118,8 @@ def machine() -> dict:
         processor = next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
     except (OSError, StopIteration):
         processor = platform.processor()
-    revision = subprocess.run(
-        ["git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty"],
-        capture_output=True,
-        text=True,
-    )
+    describe = ["git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty"]
+    revision = subprocess.run(describe, capture_output=True, text=True)
     return dict(
         date=f"{datetime.datetime.now(datetime.UTC):%Y-%m-%d %H:%M} UTC",
         system=platform.platform(), processor=processor, cores=os.cpu_count(),
@@ -163,12 +160,8 @@ def goals(found: dict) -> list[tuple[str, float | None, str, bool | None]]:
     solve = of("phase", "over_floor")
     add("batched solve / residual and Jacobian", solve, 8)
     add("by resistance / by phase", over("resistance", "phase"), 2)
-    add(
-        "Nelder-Mead / batched solve",
-        ratio(of("nelder_mead", "over_floor", CASES["nelder_mead"][1][0]), solve),
-        30_000,
-        least=True,
-    )
+    simplex = of("nelder_mead", "over_floor", CASES["nelder_mead"][1][0])
+    add("Nelder-Mead / batched solve", ratio(simplex, solve), 30_000, least=True)
     add("solve and gradient by inputs / solve", over("inputs", "phase"), 1.2)
     add("solve and gradient by every number / solve", over("numbers", "phase"), 1.5)
     first = found["cases"].get("phase", [None])[0]
@@ -202,15 +195,17 @@ def table(found: dict) -> str:
     load = [f"{head[key][0]:.1f}" for key in ("load_before", "load_after")]
     out = [
         f"Speed of the core, {head['date']}, code {head['code']}",
-        f"{head['processor']}, {head['cores']} cores, {head['system']}; threads of XLA: {head['threads_of_XLA']}",
+        f"{head['processor']}, {head['cores']} cores, {head['system']}; XLA on {head['threads_of_XLA']}",
         f"Python {head['python']}, {versions}",
-        f"Load of the machine before {load[0]} and after {load[1]} (average of the last minute; this run makes about 1)",
+        f"Load of the machine (average of a minute) before {load[0]}, after {load[1]}; this run makes about 1",
         "",
-        "cold: first call less a warm one. programs: compiled in the first call. a row: median of warm calls over their",
-        "rows or segments. floors: the same over residual and Jacobian of a row, timed in turn in the same process.",
-        "peak: of the process so far, first calls only; a process begins with the packages, 'begin'.",
+        "cold: first call less a warm one. programs: compiled in the first call.",
+        "a row: median of warm calls over their rows or segments.",
+        "floors: the same over residual and Jacobian of a row, timed in turn in the same process.",
+        "begin, peak: memory of the process before the first call, and largest so far, first calls only.",
         "",
-        f"{'':46}{'size':>9}  {'cold':>8} {'programs':>8} {'a row':>13} {'floors':>10} {'begin':>7} {'peak':>8}",
+        f"{'':46}{'size':>9}  {'cold':>8} {'programs':>8} {'a row':>13} "
+        f"{'floors':>10} {'begin':>7} {'peak':>8}",
     ]
     for name, lines in found["cases"].items():
         title, _, unit = CASES[name]
@@ -225,18 +220,14 @@ def table(found: dict) -> str:
                 f"{line['over_floor']:10.2f} {line['before_MB']:4.0f} MB {line['peak_MB']:5.0f} MB"
             )
     if "accuracy" in found:
-        out += [
-            "",
-            "Errors of curvature, relative (over 1 1/m where the curvature is less), against 140 Gauss nodes a panel",
-        ]
+        out += ["", "Errors of curvature against 140 Gauss nodes a panel, relative (below 1 1/m, over 1 1/m)"]
         for way, error in found["accuracy"]["errors"].items():
-            out.append(
-                f"  {way:20} {error['rows']:6d} rows  largest {error['largest']:.1e}  median {error['median']:.1e}"
-            )
+            figures = f"largest {error['largest']:.1e}  median {error['median']:.1e}"
+            out.append(f"  {way:20} {error['rows']:6d} rows  {figures}")
         roots = found["accuracy"]["by_resistance"]
         out.append(
-            f"  {roots['rows']} consistent rows by resistance: {roots['failed']} fail, {roots['several']} are said to "
-            f"have several equilibria, {roots['another_without_a_word']} take another without a word"
+            f"  {roots['rows']} consistent rows by resistance: {roots['failed']} fail, {roots['several']} are "
+            f"said to have several equilibria, {roots['another_without_a_word']} take another without a word"
         )
         out.append(f"  Newton steps of a row by phase: {found['accuracy']['steps_by_phase']:.2f} on average")
     out += ["", f"{'Goal':60} {'measured':>12}  {'goal':>10}"]
@@ -263,9 +254,7 @@ def plot(found: dict, path: Path) -> None:
         )  # fmt: skip
     for axis, unit in zip(axes, drawn, strict=True):
         axis.axhline(1.0, color="black", linewidth=1.0, zorder=0)
-        axis.set(
-            xlabel=f"{unit} in a call", ylabel=f"cost of one of the {unit} / residual and Jacobian of a row"
-        )
+        axis.set(xlabel=f"{unit} in a call", ylabel=f"cost per {unit[:-1]} / residual and Jacobian of a row")
         axis.grid(alpha=0.3)
         if drawn[unit]:
             axis.legend(fontsize=8)
