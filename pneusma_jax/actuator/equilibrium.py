@@ -28,6 +28,7 @@ from .balance import (
 from .phase_map import PhaseMap, phase_map, start_of
 from .result import Equilibrium, Status, Validity, equilibrium_of, raise_unless_converged
 from .root_find import BALANCED, MOST_ROOTS, all_roots, at_given_phases, attached, newton, stiffness_signs
+from .several import least_heated
 
 __all__ = [
     "BALANCED", "Equilibrium", "Problem", "Status", "Validity", "configuration", "imbalance", "residual",
@@ -274,7 +275,7 @@ def _hard(actuator: Actuator, row: tuple) -> Equilibrium:
 
 
 def _in_chunks(actuator: Actuator, each: tuple, common: tuple, shared: bool) -> Equilibrium:
-    """Rows of concrete numbers, a chunk at a time; what is left over, one by one."""
+    """Rows of concrete numbers, a chunk at a time; those left over in groups, the last of them one by one."""
     require_doubles(actuator)
     each = jax.tree.map(np.asarray, each)
     pressure = each[0]
@@ -282,23 +283,31 @@ def _in_chunks(actuator: Actuator, each: tuple, common: tuple, shared: bool) -> 
     ends = np.array([finite.min(), np.median(finite), finite.max()]) if finite.size else np.zeros(3)
     grid = _grid(actuator, common, ends)
     counting = any(isinstance(a, Resistance) for a in each[1])
-    parts = []
+    whole = None
     for first in range(0, len(pressure), CHUNK):
         part = jax.tree.map(lambda x: x[first : first + CHUNK], each)  # noqa: B023
         size = len(part[0])
         padded = jax.tree.map(lambda x: np.concatenate([x, np.repeat(x[-1:], CHUNK - size, axis=0)]), part)  # noqa: B023
         found, done = _chunk(actuator, padded, grid, jnp.asarray(-(-size // BLOCK)))
-        found, done = jax.tree.map(lambda x: np.array(x[:size]), (found, done))  # noqa: B023
+        found, done = jax.tree.map(lambda x: np.asarray(x)[:size].copy(), (found, done))  # noqa: B023
         left = ~done
         if counting and not shared:  # the grid is that of other memories, and counts nothing
             left[:] = True
-        for k in np.flatnonzero(left & (found.status != int(Status.fraction_out_of_range))):
+        left &= found.status != int(Status.fraction_out_of_range)
+        left &= np.all([np.isfinite(leaf) for leaf in jax.tree.leaves(part)], axis=0)
+        again = np.flatnonzero(left)
+        if counting and shared and again.size:
+            several, sure = least_heated(actuator, jax.tree.map(lambda x: x[again], part), grid)  # noqa: B023
+            jax.tree.map(lambda all_rows, some: all_rows.__setitem__(again, some), found, several)  # noqa: B023
+            again = again[~sure]
+        for k in again:
             row = jax.tree.map(lambda x: x[k], part)  # noqa: B023
-            if all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(row)):
-                again = jax.tree.map(np.asarray, _hard(actuator, row))
-                jax.tree.map(lambda whole, one: whole.__setitem__(k, one), found, again)  # noqa: B023
-        parts.append(found)
-    return jax.tree.map(lambda *x: jnp.asarray(np.concatenate(x)), *parts)
+            one = jax.tree.map(np.asarray, _hard(actuator, row))
+            jax.tree.map(lambda all_rows, one: all_rows.__setitem__(k, one), found, one)  # noqa: B023
+        if whole is None:
+            whole = jax.tree.map(lambda x: np.empty((len(pressure), *x.shape[1:]), x.dtype), found)
+        jax.tree.map(lambda x, some: x.__setitem__(slice(first, first + size), some), whole, found)  # noqa: B023
+    return jax.tree.map(jnp.asarray, whole)
 
 
 @eqx.filter_jit

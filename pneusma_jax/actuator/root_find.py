@@ -166,7 +166,7 @@ def all_roots(problem: Problem) -> Roots:
     search = jax.vmap(lambda y: newton(problem, y, FEW_STEPS))
     found, steps_2, good = search(begin)
     count = freedoms(problem)
-    roots, real = _distinct(found, good, count)
+    roots, real = distinct(found, good, count)
     # between two equilibria lies a third, and beyond the last ones may lie others
     near = jnp.where(real[:, None], roots, roots[0])
     ways = jnp.asarray([(a, b) for a in range(4) for b in range(4) if a != b])
@@ -174,12 +174,21 @@ def all_roots(problem: Problem) -> Roots:
     between = jnp.concatenate(between)
     between = jnp.concatenate([between[:, :count], jnp.clip(between[:, count:], 0.0, 1.0)], axis=1)
     more, steps_3, better = search(between)
-    roots, real = _distinct(jnp.concatenate([roots, more]), jnp.concatenate([real, better]), count)
+    roots, real = distinct(jnp.concatenate([roots, more]), jnp.concatenate([real, better]), count)
     return Roots(roots, real, jnp.sum(steps_1) + jnp.sum(steps_2) + jnp.sum(steps_3))
 
 
-def _distinct(found: Array, good: Array, count: int) -> tuple[Array, Array]:
-    """Different ones among roots, the least heated first: by the hottest spring, then by all."""
+def distinct(found: Array, good: Array, count: int) -> tuple[Array, Array]:
+    """Different ones among roots, the least heated first: by the hottest spring, then by all.
+
+    Args:
+        found: candidates, shape (candidates, unknowns); columns from `count` on are fractions.
+        good: which of them are roots.
+        count: number of unknowns before the fractions.
+
+    Returns:
+        `MOST_ROOTS` of them, and which are roots.
+    """
     heats = jnp.sum(1.0 - found[:, count:], axis=1)
     hottest = jnp.round((1.0 - jnp.min(found[:, count:], axis=1)) / DISTINCT)
     order = jnp.lexsort((heats, jnp.where(good, hottest, jnp.inf)))
