@@ -1,6 +1,6 @@
 """What `core_speed` measures: each case in a process of its own, named on the command line.
 
-Every case is a function of a number of rows (or segments) that returns what is called and timed. All use PneuSMA2
+Every case is a function of a number of rows or segments that returns what is timed. All use PneuSMA2
 and the same random rows. Pressures from 0 to 50 kPa and both martensite fractions from 0 to 1 are uniform.
 Resistances are those that the model has there.
 """

@@ -4,7 +4,7 @@
 
 Every case of `core_cases` runs in a process of its own, without the compilation cache on disk. So its compile
 time and its peak memory are its own. Times are medians of repeats. They are taken in turn with the floor, the
-evaluation of residual and Jacobian of 10,000 rows in blocks of 64: on a busy machine ratios hold where times do
+evaluation of residual and Jacobian of 10,000 rows in blocks of 64: on a busy machine ratios hold, times do
 not. Left in the folder are `core_speed.txt`, `core_speed.json` and `core_speed.png`.
 """
 
@@ -197,7 +197,7 @@ def table(found: dict) -> str:
         f"Speed of the core, {head['date']}, code {head['code']}",
         f"{head['processor']}, {head['cores']} cores, {head['system']}; XLA on {head['threads_of_XLA']}",
         f"Python {head['python']}, {versions}",
-        f"Load of the machine (average of a minute) before {load[0]}, after {load[1]}; this run makes about 1",
+        f"Load of the machine (mean of a minute) before {load[0]}, after {load[1]}; this run makes about 1",
         "",
         "cold: first call less a warm one. programs: compiled in the first call.",
         "a row: median of warm calls over their rows or segments.",
@@ -226,7 +226,7 @@ def table(found: dict) -> str:
             out.append(f"  {way:20} {error['rows']:6d} rows  {figures}")
         roots = found["accuracy"]["by_resistance"]
         out.append(
-            f"  {roots['rows']} consistent rows by resistance: {roots['failed']} fail, {roots['several']} are "
+            f"  {roots['rows']} rows by resistance: {roots['failed']} fail, {roots['several']} are "
             f"said to have several equilibria, {roots['another_without_a_word']} take another without a word"
         )
         out.append(f"  Newton steps of a row by phase: {found['accuracy']['steps_by_phase']:.2f} on average")
