@@ -38,7 +38,8 @@ class Branch(eqx.Module):
     Attributes:
         unknowns: joint unknowns of every row, shape (rows, n).
         good: whether each is an equilibrium, shape (rows,).
-        equilibria: number of equilibria that the paths had in each row, shape (rows,).
+        equilibria: number of equilibria that the paths had in each row, shape (rows,); from the first row with
+            several on, at least 2.
         steps: of Newton's method on the path taken, shape (rows,).
     """
 
@@ -96,7 +97,9 @@ def follow(
 
     best = jnp.argmin(paths.cost)
     _, (unknowns, good, steps) = jax.lax.scan(back, best, (unknowns, good, parents, steps), reverse=True)
-    return Branch(unknowns, good, equilibria, steps)
+    # where paths parted, a history may have gone on along the wrong one ever since
+    parted = jnp.cumsum(equilibria > 1) > 0
+    return Branch(unknowns, good, jnp.where(parted, jnp.maximum(equilibria, 2), equilibria), steps)
 
 
 TRIES = 4
