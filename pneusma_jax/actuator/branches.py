@@ -38,8 +38,8 @@ class Branch(eqx.Module):
     Attributes:
         unknowns: joint unknowns of every row, shape (rows, n).
         good: whether each is an equilibrium, shape (rows,).
-        equilibria: number of equilibria that the paths had in each row, shape (rows,); from the first row with
-            several on, at least 2.
+        equilibria: number of equilibria that the paths had in each row, shape (rows,); from the first row
+            with several on, at least 2.
         steps: of Newton's method on the path taken, shape (rows,).
     """
 

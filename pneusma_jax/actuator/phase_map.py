@@ -39,7 +39,7 @@ Of 10,000 random rows of PneuSMA2 one took another equilibrium without a word wi
 MOST_CELLS = 16
 """Maximum of cells in which equilibria of a row are looked for; rows with more are solved alone. Where only
 cells that hold a zero counted, 175 rows had 5 on average and 9 at most."""
-FRACTIONS = { 1: 17, 2: 12, 3: 7}
+FRACTIONS = {1: 17, 2: 12, 3: 7}
 """Number of fractions of each spring, by the number of springs."""
 
 
@@ -108,7 +108,7 @@ def phase_map(
     middle = jnp.nan_to_num(jnp.nanmedian(finite))
     low = jnp.maximum(jnp.nan_to_num(jnp.nanmin(finite)), middle - SPAN)
     high = jnp.minimum(jnp.nan_to_num(jnp.nanmax(finite)), middle + SPAN)
-    axes = [jnp.linspace(low, high, PRESSURES)] + [denser_when_cold(FRACTIONS[k]) for k in [count] * count]
+    axes = [jnp.linspace(low, high, PRESSURES)] + [denser_when_cold(FRACTIONS[count]) for _ in range(count)]
     grid = jnp.stack(jnp.meshgrid(*axes, indexing="ij"), axis=-1)
     first = start(actuator)
 

@@ -4,11 +4,8 @@ An equilibrium has at most three unknowns. A LAPACK factorisation of so small a 
 than evaluating the whole residual; the closed formula is a few multiplications that vectorise over the batch.
 """
 
-from typing import Any
-
 import jax.numpy as jnp
-import lineax as lx
-from jaxtyping import Array, Float, PyTree
+from jaxtyping import Array, Float
 
 
 def solve_small(matrix: Float[Array, "n n"], vector: Float[Array, "n"]) -> Float[Array, "n"]:
@@ -38,32 +35,3 @@ def determinant(matrix: Array) -> Array:
         for k in range(3)
     ]
     return sum(matrix[0, k] * minors[k] for k in range(3))
-
-
-class SmallDense(lx.AbstractLinearSolver):
-    """`solve_small` as a lineax solver, for `optimistix.Newton(linear_solver=SmallDense())`."""
-
-    def init(self, operator: lx.AbstractLinearOperator, options: dict[str, Any]) -> Array:
-        """Materialise the operator, which must map a vector to a vector."""
-        return operator.as_matrix()
-
-    def compute(
-        self, state: Array, vector: PyTree[Array], options: dict[str, Any]
-    ) -> tuple[PyTree[Array], lx.RESULTS, dict[str, Any]]:
-        """Solve; a singular matrix is reported, not raised."""
-        solution = solve_small(state, vector)
-        singular = ~jnp.all(jnp.isfinite(solution))
-        result = lx.RESULTS.where(singular, lx.RESULTS.singular, lx.RESULTS.successful)
-        return jnp.where(singular, 0.0, solution), result, {}
-
-    def transpose(self, state: Array, options: dict[str, Any]) -> tuple[Array, dict[str, Any]]:
-        """State of the transposed operator."""
-        return state.T, {}
-
-    def conj(self, state: Array, options: dict[str, Any]) -> tuple[Array, dict[str, Any]]:
-        """State of the conjugated operator."""
-        return jnp.conj(state), {}
-
-    def assume_full_rank(self) -> bool:
-        """The matrix is taken to be regular."""
-        return True

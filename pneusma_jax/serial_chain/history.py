@@ -16,12 +16,12 @@ from jaxtyping import Array, Float
 from ..actuator import Actuator
 from ..actuator.balance import Problem
 from ..actuator.result import Equilibrium
-from ..nitinol import MartensiteFraction, SpringState
+from ..nitinol import SpringState
 from ..nitinol.spring import Activation
-from ..nitinol.thermal import Heating, next_temperature
+from ..nitinol.thermal import Heating
 from ..numerics.safe import begun_as, is_concrete
 from ..precision import require_float64
-from ..simulate.history import History
+from ..simulate.history import History, phases_of
 from .balance import ChainProblem, chain_root, described, rest_of
 
 Stacked = tuple[Actuator, tuple[Activation | Heating, ...], tuple[SpringState, ...]]
@@ -168,19 +168,7 @@ def _phases(
     """Activations of a row, currents turned into phases, and the springs' temperatures [degC]."""
 
     def one(body: Actuator, drive: tuple, temperatures: tuple, resistances: tuple) -> tuple[tuple, tuple]:
-        phases, after = [], []
-        for spring, activation, temperature, resistance in zip(
-            body.springs, drive, temperatures, resistances, strict=True
-        ):
-            if isinstance(activation, Heating):
-                temperature = next_temperature(
-                    spring.alloy, spring.geometry, temperature, interval,
-                    activation.current, resistance, activation.ambient,
-                )  # fmt: skip
-                activation = MartensiteFraction(spring.alloy.martensite_fraction_at(temperature))
-            phases.append(activation)
-            after.append(temperature)
-        return tuple(phases), tuple(after)
+        return phases_of(body.springs, drive, temperatures, resistances, interval)
 
     return jax.vmap(one)(body, drive, temperatures, resistances)
 

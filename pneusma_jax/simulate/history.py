@@ -147,7 +147,8 @@ def _simulate(
     def problem_of(carry: _Carry, row: tuple) -> tuple[Problem, tuple[Array, ...]]:
         """The problem of a row, and the springs' temperatures in it [degC]."""
         pressure, activations, time, interval, recorded = row
-        phases, temperatures = _phases(actuator, carry, activations, interval)
+        before = carry.temperatures, carry.resistances
+        phases, temperatures = phases_of(actuator.springs, activations, *before, interval)
         known = Known(dict(time=time, interval=interval, recorded_pressure=pressure) | fixed | recorded)
         chain = Chain(effects, carry.memories, known)
         pressure = chain.through("pressure", pressure)
@@ -218,12 +219,22 @@ def _simulate(
     return History(rows, memories, temperatures, as_recorded(effects, seen, time))
 
 
-def _phases(
-    actuator: Actuator, carry: _Carry, activations: tuple, interval: Array
+def phases_of(
+    springs: tuple[Spring, ...],
+    activations: tuple[Activation | Heating, ...],
+    temperatures: tuple[Array, ...],
+    resistances: tuple[Array, ...],
+    interval: Array,
 ) -> tuple[tuple[Activation, ...], tuple[Array, ...]]:
-    """Activations of a row, currents turned into phases, and the springs' temperatures [degC]."""
-    phases, temperatures = [], []
-    rows = zip(actuator.springs, activations, carry.temperatures, carry.resistances, strict=True)
+    """Activations of a row, currents turned into phases, and the springs' temperatures [degC].
+
+    Args:
+        springs, activations: of one actuator.
+        temperatures, resistances: of its springs after the row before [degC, ohm].
+        interval: since that row [s].
+    """
+    phases, after = [], []
+    rows = zip(springs, activations, temperatures, resistances, strict=True)
     for spring, activation, temperature, resistance in rows:
         if isinstance(activation, Heating):
             temperature = next_temperature(
@@ -232,8 +243,8 @@ def _phases(
             )  # fmt: skip
             activation = MartensiteFraction(spring.alloy.martensite_fraction_at(temperature))
         phases.append(activation)
-        temperatures.append(temperature)
-    return tuple(phases), tuple(temperatures)
+        after.append(temperature)
+    return tuple(phases), tuple(after)
 
 
 def _first_carry(
