@@ -18,13 +18,13 @@ from .evaluate.program import Program
 from .evaluate.start import Start, characterised, start_of
 from .fit.base_fit import at_bound
 from .search.explain import explain
+from .settings import DEFAULT
 from .verdict.conclude import conclude
 from .verdict.conclusion import Conclusion
 from .verdict.locate import drivers_of
 from .verdict.text import unstated
 
-FEWEST = 20
-"""Measured values below which nothing can be said."""
+CAMPAIGNS = DEFAULT.campaigns
 
 
 def diagnose(
@@ -56,9 +56,10 @@ def diagnose(
     progress("building the model of the campaign")
     program = Program.of(campaign, kind, model=model, tables=start.tables)
     count = program.observations(program.fitted)
-    if count < FEWEST:
+    least = CAMPAIGNS.minimum_values
+    if count < least:
         raise InputError(
-            f"{campaign.path}: {count} values to fit are too few to diagnose; {FEWEST} are needed"
+            f"{campaign.path}: {count} values to fit are too few to diagnose; {least} are needed"
         )
 
     def further() -> list[np.ndarray]:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fitting.diagnose.fit import base_fit
+from fitting.diagnose.settings import DEFAULT
 
 FALSE, TRUE = 1.5, -0.8
 
@@ -44,7 +45,7 @@ def test_beside_hidden_courses_the_fit_begins_in_further_places(two_optima):
     left, starts = two_optima
     left[FALSE], left[TRUE] = 900.0, 895.0
     base_fit.base_fit(coupons(hidden=True))
-    assert len(starts) == 2 + base_fit.SCATTERED and len(set(starts)) == len(starts)
+    assert len(starts) == 2 + DEFAULT.base_fit.scattered_starts and len(set(starts)) == len(starts)
 
 
 def test_a_false_optimum_is_left_from_the_other_side(two_optima):
@@ -72,14 +73,14 @@ def test_a_fit_that_did_not_move_is_made_again_from_places_all_about(two_optima,
     left[0.0] = 900.0
     monkeypatch.setattr(base_fit, "Refitter", lambda program: Still(left, starts))
     _, fit = base_fit.base_fit(coupons())
-    assert len(starts) == 2 + base_fit.SCATTERED and fit.u[0] == TRUE
+    assert len(starts) == 2 + DEFAULT.base_fit.scattered_starts and fit.u[0] == TRUE
 
 
 def test_a_fit_at_a_bound_is_made_again_although_it_leaves_nothing(two_optima):
     left, starts = two_optima
     left[FALSE] = 100.0
     base_fit.base_fit(coupons(bound=FALSE))
-    assert len(starts) == 2 + base_fit.SCATTERED
+    assert len(starts) == 2 + DEFAULT.base_fit.scattered_starts
 
 
 def test_a_base_model_is_at_least_as_good_as_what_is_known_of_it_from_elsewhere(two_optima):

@@ -7,8 +7,9 @@ import pytest
 
 from fitting.diagnose.check import answers
 from fitting.diagnose.fit import candidates
-from fitting.diagnose.fit.candidates import TO_THE_END, CandidateFit, candidate_fits
+from fitting.diagnose.fit.candidates import CandidateFit, candidate_fits
 from fitting.diagnose.search.steps import Explanation, LeaveOneOutEvidence, Named, Step
+from fitting.diagnose.settings import DEFAULT
 
 SLUGS = tuple(f"quick_{k}" for k in range(9))
 
@@ -21,9 +22,9 @@ class Fits:
 
     def fit(self, slugs, start, rounds=0, near=None):
         slug = slugs[-1]
-        if rounds == TO_THE_END:
+        if rounds == DEFAULT.optimiser.final_steps:
             self.ended.add(slug)
-        slow = 295.0 if rounds < TO_THE_END else 100.0
+        slow = 295.0 if rounds < DEFAULT.optimiser.final_steps else 100.0
         objective = slow if slug == "slow" else 200.0 + 10.0 * SLUGS.index(slug)
         return SimpleNamespace(slugs=slugs, objective=objective, u=np.zeros(1), evaluation=None, at_bound=())
 

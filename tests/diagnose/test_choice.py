@@ -8,6 +8,7 @@ import pytest
 from fitting.diagnose.fit.candidates import CandidateFit
 from fitting.diagnose.search import choose
 from fitting.diagnose.search.steps import Step
+from fitting.diagnose.settings import DEFAULT
 
 LEFT_OUT = {"first": [1.6, 1.5, 1.5], "second": [0.5, 0.45, 0.4]}
 PROGRAM = SimpleNamespace(fitted=np.array([True]), unseen=np.array([True]), observations=lambda mask: 400.0)
@@ -80,7 +81,7 @@ def test_nothing_enters_where_the_model_predicts_better_than_noise_lets_it(world
     current = fit(name, 4.0)
     stage = Step(current, None, [CandidateFit("second", fit("second", 1.1), 300.0, 1.0)])
     assert choose.choice(PROGRAM, current, stage, fit("base", 6.0), 20.0, scores) is None
-    assert stage.left_out < choose.LESS
+    assert stage.left_out < DEFAULT.entry.minimum_left
 
 
 def test_what_a_model_leaves_of_recordings_left_out_is_asked_for_once(monkeypatch):

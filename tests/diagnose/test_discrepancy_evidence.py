@@ -8,10 +8,10 @@ from fitting.data.recordings import read_campaign
 from fitting.diagnose.evaluate.program import Program
 from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.fit.misfit import reduced
+from fitting.diagnose.settings import DEFAULT
 from fitting.diagnose.verdict.discrepancy import fitted_discrepancy
 from fitting.diagnose.verdict.discrepancy_evidence import race
 from fitting.diagnose.verdict.locate import Place, knots_of
-from fitting.diagnose.verdict.unexplained import DISCREPANCY
 from pneusma_jax.model_discrepancy import unmodelled
 from pneusma_jax.silicone import load_silicone
 from pneusma_jax.simulate.coupon import simulate_coupon
@@ -36,7 +36,7 @@ def test_a_small_ripple_is_found_with_what_it_goes_with(tmp_path):
     """Its root mean square is less than that of the noise: no reduced chi-square shows it."""
     found, left = raced(tmp_path / "c", lambda e: 1.02 * curve(e) + NOISE * np.sin(28.0 * e))
     assert left < 1.7
-    assert found.bayes > DISCREPANCY
+    assert found.bayes > DEFAULT.evidence.minimum_first
     assert (found.quantity, found.driver) == ("stress", "strain")
     assert found.left_out < left
 
@@ -44,7 +44,7 @@ def test_a_small_ripple_is_found_with_what_it_goes_with(tmp_path):
 @pytest.mark.parametrize("law", [lambda e: 1.02 * curve(e), drifting])
 def test_noise_and_drift_are_no_physics(tmp_path, law):
     found, _ = raced(tmp_path / "c", law)
-    assert found.bayes < 0.5 * DISCREPANCY
+    assert found.bayes < 0.5 * DEFAULT.evidence.minimum_first
 
 
 def test_no_correction_bends_within_the_noise_of_a_driver_that_is_held():
@@ -83,7 +83,7 @@ def test_a_silicone_that_cures_is_a_stiffness_that_goes_with_time(tmp_path):
     program, base = base_fit(Program.of(read_campaign(folder), "elastomer"))
     found = race(program, base)
     assert (found.quantity, found.driver) == ("silicone_stiffness", "time")
-    assert found.bayes > DISCREPANCY and found.left_out < 1.3
+    assert found.bayes > DEFAULT.evidence.minimum_first and found.left_out < 1.3
     rest = fitted_discrepancy(program, base, Place(["time"], {}, [], None), found.quantity)
     assert rest.quantity == "silicone_stiffness"
     stiffness = float(program.unknowns.items[0].value(base.u[0]))

@@ -7,9 +7,10 @@ from diagnosis_coupons import NOISE, curve, softened, write
 from fitting.data.recordings import read_campaign
 from fitting.diagnose.evaluate.program import Program
 from fitting.diagnose.fit.base_fit import base_fit
-from fitting.diagnose.fit.instrument_drift import DRIFTS, drift_columns, drift_gain, explained_by_drift
+from fitting.diagnose.fit.instrument_drift import drift_columns, drift_gain, explained_by_drift
 from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.search.explain import explain
+from fitting.diagnose.settings import DEFAULT
 
 
 def fitted(folder, law, slug):
@@ -43,7 +44,7 @@ def test_evidence_is_that_of_the_whole_gaussian_model(tmp_path):
         V = np.eye(len(r)) + A @ prior @ A.T + size**2 * D @ D.T
         return -0.5 * (mean @ np.linalg.solve(V, mean) + np.linalg.slogdet(V)[1])
 
-    gains = np.array([evidence(size) - evidence(0.0) for size in DRIFTS])
+    gains = np.array([evidence(size) - evidence(0.0) for size in DEFAULT.drift.sizes])
     assert drift_gain(program, base)[0] == pytest.approx(np.log(np.mean(np.exp(gains))), rel=5e-3, abs=1e-3)
 
 

@@ -7,12 +7,11 @@ import pytest
 
 from fitting.diagnose.fit.misfit import negative_log_predictive_density, predictive_chi_square, reduced
 from fitting.diagnose.search.steps import LeaveOneOutEvidence, Named
+from fitting.diagnose.settings import DEFAULT
 from fitting.diagnose.verdict.conclude import _left_over
 from fitting.diagnose.verdict.discrepancy_evidence import DiscrepancyEvidence
 from fitting.diagnose.verdict.probabilities import effects_found, probabilities
 from fitting.diagnose.verdict.unexplained import (
-    MOST_DRIFT,
-    REFUTED,
     contradicted,
     discrepancy_probability,
     helps_nobody,
@@ -86,7 +85,7 @@ def test_a_prediction_is_judged_by_the_density_that_it_gave_what_came():
 def test_drift_excuses_what_passes_for_noise_and_no_more():
     generic = DiscrepancyEvidence("stress", "time", 3.0, 1.0, 1.05)
     assert steady(1.5, generic) == pytest.approx(1.05)
-    assert steady(3.9, generic) == pytest.approx(3.9 - MOST_DRIFT)
+    assert steady(3.9, generic) == pytest.approx(3.9 - DEFAULT.drift.maximum_explained)
     assert steady(3.9, None) == 3.9
 
 
@@ -120,7 +119,7 @@ def test_a_name_that_helps_no_recording_that_was_not_fitted_is_doubted(before, a
 @pytest.mark.parametrize(
     ("before", "after", "validated", "doubt"),
     [
-        (1.28, 1.40, True, REFUTED),  # missed by more than without the effects
+        (1.28, 1.40, True, DEFAULT.verdict.refuted_unknown),  # missed by more than without the effects
         (1.28, 1.25, True, 0.0),
         (0.95, 1.01, True, 0.0),  # as well as noise lets them be
         (2.50, 2.40, True, 0.0),

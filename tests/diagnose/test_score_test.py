@@ -12,15 +12,8 @@ from fitting.diagnose.evaluate.program import Program
 from fitting.diagnose.evaluate.unknowns import Unknowns
 from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.fit.refit import Refitter
-from fitting.diagnose.fit.score_test import (
-    FAR,
-    _held,
-    _in_turn,
-    _Projector,
-    _put_in,
-    about_nominal,
-    score_effects,
-)
+from fitting.diagnose.fit.score_test import _held, _in_turn, _Projector, _put_in, about_nominal, score_effects
+from fitting.diagnose.settings import DEFAULT
 from fitting.inference.parameters import Parameter, Parameters, Prior
 
 EXAMPLE = Path(__file__).parents[2] / "calibration_data" / "examples" / "actuator"
@@ -62,9 +55,9 @@ def test_a_score_is_what_the_effect_would_gain_with_all_constants_free(refitted,
 def test_effects_are_scored_about_nominal_where_constants_went_far(refitted):
     """There by their slopes, as those of a fit that ended at nominal, and by what they do as a whole."""
     program, base, found = refitted
-    assert np.max(np.abs(base.u[program.unknowns.base])) < FAR and not about_nominal(Refitter(program), base, found)
+    assert np.max(np.abs(base.u[program.unknowns.base])) < DEFAULT.score_test.far_from_nominal and not about_nominal(Refitter(program), base, found)
     refitter, far = Refitter(program), base.u.copy()
-    far[program.unknowns.base[0]] = -1.1 * FAR
+    far[program.unknowns.base[0]] = -1.1 * DEFAULT.score_test.far_from_nominal
     astray = dataclasses.replace(base, u=far)
     told = about_nominal(refitter, astray, score_effects(refitter, astray, SLUGS, np.random.default_rng(1)))
     nominal = dataclasses.replace(base, u=program.unknowns.neutral)

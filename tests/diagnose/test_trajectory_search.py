@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from fitting.diagnose.evaluate.evaluation import COURSE, Raw, trajectories_of, with_trajectories
-from fitting.diagnose.evaluate.trajectory_search import ROUNDS, Search
+from fitting.diagnose.evaluate.trajectory_search import Search
+from fitting.diagnose.settings import DEFAULT
 from fitting.inference.channels import Channel
 from fitting.specimens.rows import Rows
 
@@ -44,7 +45,7 @@ def _searched(laws, measured, start):
     channels = [[Channel("resistance_2", np.full(ROWS, y), np.full(ROWS, SIGMA), 0.0)] for y in measured]
     stacked, search, runs = _rows(start), Search(channels, np.full((len(laws), 1), 1e-2), 30.0), 1
     search.saw(_run(stacked, laws))
-    while not search.settled and runs < ROUNDS:
+    while not search.settled and runs < DEFAULT.trajectories.runs:
         search.saw(_run(with_trajectories(stacked, search.trial), laws))
         runs += 1
     return search, runs
@@ -67,7 +68,7 @@ def test_a_smooth_law_takes_a_few_full_steps():
 
 def test_a_law_that_switches_ends_at_its_best_and_says_that_its_steps_are_not_to_be_believed():
     search, runs = _searched([_switching], [0.6], [0.6])  # full steps lead from 0.6 to 0.4 and back
-    assert runs <= ROUNDS
+    assert runs <= DEFAULT.trajectories.runs
     misfit = np.abs(search.best.found["resistance_2"][0] - 0.6)
     assert np.all(misfit < 0.15)
     assert search.tripped[0] or search.settled

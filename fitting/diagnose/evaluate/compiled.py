@@ -13,12 +13,12 @@ from fitting.specimens.rows import Rows
 from fitting.specimens.with_effects import Kind
 from pneusma_jax.pipeline import Effect, Switched
 
+from ..settings import DEFAULT
 from .evaluation import COURSE, Raw
 from .latent_trajectories import remembered_rows
 from .unknowns import Unknowns
 
-WIDTH = 16
-"""Directions of one run, those of latent trajectories included."""
+OPTIMISER = DEFAULT.optimiser
 
 
 class Compiled:
@@ -71,7 +71,7 @@ class Compiled:
     @property
     def width(self) -> int:
         """Unknowns that one run brings derivatives by, at most."""
-        return WIDTH - 2 * self._courses
+        return OPTIMISER.directions - 2 * self._courses
 
     def run(self, u: np.ndarray, columns: np.ndarray, stacked: Rows) -> Raw:
         """One run, along a few of the unknowns and every latent trajectory.
@@ -83,18 +83,20 @@ class Compiled:
         """
         unknowns, count = self._unknowns, self._courses
         base = unknowns.stated(u, stacked)
-        along_own = np.zeros((WIDTH, len(unknowns) - len(unknowns.base)))
-        along_base = {name: np.zeros((WIDTH, *value.shape)) for name, value in base.items()}
+        along_own = np.zeros((OPTIMISER.directions, len(unknowns) - len(unknowns.base)))
+        along_base = {name: np.zeros((OPTIMISER.directions, *value.shape)) for name, value in base.items()}
         for row, k in enumerate(columns):
             if k < len(unknowns.base):
                 stem, share = unknowns.slope(u, k, stacked)
                 along_base[stem][row] = share
             else:
                 along_own[row, k - len(unknowns.base)] = 1.0
-        along_courses = tuple(np.zeros((WIDTH, *stacked.mask.shape)) for _ in range(count))
+        along_courses = tuple(np.zeros((OPTIMISER.directions, *stacked.mask.shape)) for _ in range(count))
         for j, direction in enumerate(along_courses):
-            direction[WIDTH - 2 * count + j] = 1.0
-            direction[WIDTH - count + j] = remembered_rows(np.asarray(stacked.extra[COURSE][j]))
+            direction[OPTIMISER.directions - 2 * count + j] = 1.0
+            direction[OPTIMISER.directions - count + j] = remembered_rows(
+                np.asarray(stacked.extra[COURSE][j])
+            )
         own, on = u[len(unknowns.base) :], unknowns.present(u, columns)
         found, slopes, drivers = jax.device_get(
             self._evaluate(base, own, along_base, along_own, along_courses, on, self._always, stacked)
@@ -103,6 +105,6 @@ class Compiled:
             stacked,
             found,
             {name: value[: len(columns)] for name, value in slopes.items()},
-            {name: value[WIDTH - 2 * count :] for name, value in slopes.items()},
+            {name: value[OPTIMISER.directions - 2 * count :] for name, value in slopes.items()},
             drivers,
         )

@@ -14,12 +14,13 @@ import numpy as np
 from fitting.inference.channels import Channel
 from fitting.specimens.rows import Rows
 
+from ..settings import DEFAULT
 from . import latent_trajectories
+
+TRAJECTORIES = DEFAULT.trajectories
 
 COURSE = "xi0"
 """Where rows keep latent trajectories: a tuple of columns."""
-FARTHEST = 0.2
-"""Largest change of a fraction that is foretold from derivatives."""
 
 
 def trajectories_of(stacked: Rows) -> np.ndarray:
@@ -195,7 +196,9 @@ class Evaluation:
     def courses_at(self, u: np.ndarray) -> np.ndarray:
         """Latent trajectories at other numbers, to first order."""
         change = np.tensordot(u[self.columns] - self.u[self.columns], self.course_slopes, axes=1)
-        return np.clip(self.courses + np.clip(change, -FARTHEST, FARTHEST), 0.0, 1.0)
+        return np.clip(
+            self.courses + np.clip(change, -TRAJECTORIES.maximum_step, TRAJECTORIES.maximum_step), 0.0, 1.0
+        )
 
     def bettered(self, other: "Evaluation") -> "Evaluation":
         """With the recordings of another evaluation at the same numbers, from other courses, that fit better

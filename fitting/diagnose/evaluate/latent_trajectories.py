@@ -17,18 +17,9 @@ from scipy.linalg import block_diag, cho_factor, cho_solve
 
 from fitting.inference.channels import Channel
 
-PROCESS_NOISE_VARIANCES = tuple(10.0**k for k in range(-10, -1))
-"""Variances per second of the walk that are tried: with the least, a fraction moves by 1e-4 in 100 s."""
-USUAL = 1e-6
-"""The same where no resistance of a campaign tells any."""
-DECISIVE = 3.0
-"""Spread of the log-evidence below which a resistance does not tell it."""
-HELD = 1e-6
-"""Weight of a step from the course so far in every row: rows that say nothing stay where they are."""
-LONGEST = 0.2
-"""Longest step of a fraction in one round."""
-PASSES = 3
-"""Solutions in which fractions that would leave 0 to 1 are held there."""
+from ..settings import DEFAULT
+
+TRAJECTORIES = DEFAULT.trajectories
 
 
 @dataclass(frozen=True)
@@ -96,7 +87,7 @@ class LatentTrajectory:
     def stiffness(self) -> np.ndarray:
         """Second derivative of half the increments' square, with a hold on every row, (rows, rows)."""
         after = np.append(self.precision[1:], 0.0)
-        found = np.diag(self.precision + after + HELD)
+        found = np.diag(self.precision + after + TRAJECTORIES.hold_weight)
         each = np.arange(len(after) - 1)
         found[each, each + 1] = found[each + 1, each] = -self.precision[1:]
         return found
@@ -185,7 +176,7 @@ class Hidden:
         system, now = self.information + self.stiffness, self.fraction
         pull = self.design @ misfit + np.concatenate([course.pull() for course in self.courses])
         free, step = np.ones(len(now), bool), np.zeros(len(now))
-        for _ in range(PASSES):
+        for _ in range(TRAJECTORIES.limit_passes):
             if not free.any():
                 break
             rest = pull[free] + system[np.ix_(free, ~free)] @ step[~free]
@@ -196,7 +187,9 @@ class Hidden:
                 break
             step[beyond] = np.clip(now + step, 0.0, 1.0)[beyond] - now[beyond]
             free &= ~beyond
-        step = np.clip(np.clip(now + step, 0.0, 1.0) - now, -LONGEST, LONGEST)
+        step = np.clip(
+            np.clip(now + step, 0.0, 1.0) - now, -TRAJECTORIES.maximum_step, TRAJECTORIES.maximum_step
+        )
         left, slopes = self._less(jacobian, free)
         return Answer(step.reshape(len(self.courses), -1), slopes, misfit + step @ self.design, left)
 
@@ -262,7 +255,7 @@ def process_noise_of(
     told, noise = slope[there], (slow * reading.sigma)[there]
     seen = told * course[there] - misfit[there]
     steps = intervals(time[there])
-    paces = np.asarray(PROCESS_NOISE_VARIANCES)
+    paces = np.asarray(TRAJECTORIES.process_noise_variances)
     mean, variance = np.full(len(paces), course[there][0]), np.ones(len(paces))
     evidence = np.zeros(len(paces))
     for s, sigma, y, dt in zip(told, noise, seen, steps, strict=True):
@@ -272,11 +265,15 @@ def process_noise_of(
         evidence -= 0.5 * (np.log(spread) + surprise**2 / spread)
         gain = variance * s / spread
         mean, variance = mean + gain * surprise, variance * sigma**2 / spread
-    return float(paces[np.argmax(evidence)]) if np.ptp(evidence) > DECISIVE else np.nan
+    return (
+        float(paces[np.argmax(evidence)])
+        if np.ptp(evidence) > TRAJECTORIES.minimum_evidence_spread
+        else np.nan
+    )
 
 
 def estimated_process_noise(found: np.ndarray) -> np.ndarray:
     """Paces of all courses, zero where there is none; where one is not told (NaN), the others' median."""
     told = found[np.isfinite(found) & (found > 0.0)]
-    usual = 10.0 ** np.median(np.log10(told)) if told.size else USUAL
+    usual = 10.0 ** np.median(np.log10(told)) if told.size else TRAJECTORIES.usual_process_noise_variance
     return np.where(np.isfinite(found), found, usual)

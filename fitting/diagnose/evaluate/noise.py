@@ -10,6 +10,10 @@ from fitting.inference.channels import LEAST_NOISE, Channel, block_noise, serial
 from fitting.inference.readings import noise_found, read_values
 from fitting.specimens.rows import Rows
 
+from ..settings import DEFAULT
+
+NOISE = DEFAULT.noise
+
 
 def channels_of(
     recording: Recording,
@@ -77,5 +81,5 @@ def lasting(pieces: Iterable[np.ndarray]) -> float:
         r = r[r != 0.0]
         above += float(np.sum(r[1:] * r[:-1]))
         below += float(np.sum(r * r))
-    rho = np.clip(above / below, 0.0, 0.9)
+    rho = np.clip(above / below, 0.0, NOISE.maximum_correlation)
     return float((1.0 + rho) / (1.0 - rho))

@@ -21,23 +21,18 @@ from fitting.specimens.with_effects import LETTERS, candidates, kind_module
 from pneusma_jax.calibration.records import Calibration
 from pneusma_jax.errors import InputError
 
+from ..settings import DEFAULT
 from . import latent_trajectories
 from .compiled import Compiled
 from .evaluation import COURSE, Evaluation, Raw, trajectories_of, with_trajectories
 from .high_frequency_noise import high_frequency_readings
 from .inputs import input_noise, shifted, with_input_noise
 from .noise import channels_of
-from .trajectory_search import ROUNDS, Search
+from .trajectory_search import Search
 from .unknowns import Unknowns
 
-FAILED = 30.0
-"""Standard deviations that a row counts for at least in which the model has no answer."""
-TOO_FAR = 0.02
-"""Change of a fraction beyond which its first-order answer is not believed."""
-SETTLING, SEARCHING = 3, 8
-"""Most rounds of courses and of how fast they walk, and as many where they were never looked for."""
-SETTLED = 1e-3
-"""Change of a fraction at which they end."""
+TRAJECTORIES = DEFAULT.trajectories
+OPTIMISER = DEFAULT.optimiser
 
 
 @dataclass
@@ -68,7 +63,7 @@ class Program:
     unknowns: Unknowns
     fitted: np.ndarray
     tally: Tally = field(default_factory=Tally)
-    failed: float = FAILED
+    failed: float = OPTIMISER.failed_deviation
     taken: np.ndarray = field(default_factory=lambda: np.zeros(0))
     pace: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     bare: list[list[Channel]] = field(default_factory=list)
@@ -134,7 +129,9 @@ class Program:
         program.count_input_noise(unknowns.neutral)
         program.prepare(unknowns.neutral)
         nominal = program.evaluate(unknowns.neutral, unknowns.base[:0]).misfit
-        program.failed = max(FAILED, *(float(np.max(np.abs(m), initial=0.0)) for m in nominal))
+        program.failed = max(
+            OPTIMISER.failed_deviation, *(float(np.max(np.abs(m), initial=0.0)) for m in nominal)
+        )
         return program
 
     @property
@@ -168,12 +165,12 @@ class Program:
         """
         nothing = self.unknowns.base[:0]
         if self.pace.shape[1]:
-            for _ in range(SETTLING if self.pace.any() else SEARCHING):
+            for _ in range(TRAJECTORIES.rounds if self.pace.any() else TRAJECTORIES.first_rounds):
                 here = self._run(u, nothing, self.stacked)
                 self.pace = here.paces(self.channels, self.stacked.extra["layout"].spring_numbers)
                 before, now = trajectories_of(self.stacked), self.evaluate(u, nothing).courses
                 self.stacked = with_trajectories(self.stacked, now)
-                if np.max(np.abs(now - before)) < SETTLED:
+                if np.max(np.abs(now - before)) < TRAJECTORIES.converged_step:
                     break
             here = self._run(u, nothing, self.stacked)
             self.taken = np.array([one.taken().sum() if one else 0.0 for one in self._explained(here)])
@@ -263,7 +260,7 @@ class Program:
         first = self._run(u, chunks[0], start)
         if search:
             search.saw(first)
-            for _ in range(ROUNDS - 1):
+            for _ in range(TRAJECTORIES.runs - 1):
                 if search.settled:
                     break
                 search.saw(self._run(u, chunks[0], with_trajectories(stacked, search.trial)))
@@ -320,7 +317,10 @@ class Program:
             misfit, jacobian, raw = here.whitened(k, channels, self.failed)
             if one is not None:
                 told = one.answer(misfit, jacobian)
-                jacobian, believed = told.jacobian, np.max(np.abs(told.steps)) < TOO_FAR
+                jacobian, believed = (
+                    told.jacobian,
+                    np.max(np.abs(told.steps)) < TRAJECTORIES.maximum_believed_step,
+                )
                 believed &= not search.tripped[k]
                 misfit = told.misfit if believed else misfit
                 for j, course in enumerate(one.courses):

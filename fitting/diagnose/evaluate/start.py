@@ -18,12 +18,13 @@ from pneusma_jax.calibration.records import Calibration, Prior
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import to_si
 
+from ..settings import DEFAULT
 from .program import Program
+
+SCALING = DEFAULT.scaling
 
 IDENTIFIED = {"elastomer": "material", "tube": "material", "spring": "alloy", "wire": "alloy"}
 """What may be identified from recordings of one kind alone."""
-SURE_SIGN = 0.01
-"""Part of a positive constant below which it is not looked for."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ def loosened(found: ElastomerCharacterisation) -> Calibration:
     quantities = dict(table.quantities)
     for name in found.parameters:
         value = quantities[name].value
-        low = SURE_SIGN * value if name in positive and value > 0.0 else -np.inf
+        low = SCALING.minimum_positive_share * value if name in positive and value > 0.0 else -np.inf
         prior = Prior(value, max(UNKNOWN * abs(value), np.finfo(float).tiny), low, np.inf)
         quantities[name] = replace(quantities[name], prior=prior)
     return replace(table, quantities=quantities)

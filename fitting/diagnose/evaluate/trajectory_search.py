@@ -11,17 +11,11 @@ import numpy as np
 
 from fitting.inference.channels import Channel
 
+from ..settings import DEFAULT
 from .evaluation import Raw, trajectories_of
 from .latent_trajectories import Hidden
 
-ROUNDS = 5
-"""Most runs."""
-CLOSE = 0.005
-"""Step of a fraction up to which its first-order answer is enough."""
-WORTH, WORTH_SHARE = 0.05, 2e-3
-"""Decrease of chi-square that is worth a run, at least; and as a share of what there is."""
-LEAST_SHARE = 0.2
-"""Part of a step below which none is tried."""
+TRAJECTORIES = DEFAULT.trajectories
 
 
 class Search:
@@ -77,7 +71,7 @@ class Search:
             else:
                 self._share[k] *= 0.5
                 self.tripped[k] = True
-                self._open[k] = self._share[k] >= LEAST_SHARE
+                self._open[k] = self._share[k] >= TRAJECTORIES.minimum_step_share
         self.best = run if self.best is None else self.best.taking(run, better)
 
     def _begin(self, k: int, misfit: np.ndarray) -> None:
@@ -92,5 +86,7 @@ class Search:
         for course, step in zip(hidden.courses, told.steps, strict=True):
             self._steps[k, course.number] = step
         self._share[k] = min(2.0 * self._share[k], 1.0)
-        far = np.max(np.abs(told.steps), initial=0.0) >= CLOSE
-        self._open[k] = far and gained > max(WORTH, WORTH_SHARE * self._least[k])
+        far = np.max(np.abs(told.steps), initial=0.0) >= TRAJECTORIES.sufficient_step
+        self._open[k] = far and gained > max(
+            TRAJECTORIES.minimum_gain, TRAJECTORIES.minimum_gain_share * self._least[k]
+        )

@@ -4,10 +4,11 @@ import numpy as np
 
 from ..evaluate.noise import lasting
 from ..evaluate.program import Program
-from .refit import SHAPE_SD, Fit, absent, at_its_bound, prior_sd
+from ..settings import DEFAULT
+from .refit import Fit, absent, at_its_bound, prior_sd
 
-AT_BOUND = 8.0
-"""Log Bayes factor that an effect loses whose strength ends at a physical bound."""
+SCALING = DEFAULT.scaling
+EVIDENCE = DEFAULT.evidence
 
 
 def inflation_of(program: Program, fit: Fit) -> float:
@@ -42,7 +43,7 @@ def evidence(
     luck = 0.5 * max(effective_degrees_of_freedom(program, further) - followed, 0.0)
     gain = (current.objective - further.objective - luck) / inflation
     penalty = len(added) * np.log(max(len(program.unknowns.slugs), 1))
-    penalty += AT_BOUND * sum(at_its_bound(further, slug) for slug in added)
+    penalty += EVIDENCE.bound_penalty * sum(at_its_bound(further, slug) for slug in added)
     found = gain + _occam(program, current, further, added, inflation) - penalty
     nothing = any(absent(program.unknowns, further, slug) for slug in added)
     return min(found, 0.0) if nothing else found
@@ -59,7 +60,7 @@ def _occam(program: Program, current: Fit, further: Fit, added: list[str], infla
     before, after = (_information(program, fit, inflation) for fit in (current, further))
     total = 0.5 * (np.linalg.slogdet(before)[1] - np.linalg.slogdet(after)[1])
     present = 0.5 * np.log(2.0 * np.pi)
-    shape = SHAPE_SD * np.sqrt(2.0 * np.pi)
+    shape = SCALING.shape_deviation * np.sqrt(2.0 * np.pi)
     widths = {int(k): shape if items[k].shape else items[k].high - items[k].low for k in own}
     total += sum(present - np.log(width) for width in widths.values())
     place = {int(k): n for n, k in enumerate(further.free)}

@@ -9,13 +9,10 @@ import numpy as np
 
 from ..evaluate.inputs import shifted, white_noise
 from ..evaluate.program import Program
+from ..settings import DEFAULT
 from .refit import Fit
 
-SEED = 20
-"""Of the noise that both models get."""
-LOST = 5.0
-"""Change in standard deviations of a value that noise does not make: a row lost its answer, or a metal's
-memory took another course."""
+DRIFT = DEFAULT.drift
 
 
 def explained_by_input_noise(program: Program, current: Fit, further: Fit) -> float:
@@ -36,7 +33,7 @@ def _passed_on(program: Program, fit: Fit, noise: dict[str, np.ndarray]) -> floa
         noise: 1-sigmas of inputs, SI, by quantity, (recordings of the stack,).
     """
     quiet = program.begun(program.stacked, fit.evaluation, fit.u)
-    rng, noisy = np.random.default_rng(SEED), quiet
+    rng, noisy = np.random.default_rng(DRIFT.input_seed), quiet
     for name, sigma in noise.items():
         kicks = rng.standard_normal(np.shape(quiet.inputs[name]))
         noisy = shifted(noisy, name, sigma[:, None] * kicks)
@@ -44,7 +41,7 @@ def _passed_on(program: Program, fit: Fit, noise: dict[str, np.ndarray]) -> floa
     there, moved = (program.evaluate(fit.u, nothing, rows).misfit for rows in (quiet, noisy))
     followed = program.followed(fit.evaluation)
     for k in np.flatnonzero(program.fitted):
-        change = np.where(np.abs(moved[k] - there[k]) < LOST, moved[k] - there[k], 0.0)
+        change = np.where(np.abs(moved[k] - there[k]) < DRIFT.maximum_change, moved[k] - there[k], 0.0)
         change = followed[k].projected(change[None])[0][0] if followed[k] else change
         total += float(change @ change)
     return total

@@ -13,17 +13,13 @@ from fitting.inference.channels import Channel
 
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
+from ..settings import DEFAULT
 from .evidence import inflation_of
 from .input_noise_evidence import explained_by_input_noise
 from .refit import Fit
 
-DRIFTS = (0.0, 0.2, 0.4, 0.6)
-"""1-sigmas of drift that are thought equally likely, in those of the noise: more would not pass for noise of
-the size that is stated."""
-SLOW = 6
-"""Cosines over each recording that drift is made of."""
-LASTING = 0.25
-"""Part of a recording over which drift lasts."""
+SCORE_TEST = DEFAULT.score_test
+DRIFT = DEFAULT.drift
 
 
 def drift_columns(program: Program, here: Evaluation) -> np.ndarray:
@@ -37,7 +33,10 @@ def drift_columns(program: Program, here: Evaluation) -> np.ndarray:
         parts = []
         for k, channels in enumerate(program.channels):
             own = [
-                _courses(c) if c.quantity == quantity else np.zeros((SLOW, len(c.measured))) for c in channels
+                _courses(c)
+                if c.quantity == quantity
+                else np.zeros((SCORE_TEST.slow_cosines, len(c.measured)))
+                for c in channels
             ]
             added = np.concatenate(own, axis=1)
             parts.append((followed[k].projected(added)[0] if followed[k] else added).T)
@@ -55,9 +54,9 @@ def outputs_of(program: Program) -> list[str]:
 def _courses(channel: Channel) -> np.ndarray:
     """Courses of slow drift of a channel, whitened, (courses, values); together as large as its noise."""
     there = np.isfinite(channel.sigma)
-    order = np.arange(SLOW)[:, None]
+    order = np.arange(SCORE_TEST.slow_cosines)[:, None]
     t = (np.cumsum(there) - 0.5) / max(there.sum(), 1)
-    size = 1.0 / (1.0 + (LASTING * np.pi * order) ** 2)
+    size = 1.0 / (1.0 + (DRIFT.lasting_part * np.pi * order) ** 2)
     courses = np.sqrt(size / size.sum()) * np.where(order > 0, np.sqrt(2.0), 1.0) * np.cos(np.pi * order * t)
     return channel.whitened(np.where(there, courses * np.where(there, channel.sigma, 0.0), 0.0))
 
@@ -77,10 +76,10 @@ def drift_gain(program: Program, fit: Fit) -> tuple[float, float]:
     known, axes = np.linalg.eigh(D.T @ D - across @ fit.covariance @ across.T)
     known = np.maximum(known, 0.0)
     told = (axes.T @ (D.T @ r)) ** 2
-    ratio = np.square(DRIFTS)[:, None] * known
-    gains = 0.5 * np.sum(np.square(DRIFTS)[:, None] * told / (1.0 + ratio) - np.log1p(ratio), axis=1)
+    ratio = np.square(DRIFT.sizes)[:, None] * known
+    gains = 0.5 * np.sum(np.square(DRIFT.sizes)[:, None] * told / (1.0 + ratio) - np.log1p(ratio), axis=1)
     most = 0.5 * np.sum(ratio[-1] - np.log1p(ratio[-1]))
-    return float(logsumexp(gains) - np.log(len(DRIFTS))), float(most)
+    return float(logsumexp(gains) - np.log(len(DRIFT.sizes))), float(most)
 
 
 def explained_by_drift(program: Program, current: Fit, further: Fit) -> float:

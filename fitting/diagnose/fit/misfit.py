@@ -4,10 +4,10 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from ..evaluate.program import Program
-from .refit import NARROWEST, Fit
+from ..settings import DEFAULT
+from .refit import Fit
 
-SINGULAR = 1e-14
-"""Share of the largest variance of a fit's numbers that rounding leaves of none."""
+OPTIMISER = DEFAULT.optimiser
 
 
 def reduced(program: Program, fit: Fit, chosen: np.ndarray) -> float:
@@ -27,9 +27,12 @@ def predictive_chi_square(program: Program, fit: Fit, chosen: np.ndarray) -> flo
         return reduced(program, fit, chosen)
     r, A = fit.evaluation.joined(chosen.astype(float))
     variances, axes = np.linalg.eigh(fit.covariance)  # which may be singular to rounding
-    held = (axes * np.maximum(variances, SINGULAR * variances.max()) ** -0.5).T
+    held = (axes * np.maximum(variances, OPTIMISER.singular_share * variances.max()) ** -0.5).T
     at, unknowns = fit.u[fit.free], program.unknowns
-    low, high = unknowns.low[fit.free] - at - NARROWEST, unknowns.high[fit.free] - at + NARROWEST
+    low, high = (
+        unknowns.low[fit.free] - at - OPTIMISER.bound_gap,
+        unknowns.high[fit.free] - at + OPTIMISER.bound_gap,
+    )
     both = np.concatenate([A, held]), np.concatenate([-r, np.zeros(len(at))])
     square = 2.0 * lsq_linear(*both, (low, high), method="bvls").cost
     return float(square) / max(program.observations(chosen), 1)

@@ -15,21 +15,9 @@ from fitting.inference.noise import GAUSSIAN_MAD
 
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
+from ..settings import DEFAULT
 
-FAR, FARTHER = 6.0, 5.0
-"""Distance from the neighbours, in standard deviations: stated ones, and those that such distances show."""
-AGREE = 3.0
-"""Part of that distance within which the neighbours lie, as a divisor."""
-BENDS = 2.0
-"""Factor by which it is more than what the model bends by there."""
-BESIDE = 3
-"""Neighbours on each side."""
-MOST = 0.03
-"""Part of a recording's readings that may stand apart; if more do, it is something else."""
-FEWEST = 20
-"""Readings below which nothing is told."""
-MOST_SAID = 5
-"""Rows of a recording that a report names."""
+OUTLIERS = DEFAULT.outliers
 
 
 @dataclass(frozen=True)
@@ -51,7 +39,9 @@ class Outliers:
     @property
     def text(self) -> str:
         """For a report."""
-        at = [f"{t:.4g}" for t in self.times[:MOST_SAID]] + ["..."] * (len(self.times) > MOST_SAID)
+        at = [f"{t:.4g}" for t in self.times[: OUTLIERS.maximum_told]] + ["..."] * (
+            len(self.times) > OUTLIERS.maximum_told
+        )
         return (
             f"{self.recording}: not counted, for far from the readings on both sides (by up to "
             f"{self.distance:.0f} standard deviations): {self.quantity} at {', '.join(at)} s"
@@ -105,7 +95,10 @@ def among_readings(recording: Recording, channel: Channel, rows: np.ndarray) -> 
     far, apart = (np.zeros(len(values)) for _ in range(2))
     far[there], apart[there] = _beside(values[there])
     kept = recording.reduction.rows[rows]
-    return rows[(far[kept] > FAR * channel.sigma[rows]) & (apart[kept] < far[kept] / AGREE)]
+    return rows[
+        (far[kept] > OUTLIERS.minimum_distance * channel.sigma[rows])
+        & (apart[kept] < far[kept] / OUTLIERS.neighbour_factor)
+    ]
 
 
 def outliers_of(channel: Channel, predicted: np.ndarray) -> tuple[np.ndarray, float]:
@@ -116,15 +109,19 @@ def outliers_of(channel: Channel, predicted: np.ndarray) -> tuple[np.ndarray, fl
         predicted: by a fitted model, SI, (rows,), NaN where it has no answer.
     """
     there = np.flatnonzero(np.isfinite(channel.sigma) & np.isfinite(predicted))
-    if len(there) < FEWEST:
+    if len(there) < OUTLIERS.minimum_readings:
         return there[:0], 0.0
     sigma, course = channel.sigma[there], predicted[there]
     far, apart = _beside((channel.measured[there] - course) / sigma)
     bends = np.pad(np.abs(np.diff(course, 2)), 2) / np.pad(sigma, 1, "edge")
     bends = np.lib.stride_tricks.sliding_window_view(bends, 3).max(axis=1)
     usual = np.median(far) / GAUSSIAN_MAD
-    odd = (far > max(FAR, FARTHER * usual)) & (apart < far / AGREE) & (far > BENDS * bends)
-    if not odd.any() or odd.sum() > max(MOST * len(there), 1.0):
+    odd = (
+        (far > max(OUTLIERS.minimum_distance, OUTLIERS.minimum_relative_distance * usual))
+        & (apart < far / OUTLIERS.neighbour_factor)
+        & (far > OUTLIERS.bend_factor * bends)
+    )
+    if not odd.any() or odd.sum() > max(OUTLIERS.maximum_share * len(there), 1.0):
         return there[:0], 0.0
     return there[odd], float(far[odd].max())
 
@@ -132,7 +129,7 @@ def outliers_of(channel: Channel, predicted: np.ndarray) -> tuple[np.ndarray, fl
 def _beside(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """How far every value is from those on both sides, and how far these are from each other, but for one on
     either end, which may stand apart itself; both (values,). The first and last few are near."""
-    windows = np.lib.stride_tricks.sliding_window_view(values, 2 * BESIDE + 1)
-    beside = np.sort(np.delete(windows, BESIDE, axis=1), axis=1)
-    far = np.abs(windows[:, BESIDE] - np.median(beside, axis=1))
-    return np.pad(far, BESIDE), np.pad(beside[:, -2] - beside[:, 1], BESIDE)
+    windows = np.lib.stride_tricks.sliding_window_view(values, 2 * OUTLIERS.neighbours + 1)
+    beside = np.sort(np.delete(windows, OUTLIERS.neighbours, axis=1), axis=1)
+    far = np.abs(windows[:, OUTLIERS.neighbours] - np.median(beside, axis=1))
+    return np.pad(far, OUTLIERS.neighbours), np.pad(beside[:, -2] - beside[:, 1], OUTLIERS.neighbours)

@@ -21,26 +21,11 @@ from fitting.inference.parallel import run_parallel
 
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.unknowns import Unknowns
+from ..settings import DEFAULT
 from .refit import Fit, Refitter, largest_deviation
 
-SHAPES = 5
-"""Shapes tried of every effect."""
-DRAWS = 999
-"""Simulated null results that the smallest p-value is compared with."""
-SLOW = 6
-"""Slow courses over each recording that stand for anything that no effect describes."""
-FAINT = 1e-6
-"""Length of a signature below which the recordings do not show the effect."""
-
-ALIKE = 1e-12
-"""Part of the largest below which a direction of a fit's numbers absorbs nothing of its own."""
-AT = 1e-6
-"""How close to a bound a scaled base constant is at it."""
-FAR = 3.0
-"""Standard deviations from nominal of a base constant from which effects are scored about nominal, too."""
-WHOLE = (0.3, 1.0)
-"""Parts of a typical effect that are put into the model as they are, about nominal: there misfits may be so
-large that no derivative tells an effect."""
+OPTIMISER = DEFAULT.optimiser
+SCORE_TEST = DEFAULT.score_test
 
 
 @dataclass(frozen=True)
@@ -119,7 +104,9 @@ class _Projector:
         size = np.linalg.norm(self.A, axis=0)
         size[size == 0.0] = 1.0
         scaled = self.A / size  # columns may be zero or alike where recordings do not tell numbers apart
-        self.H = np.linalg.pinv(scaled.T @ scaled, ALIKE, hermitian=True) / np.outer(size, size)
+        self.H = np.linalg.pinv(scaled.T @ scaled, OPTIMISER.alike_share, hermitian=True) / np.outer(
+            size, size
+        )
         self.rows = len(A)
 
     def __call__(self, J: np.ndarray, priors: np.ndarray | None = None) -> np.ndarray:
@@ -144,14 +131,14 @@ def score_effects(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.ra
     scores, pool = _scores(look)
     pool.append((None, _slow(look.here, weight, look.project)))
     p_value, bound = _chance(pool, look.left, rng)
-    untestable = [slug for slug in slugs if look.strength[slug] < FAINT]
+    untestable = [slug for slug in slugs if look.strength[slug] < SCORE_TEST.minimum_length]
     return Screen(scores, p_value, bound, untestable, look.scale, tuple(slugs))
 
 
 def about_nominal(refitter: Refitter, fit: Fit, found: Screen) -> list[Score]:
     """Scores at nominal base constants, strongest first, where those of a screened fit went far: there an
     effect may seem to act the wrong way. Empty where they did not."""
-    if largest_deviation(refitter.unknowns, fit) < FAR:
+    if largest_deviation(refitter.unknowns, fit) < SCORE_TEST.far_from_nominal:
         return []
     nominal = replace(fit, u=refitter.unknowns.at_nominal(fit.u))
     by_slope, whole = _scores(_looked(refitter, nominal, found.tried))[0], []
@@ -173,7 +160,7 @@ def _put_in(refitter: Refitter, fit: Fit, slugs: Sequence[str], scale: float) ->
     for slug in slugs:
         own = unknowns.amplitudes(slug)
         typical = np.array([unknowns.items[k].start for k in own])
-        for share in [sign * part for part in WHOLE for sign in (1.0, -1.0)]:
+        for share in [sign * part for part in SCORE_TEST.whole_effects for sign in (1.0, -1.0)]:
             u = fit.u.copy()
             u[own] = np.clip(share * typical, low[own], high[own])
             if np.any(u[own] != unknowns.neutral[own]):
@@ -219,14 +206,14 @@ def _looked(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> _Look:
         for slug in members:
             own = unknowns.amplitudes(slug)
             tried += _tried(refitter, slug, own, J[:, np.isin(columns, own)], project, u, left, strength)
-    for slug in [s for s in slugs if strength[s] < FAINT]:
+    for slug in [s for s in slugs if strength[s] < SCORE_TEST.minimum_length]:
         u = fit.u.copy()
         own = unknowns.of([slug])
         u[own] = [unknowns.items[k].start for k in own]
         change = program.evaluate(u, own[:0], near=fit.evaluation).joined(weight)[0] - r
         signature = project(change[:, None])
         strength[slug] = float(np.linalg.norm(signature))
-        if strength[slug] >= FAINT:
+        if strength[slug] >= SCORE_TEST.minimum_length:
             tried.append((slug, signature / strength[slug], u, own))
     return _Look(here, project, scale, left, tried, strength)
 
@@ -234,20 +221,25 @@ def _looked(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> _Look:
 def _held(unknowns: Unknowns, fit: Fit) -> np.ndarray:
     """Indices of base constants that ended at a bound: those absorb no more."""
     base = unknowns.base
-    return base[(fit.u[base] <= unknowns.low[base] + AT) | (fit.u[base] >= unknowns.high[base] - AT)]
+    return base[
+        (fit.u[base] <= unknowns.low[base] + OPTIMISER.held_distance)
+        | (fit.u[base] >= unknowns.high[base] - OPTIMISER.held_distance)
+    ]
 
 
 def _shapes(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> list[np.ndarray]:
     """Points that differ from the fit in the shapes of absent effects only."""
     unknowns, points = refitter.unknowns, []
     rng = np.random.default_rng(0)
-    for trial in range(SHAPES):
+    for trial in range(SCORE_TEST.shapes):
         u = fit.u.copy()
         for slug in slugs:
             shapes = unknowns.shapes(slug)
             u[unknowns.amplitudes(slug)] = 0.0
             for place, k in enumerate(shapes):
-                share = ((trial if place == 0 else rng.permutation(SHAPES)[trial]) + 0.5) / SHAPES
+                share = (
+                    (trial if place == 0 else rng.permutation(SCORE_TEST.shapes)[trial]) + 0.5
+                ) / SCORE_TEST.shapes
                 item = unknowns.items[k]
                 u[k] = item.at_share(share) if trial else item.start
         points.append(u)
@@ -268,7 +260,7 @@ def _tried(
     unknowns = refitter.unknowns
     P = project(J)
     lengths = np.linalg.norm(P, axis=0)
-    kept = lengths > FAINT
+    kept = lengths > SCORE_TEST.minimum_length
     if not kept.any():
         return []
     strength[slug] = max(strength[slug], float(lengths.max()))
@@ -301,7 +293,7 @@ def _scores(look: _Look) -> tuple[list[Score], list[tuple]]:
         held = best.get(slug)
         if held is None or (p, -gain) < (held.p_value, -held.gain):
             best[slug] = Score(slug, gain, Q.shape[1], p, start, look.strength[slug])
-    order = sorted(best.values(), key=lambda s: -(s.gain - 3.0 * s.freedom))
+    order = sorted(best.values(), key=lambda s: -(s.gain - SCORE_TEST.price * s.freedom))
     return order, pool
 
 
@@ -312,7 +304,7 @@ def _slow(here: Evaluation, weight: np.ndarray, project: _Projector) -> np.ndarr
     for k, size in enumerate(parts):
         if np.any(weight[k]):
             t = (np.arange(size) + 0.5) / size
-            for order in range(SLOW):
+            for order in range(SCORE_TEST.slow_cosines):
                 column = np.zeros(total)
                 column[first : first + size] = weight[k] * np.cos(np.pi * order * t)
                 columns.append(column)
@@ -330,10 +322,10 @@ def _chance(pool: list[tuple], left: np.ndarray, rng: np.random.Generator) -> tu
             found = np.minimum(found, chi2.logsf(np.sum((Q.T @ R) ** 2, axis=0), Q.shape[1]))
         return found
 
-    errors = rng.standard_normal((len(left), DRAWS)) * (left != 0.0)[:, None]
+    errors = rng.standard_normal((len(left), SCORE_TEST.draws)) * (left != 0.0)[:, None]
     null, here = smallest(errors), smallest(left[:, None])[0]
     as_small = int(np.sum(null <= here))
-    return (as_small + 1) / (DRAWS + 1), as_small == 0
+    return (as_small + 1) / (SCORE_TEST.draws + 1), as_small == 0
 
 
 def _fast(here: Evaluation, weight: np.ndarray) -> float:

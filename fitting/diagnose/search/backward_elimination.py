@@ -5,16 +5,16 @@ from fitting.inference.parallel import run_parallel
 from ..evaluate.program import Program
 from ..fit.evidence import evidence, inflation_of
 from ..fit.refit import Fit, Refitter
-from .choose import FURTHER
+from ..settings import DEFAULT
 
-POLISHING = 40
-"""Most trial steps of a model that was chosen."""
+OPTIMISER = DEFAULT.optimiser
+EVIDENCE = DEFAULT.evidence
 
 
 def polished(program: Program, fit: Fit) -> Fit:
     """A chosen model fitted once more: from nominal base constants, too, in case the others held it back."""
     home = program.unknowns.at_nominal(fit.u)
-    again = lambda start: Refitter(program).fit(fit.slugs, start, POLISHING)  # noqa: E731
+    again = lambda start: Refitter(program).fit(fit.slugs, start, OPTIMISER.final_steps)  # noqa: E731
     options = run_parallel(again, (fit, home))
     return min([fit, *options], key=lambda f: f.objective)
 
@@ -30,7 +30,7 @@ def eliminated(program: Program, fit: Fit) -> Fit:
 
 def redundant(program: Program, rest: Fit, fit: Fit) -> bool:
     """Whether a model has less evidence over the rest of it than would let a further effect in."""
-    return evidence(program, rest, fit, inflation_of(program, fit)) < FURTHER
+    return evidence(program, rest, fit, inflation_of(program, fit)) < EVIDENCE.minimum_further
 
 
 def without(program: Program, fit: Fit, slug: str) -> Fit:

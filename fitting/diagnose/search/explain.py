@@ -15,18 +15,15 @@ from ..fit.base_fit import base_fit, settle
 from ..fit.misfit import floor, reduced
 from ..fit.refit import Fit
 from ..fit.score_test import Screen
-from .choose import CERTAIN
+from ..settings import DEFAULT
 from .pair_search import pair_search
 from .steps import Explanation, Named, Step
-from .stepwise import LEVEL, StepwiseSearch, screened
+from .stepwise import StepwiseSearch, screened
 
-SECOND_LOOK = 0.005
-"""P-value below which something is missing where the fitted recordings agreed and all are looked at
-together."""
-BETTERED = 3
-"""Searches, at most, that begin from a better fit of the base model on which candidates came."""
-KEPT = 0.5
-"""Share of the misfit of validation recordings from which they contradict an explanation."""
+BASE_FIT = DEFAULT.base_fit
+SCORE_TEST = DEFAULT.score_test
+EVIDENCE = DEFAULT.evidence
+VERDICT = DEFAULT.verdict
 
 
 def explain(
@@ -51,14 +48,14 @@ def explain(
     progress(f"screening {len(program.unknowns.slugs)} effects")
     found = screened(started, base, rng)
     untried = not program.fitted.all()  # recordings for validation have not been fitted
-    if untried and found.p_value > LEVEL:
-        explanation = _together(started, base, SECOND_LOOK, growth)
+    if untried and found.p_value > SCORE_TEST.level:
+        explanation = _together(started, base, SCORE_TEST.level_together, growth)
         if explanation is not None:
             return explanation
         untried = False
     explanation = _whole(growth, started, base, found)
     if untried and _contradicted(explanation):
-        again = _together(started, base, LEVEL, growth)
+        again = _together(started, base, SCORE_TEST.level, growth)
         if again is not None and _score(again, ~program.fitted) < _score(explanation, ~program.fitted):
             return again
     return explanation
@@ -78,7 +75,7 @@ def _together(program: Program, base: Fit, level: float, growth: StepwiseSearch)
 
 def _whole(growth: StepwiseSearch, program: Program, base: Fit, found: Screen) -> Explanation:
     """One effect after the other, from a screened base model; then from rivals of the first one."""
-    for again in reversed(range(BETTERED)):
+    for again in reversed(range(BASE_FIT.maximum_searches)):
         explanation = Explanation(program, base, Named(base), [], found.p_value, found.p_is_bound)
         better = growth.grown(explanation, Step(base, found, []), again > 0)
         if better is None:
@@ -101,5 +98,5 @@ def _contradicted(explanation: Explanation) -> bool:
     noise = floor(program, fit, program.unseen)
     before = reduced(program, explanation.base, program.unseen) - noise
     after = reduced(program, fit, program.unseen) - noise
-    certain = 0.5 * program.observations(program.unseen) * after > CERTAIN
-    return certain and after > KEPT * before
+    certain = 0.5 * program.observations(program.unseen) * after > EVIDENCE.minimum_first
+    return certain and after > VERDICT.maximum_kept * before

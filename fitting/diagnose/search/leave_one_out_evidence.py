@@ -16,16 +16,14 @@ from ..fit.evidence import inflation_of, log_likelihood
 from ..fit.instrument_drift import drift_evidence, instrument_parts
 from ..fit.misfit import negative_log_predictive_density
 from ..fit.refit import Fit, largest_deviation
+from ..settings import DEFAULT
 from .backward_elimination import redundant, without
-from .choose import FURTHER, PREDICTS
 from .steps import LeaveOneOutEvidence, Named, Step
 
-ASTRAY = 2.0
-"""Factor on the misfit of a fold from which a model went astray without it."""
-BETTER = 1.0
-"""Log-likelihood, deflated, from which a fit that turns up among rivals takes the place of the model's."""
-EXCHANGES = 2
-"""How often each effect may give way, on average."""
+EVIDENCE = DEFAULT.evidence
+ENTRY = DEFAULT.entry
+SEARCH = DEFAULT.search
+
 Fill = Callable[[Fit], Step]
 """Screens the effects that a model does not have and fits the most promising."""
 
@@ -44,7 +42,7 @@ def leave_each_out(
         fill: makes another one.
         scores: of recordings left out in turn.
     """
-    named, known, exchanges = Named(fit, left), list(stages), EXCHANGES * len(fit.slugs)
+    named, known, exchanges = Named(fit, left), list(stages), SEARCH.exchanges * len(fit.slugs)
     base = stages[0].base
     while True:
         slug = next((s for s in named.fit.slugs if s not in named.standings), None)
@@ -60,7 +58,9 @@ def leave_each_out(
             known.append(stage)
         standing = _standing(program, named, slug, stage)
         own = standing.own
-        if (named.fit.objective - own.fit.objective) / inflation_of(program, own.fit) > BETTER:
+        if (named.fit.objective - own.fit.objective) / inflation_of(
+            program, own.fit
+        ) > EVIDENCE.minimum_better:
             named = Named(replace(own.fit, slugs=named.fit.slugs), named.left_out)  # as they entered
             continue
         entered = stage.chosen == slug  # `choice` weighed it against its rivals there
@@ -71,7 +71,7 @@ def leave_each_out(
             named = Named(replace(rival.fit, slugs=slugs), scores.gained(base, rival.fit))
             rival.left_out = named.left_out
             named.standings[rival.slug] = replace(standing, slug=rival.slug)
-        elif stage.base.slugs and own.bayes < FURTHER:  # beside a fair fit of the others
+        elif stage.base.slugs and own.bayes < EVIDENCE.minimum_further:  # beside a fair fit of the others
             named = Named(stage.base, scores.gained(base, stage.base))
         else:
             named.standings[slug] = standing
@@ -105,7 +105,7 @@ def _successor(program: Program, standing: LeaveOneOutEvidence, scores: HeldOutS
         if rival is own:
             return None
         rival.adrift = 0.0 if rival.stopped else drift_evidence(program, standing.base, rival.fit)
-        enough = max(FURTHER, own.bayes - own.adrift)
+        enough = max(EVIDENCE.minimum_further, own.bayes - own.adrift)
         if rival.stopped or rival.bayes - rival.adrift < enough or not _surpassed(program, own, rival):
             continue
         before, after = scores(own.fit), scores(rival.fit)
@@ -127,5 +127,7 @@ def _no_worse(program: Program, before: np.ndarray, after: np.ndarray, inflation
     which it goes astray, if it predicts the rest clearly better."""
     worst = int(np.argmin(before - after))
     rest = np.delete(before - after, worst)
-    clearly = log_likelihood(program, rest.sum(), inflation) >= PREDICTS
-    return bool(after.sum() <= before.sum() or (clearly and after[worst] > ASTRAY * before[worst]))
+    clearly = log_likelihood(program, rest.sum(), inflation) >= ENTRY.minimum_gain
+    return bool(
+        after.sum() <= before.sum() or (clearly and after[worst] > ENTRY.astray_factor * before[worst])
+    )

@@ -13,29 +13,22 @@ import numpy as np
 from fitting.inference.parallel import run_parallel
 
 from ..evaluate.program import Program
-from ..fit.candidates import HOPELESS, CandidateFit
+from ..fit.candidates import CandidateFit
 from ..fit.cross_validation import gain
 from ..fit.evidence import evidence, inflation_of, log_likelihood
 from ..fit.instrument_drift import drift_evidence
 from ..fit.misfit import negative_log_predictive_density, predictive_chi_square, spread
 from ..fit.refit import Fit, Refitter, at_its_bound
+from ..settings import DEFAULT
 from .backward_elimination import eliminated, polished
-from .choose import CERTAIN, FIRST_SHARE, LESS, PREDICTS
 from .steps import Explanation, Step
-from .stepwise import LEVEL, StepwiseSearch, screened
+from .stepwise import StepwiseSearch, screened
 
-LOOKED_AT = 4, 6
-"""Rivals of the first effect that are looked at, those that fit best alone; with latent trajectories, whose
-runs are slow, and without."""
-DETOURS = 2, 3
-"""Of them, how many are pursued."""
-SECONDS = 5
-"""Second effects that are fitted beside each."""
-LEFT_ALONE = 1.5
-"""Reduced chi-square that they must promise where no effect was believed alone: that pair leaves nothing."""
-NOISE = 0.05, 2.0
-"""Excess of a reduced chi-square over 1 up to which it is noise: this much, and as many of its standard
-deviations."""
+SCORE_TEST = DEFAULT.score_test
+CANDIDATES = DEFAULT.candidates
+EVIDENCE = DEFAULT.evidence
+ENTRY = DEFAULT.entry
+SEARCH = DEFAULT.search
 
 
 @dataclass
@@ -67,7 +60,7 @@ def pair_search(growth: StepwiseSearch, explanation: Explanation) -> None:
     for ahead in _foreseen(growth, explanation):
         rival, stage = ahead.rival, ahead.stage
         growth.progress(f"looking for a second effect beside {rival.slug}")
-        growth.fill(program, stage, SECONDS)
+        growth.fill(program, stage, CANDIDATES.tried_beside)
         best = _second(stage, explanation.final.slugs)
         if best is None or not _worth_more(explanation, best.fit, incumbents):
             continue
@@ -122,25 +115,26 @@ def _believable(explanation: Explanation, pair: Fit) -> bool:
     the pair does not, and takes away a part of what is left out, with no effect at a bound."""
     program, base = explanation.program, explanation.final
     before, left = explanation.scores(base), explanation.scores(pair)
-    if before.sum() < LESS or not _leaves_more(program, base, float(before.sum())):
+    if before.sum() < ENTRY.minimum_left or not _leaves_more(program, base, float(before.sum())):
         return False
     if any(at_its_bound(pair, slug) for slug in pair.slugs):
         return False
-    return gain(before, left)[1] >= FIRST_SHARE and not _leaves_more(program, pair, float(left.sum()))
+    return gain(before, left)[1] >= ENTRY.minimum_share and not _leaves_more(program, pair, float(left.sum()))
 
 
 def _foreseen(growth: StepwiseSearch, explanation: Explanation) -> list[_Ahead]:
     """The rivals of the first effect that promise most with a second one, if that is more than was found."""
     program, final = explanation.program, explanation.final
-    quick = int(not program.hidden)
+    count = SEARCH.rivals_hidden if program.hidden else SEARCH.rivals
+    pairs = SEARCH.pairs_hidden if program.hidden else SEARCH.pairs
     rivals = [t for t in explanation.stages[0].trials if t.slug not in final.slugs[:1] and not t.stopped]
-    rivals = sorted(rivals, key=lambda t: t.fit.objective)[: growth.effort * LOOKED_AT[quick]]
+    rivals = sorted(rivals, key=lambda t: t.fit.objective)[: growth.effort * count]
     if rivals:
         growth.progress(f"screening second effects beside {', '.join(t.slug for t in rivals)}")
 
     most, refitter = final.objective, Refitter(program)
     if not final.slugs:
-        most = min(most, log_likelihood(program, LEFT_ALONE, 1.0))
+        most = min(most, log_likelihood(program, CANDIDATES.explained, 1.0))
 
     def look(rival: CandidateFit, fit: Fit, rng: np.random.Generator) -> _Ahead:
         stage = Step(fit, screened(program, fit, rng), [])
@@ -151,14 +145,14 @@ def _foreseen(growth: StepwiseSearch, explanation: Explanation) -> list[_Ahead]:
     def ahead(job: tuple[CandidateFit, np.random.Generator]) -> _Ahead:
         rival, rng = job
         found = look(rival, rival.fit, rng)
-        if found.promised > HOPELESS * most:  # by more than a fit to the end changes it
+        if found.promised > CANDIDATES.hopeless_factor * most:  # by more than a fit to the end changes it
             return found
         fit = refitter.fit(rival.fit.slugs, rival.fit)  # most ended after a few steps
         return look(rival, fit, rng)
 
     found = run_parallel(ahead, list(zip(rivals, growth.rng.spawn(len(rivals)), strict=True)))
-    found = [a for a in found if a.stage.screen.p_value <= LEVEL and a.promised < most]
-    return sorted(found, key=lambda a: a.promised)[: growth.effort * DETOURS[quick]]
+    found = [a for a in found if a.stage.screen.p_value <= SCORE_TEST.level and a.promised < most]
+    return sorted(found, key=lambda a: a.promised)[: growth.effort * pairs]
 
 
 def _with_its_second(growth: StepwiseSearch, explanation: Explanation) -> list[Fit]:
@@ -170,7 +164,7 @@ def _with_its_second(growth: StepwiseSearch, explanation: Explanation) -> list[F
     last = explanation.stages[-1]
     if last.base.slugs != final.slugs:
         last = growth.stage(program, final)
-        if last.screen.p_value <= LEVEL:
+        if last.screen.p_value <= SCORE_TEST.level:
             growth.fill(program, last)
     second = _second(last, ())
     return [] if second is None else [polished(program, second.fit)]
@@ -186,21 +180,21 @@ def _gained(explanation: Explanation, new: Fit, others: list[Fit]) -> list[float
 
 def _worth_more(explanation: Explanation, new: Fit, others: list[Fit]) -> bool:
     """Whether an explanation has clearly more evidence than each of others."""
-    return all(gained >= CERTAIN for gained in _gained(explanation, new, others))
+    return all(gained >= EVIDENCE.minimum_first for gained in _gained(explanation, new, others))
 
 
 def _second(stage: Step, found: tuple[str, ...]) -> CandidateFit | None:
     """The trial of largest evidence, if that is certain and within physical bounds, and makes another model
     than was found."""
     fresh = [t for t in stage.trials if set(t.fit.slugs) != set(found)]
-    return next((t for t in fresh if t.bayes > CERTAIN and not t.stopped), None)
+    return next((t for t in fresh if t.bayes > EVIDENCE.minimum_first and not t.stopped), None)
 
 
 def _noticed(explanation: Explanation) -> bool:
     """Whether what was found leaves a signature, or more than noise of what was fitted, never fitted or left
     out in turn."""
     program, fit, last = explanation.program, explanation.final, explanation.stages[-1]
-    if last.base.slugs == fit.slugs and last.screen.p_value <= LEVEL:
+    if last.base.slugs == fit.slugs and last.screen.p_value <= SCORE_TEST.level:
         return True
     return _leaves_more(program, fit, explanation.left_out[1])
 
@@ -209,7 +203,10 @@ def _leaves_more(program: Program, fit: Fit, left_out: float) -> bool:
     """Whether a model leaves more than noise of recordings; `left_out` is what it leaves in turn."""
     left = [(predictive_chi_square(program, fit, mask), mask) for mask in (program.fitted, program.unseen)]
     left.append((left_out, program.fitted))
-    return any(score > 1.0 + max(NOISE[0], NOISE[1] * spread(program, mask)) for score, mask in left)
+    return any(
+        score > 1.0 + max(SEARCH.noise_excess, SEARCH.noise_deviations * spread(program, mask))
+        for score, mask in left
+    )
 
 
 def _surpassing(explanation: Explanation, others: list[Fit], new: Fit) -> bool:
@@ -223,12 +220,12 @@ def _surpassing(explanation: Explanation, others: list[Fit], new: Fit) -> bool:
     surprised = negative_log_predictive_density(program, new, program.unseen)
     for old, gained in zip(others, _gained(explanation, new, others), strict=True):
         lost = max(surprised - negative_log_predictive_density(program, old, program.unseen), 0.0)
-        if gained - lost / inflation < CERTAIN:
+        if gained - lost / inflation < EVIDENCE.minimum_first:
             return False
     mine = explanation.scores(new)  # many fits: asked for last
     for old in others:
         gains = explanation.scores(old) - mine
-        enough = log_likelihood(program, gains.sum(), inflation) >= PREDICTS
+        enough = log_likelihood(program, gains.sum(), inflation) >= ENTRY.minimum_gain
         if not enough or gains.sum() - gains.max() < 0.0:
             return False
     return True
@@ -237,6 +234,7 @@ def _surpassing(explanation: Explanation, others: list[Fit], new: Fit) -> bool:
 def _drift_does(explanation: Explanation, others: list[Fit], new: Fit) -> bool:
     """Whether another explanation and drift of the instruments explain about as much as an explanation."""
     return any(
-        gained - drift_evidence(explanation.program, old, new) < CERTAIN  # that is never negative
+        gained - drift_evidence(explanation.program, old, new)
+        < EVIDENCE.minimum_first  # that is never negative
         for old, gained in zip(others, _gained(explanation, new, others), strict=True)
     )

@@ -7,19 +7,18 @@ import numpy as np
 
 from ..evaluate.program import Program
 from ..fit.base_fit import clearly_better
-from ..fit.candidates import TRIED, CandidateFit, candidate_fits, refitted_baseline
+from ..fit.candidates import CandidateFit, candidate_fits, refitted_baseline
 from ..fit.refit import Fit, Refitter
 from ..fit.score_test import Screen, score_effects
+from ..settings import DEFAULT
 from .backward_elimination import polished
 from .choose import choice
 from .leave_one_out_evidence import leave_each_out
 from .steps import Explanation, Named, Step
 
-MOST_EFFECTS = 3
-RIVALS = 5
-"""Rivals of an effect that are fitted in its place once another one is there."""
-LEVEL = 0.01
-"""P-value below which something is missing."""
+SCORE_TEST = DEFAULT.score_test
+CANDIDATES = DEFAULT.candidates
+SEARCH = DEFAULT.search
 
 
 @dataclass
@@ -50,7 +49,7 @@ class StepwiseSearch:
         program, named, base = explanation.program, Named(stage.base), stage.base
         while True:
             explanation.stages.append(stage)
-            if stage.screen.p_value > LEVEL:
+            if stage.screen.p_value > SCORE_TEST.level:
                 break
             self.fill(program, stage)
             if again and not stage.base.slugs and clearly_better(program, base, stage.base):
@@ -63,7 +62,7 @@ class StepwiseSearch:
                 break
             fit = polished(program, best.fit) if stage.base.slugs else best.fit
             named = self.stood(explanation, fit, best.left_out, explanation.stages)
-            if len(named.fit.slugs) >= MOST_EFFECTS or _been(explanation, named.fit):
+            if len(named.fit.slugs) >= SEARCH.maximum_effects or _been(explanation, named.fit):
                 break
             stage = self.stage(program, named.fit)
         explanation.named = named
@@ -74,7 +73,7 @@ class StepwiseSearch:
         self.progress(f"screening {len(program.unknowns.slugs) - len(current.slugs)} effects")
         return Step(current, screened(program, current, self.rng), [])
 
-    def fill(self, program: Program, stage: Step, most: int = TRIED) -> None:
+    def fill(self, program: Program, stage: Step, most: int = CANDIDATES.tried) -> None:
         """Fit the candidates of a screened stage, and weigh them against a fair model without them."""
         stage.trials = candidate_fits(program, stage.base, stage.screen, self.progress, self.effort, most)
         stage.base = refitted_baseline(program, stage.base, stage.trials)
@@ -86,7 +85,7 @@ class StepwiseSearch:
         def fill(rest: Fit) -> Step:
             self.progress(f"trying what else there is beside {' and '.join(rest.slugs)}")
             stage = self.stage(program, rest)
-            self.fill(program, stage, RIVALS)
+            self.fill(program, stage, CANDIDATES.tried_beside)
             return stage
 
         return leave_each_out(program, fit, left, stages, fill, explanation.scores)

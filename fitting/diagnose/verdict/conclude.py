@@ -1,6 +1,5 @@
 """From a search to a verdict: probabilities of every candidate, of nothing and of something unknown."""
 
-
 import numpy as np
 
 from pneusma_jax.effects import CATALOGUE
@@ -10,7 +9,7 @@ from ..evaluate.program import Program
 from ..fit.misfit import floor, predictive_chi_square, reduced
 from ..fit.refit import Fit
 from ..search.steps import Explanation
-from ..search.stepwise import LEVEL
+from ..settings import DEFAULT
 from .accept import accepted
 from .conclusion import Conclusion
 from .discrepancy import Discrepancy, beside, fitted_discrepancy
@@ -28,8 +27,6 @@ from .probabilities import (
 )
 from .text import contended, separating
 from .unexplained import (
-    GROSS,
-    HELPS,
     by_discrepancy,
     contradicted,
     discrepancy_probability,
@@ -43,11 +40,8 @@ from .unexplained import (
     unexplained,
 )
 
-BESIDE = 0.25
-"""Probability of something unknown, at least, where named effects leave more than a right form may: of models
-that left as much one in four stood for something else."""
-LEAST_WEIGHT = 0.02
-"""Probability from which an explanation takes part in averaged predictions."""
+SCORE_TEST = DEFAULT.score_test
+VERDICT = DEFAULT.verdict
 
 
 def conclude(explanation: Explanation) -> Conclusion:
@@ -64,7 +58,7 @@ def conclude(explanation: Explanation) -> Conclusion:
     )
     floors = [floor(program, explanation.final, mask) for mask in masks]
     named = bool(explanation.final.slugs)
-    if min(base) > GROSS and explanation.p_value > LEVEL:
+    if min(base) > VERDICT.gross and explanation.p_value > SCORE_TEST.level:
         explanation.p_value = tail(program, base[0])
     generic = race(program, explanation.base)
     mismatch = named or contradicted(explanation, base, generic, floors)
@@ -80,7 +74,7 @@ def conclude(explanation: Explanation) -> Conclusion:
     more = leaves_more(alone, last, floors) or helps_nobody(alone, kept, floors, explanation.left_out)
     lost = outdone(explanation, generic) if named else 0.0
     beyond = named and unknown <= 0.5 and (more or lost > 0.0)
-    unknown = max(unknown, BESIDE) if beyond else unknown
+    unknown = max(unknown, VERDICT.beside_unknown) if beyond else unknown
     candidates, nothing = probabilities(explanation, mismatch, unknown)
     unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
     found = effects_found(explanation, unknown) if named else []
@@ -154,7 +148,7 @@ def _described(
     options = [(before, alone, explanation.base, None)]
     if doubtful:
         score = scores.averaged([(program, explanation.final, 1.0)])
-        if score.reduced_chi2 - 1.0 < HELPS * max(before.reduced_chi2 - 1.0, 0.0):
+        if score.reduced_chi2 - 1.0 < VERDICT.maximum_kept * max(before.reduced_chi2 - 1.0, 0.0):
             options.append((score, [*alone, *doubtful], explanation.final, None))
     for _, found, fit, _ in tuple(options):
         rest = fitted_discrepancy(program, fit, place, seen)
@@ -171,7 +165,9 @@ def _members(explanation: Explanation) -> list[tuple[str, Program, Fit, float, C
     last = explanation.standings[-1]
     weights = weights_of(np.array([last.worth(t) for t in last.trials]))
     kept = [
-        (t, w) for t, w in zip(last.trials, weights, strict=True) if w >= LEAST_WEIGHT or t.slug == last.slug
+        (t, w)
+        for t, w in zip(last.trials, weights, strict=True)
+        if w >= VERDICT.minimum_weight or t.slug == last.slug
     ]
     total = sum(w for _, w in kept)
     program, final = explanation.program, explanation.final

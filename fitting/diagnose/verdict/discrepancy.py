@@ -14,15 +14,11 @@ from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
 from ..fit.cross_validation import Masks, deciding
 from ..fit.refit import Fit
+from ..settings import DEFAULT
 from .discrepancy_places import Response, acts, hats, responses
 from .locate import Place, drivers_of, knots_of
 
-COUNTS = (8, 16)
-"""Numbers of knots that are tried."""
-WORTH = 0.75
-"""Share of what named effects leave that a smooth term beside them may leave at most."""
-RIDGE = 1e-3
-"""Weight that holds the correction near zero, of its own information."""
+DISCREPANCY = DEFAULT.discrepancy
 
 
 @dataclass(frozen=True)
@@ -65,7 +61,7 @@ class Discrepancy:
             misfit.append(w * evaluation.misfit[k][part])
         A, r = np.concatenate(blocks), np.concatenate(misfit)
         H = A.T @ A
-        H += max(RIDGE * np.trace(H) / len(self.knots), 1e-12) * np.eye(len(self.knots))
+        H += max(DISCREPANCY.ridge * np.trace(H) / len(self.knots), 1e-12) * np.eye(len(self.knots))
         return -np.linalg.solve(H, A.T @ r), np.sqrt(np.diag(np.linalg.inv(H)))
 
     def _hats(self, k: int, j: int) -> np.ndarray:
@@ -116,7 +112,9 @@ def beside(program: Program, fit: Fit) -> Discrepancy | None:
 
     None where none takes a quarter of what is left of parts that are left out.
     """
-    return _described(program, fit, (_first(program),), tuple(drivers_of(program, fit)), WORTH)
+    return _described(
+        program, fit, (_first(program),), tuple(drivers_of(program, fit)), DISCREPANCY.maximum_kept
+    )
 
 
 def _first(program: Program) -> str:
@@ -137,7 +135,7 @@ def _described(
     excess = sum(evaluation.chi2(out) for out in outs)
     noise = program.observations(program.fitted)
     best, least = None, excess if worth >= 1.0 else noise + worth * (excess - noise)
-    for quantity, name, count in product(quantities, drivers, COUNTS):
+    for quantity, name, count in product(quantities, drivers, DISCREPANCY.saved_knots):
         knots = _knots(program, courses[name], count)
         if quantity not in places or not acts(quantity, name, program.kind) or knots is None:
             continue

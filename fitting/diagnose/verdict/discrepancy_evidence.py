@@ -16,17 +16,14 @@ from ..evaluate.evaluation import Evaluation
 from ..evaluate.noise import lasting
 from ..evaluate.program import Program
 from ..fit.cross_validation import deciding
-from ..fit.instrument_drift import DRIFTS, drift_columns
+from ..fit.instrument_drift import drift_columns
 from ..fit.refit import Fit
+from ..settings import DEFAULT
 from .discrepancy_places import acts, hats, responses
 from .locate import drivers_of, knots_of
 
-KNOTS = 24
-"""Places, at equal shares of the rows, where the correction of a driver bends."""
-SMOOTH = (1.5, 4.0, 12.0)
-"""Correlation lengths that are tried, in knots."""
-SIZES = 10.0 ** np.arange(-1.0, 3.1, 0.5)
-"""1-sigmas of the correction that are tried, in those of the noise."""
+DRIFT = DEFAULT.drift
+DISCREPANCY = DEFAULT.discrepancy
 
 
 @dataclass(frozen=True)
@@ -84,7 +81,7 @@ def race(program: Program, base: Fit) -> DiscrepancyEvidence | None:
     count = max(program.observations(program.fitted), 1)
     rest = best.rest * fitted
     inflation = max(1.0, float(rest @ rest) / count) * lasting(np.split(rest, np.cumsum(sizes)[:-1]))
-    bayes = best.bayes / inflation - np.log(len(columns) * len(SMOOTH))
+    bayes = best.bayes / inflation - np.log(len(columns) * len(DISCREPANCY.lengths))
     return DiscrepancyEvidence(
         *best.name, float(bayes), total / count, float(best.adrift**2 @ fitted) / count
     )
@@ -106,8 +103,9 @@ def _best(
         columns: derivatives by a correction's values at its knots, (values, knots), by place and driver.
         w: 1 where a value counts, 0 elsewhere.
     """
+    sizes = np.array(DISCREPANCY.sizes)
     highest, found, without, adrift = -np.inf, None, -np.inf, nominal
-    for size in DRIFTS:
+    for size in DRIFT.sizes:
         N = np.concatenate([A, size * drift], axis=1) if size else A
         NW = N.T * w
         G = np.linalg.inv(np.eye(N.shape[1]) + NW @ N)
@@ -120,15 +118,15 @@ def _best(
             across = BW @ N
             M = BW @ B - across @ G @ across.T
             v = BW @ nominal - across @ G @ told
-            for smooth in SMOOTH:
+            for smooth in DISCREPANCY.lengths:
                 L = _factor(B.shape[1], smooth)
                 values, vectors = np.linalg.eigh(L.T @ M @ L)
-                gain = np.maximum(values, 0.0) * SIZES[:, None] ** 2
-                seen = (vectors.T @ (L.T @ v)) ** 2 * SIZES[:, None] ** 2
+                gain = np.maximum(values, 0.0) * sizes[:, None] ** 2
+                seen = (vectors.T @ (L.T @ v)) ** 2 * sizes[:, None] ** 2
                 evidence = 0.5 * np.sum(seen / (1.0 + gain) - np.log1p(gain), axis=1)
                 k = int(np.argmax(evidence))
                 if alone + evidence[k] > highest:
-                    highest, found = alone + evidence[k], (name, N, SIZES[k] * B @ L)
+                    highest, found = alone + evidence[k], (name, N, sizes[k] * B @ L)
     name, *parts = found
     N = np.concatenate(parts, axis=1)
     NW = N.T * w
@@ -163,7 +161,10 @@ def _columns(
             parts.append((followed[k].projected(added)[0] if followed[k] else added).T)
         return np.concatenate(parts)
 
-    bent = {name: knots_of(np.nan_to_num(values[program.fitted]), KNOTS) for name, values in drivers.items()}
+    bent = {
+        name: knots_of(np.nan_to_num(values[program.fitted]), DISCREPANCY.knots)
+        for name, values in drivers.items()
+    }
     for name, knots in bent.items():
         for place, response in places.items() if knots is not None else ():
             if acts(place, name, program.kind):

@@ -9,15 +9,15 @@ from fitting.inference.parallel import run_parallel
 
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
-from ..fit.cross_validation import ROUNDS, Masks, folds
+from ..fit.cross_validation import Masks, folds
 from ..fit.refit import Fit, Refitter
 from ..search.steps import Explanation
+from ..settings import DEFAULT
+
+CROSS_VALIDATION = DEFAULT.cross_validation
 
 Correction = Callable[[Evaluation, Masks], Evaluation]
 """Of a prediction, from what is weighed of its misfit."""
-
-MOST_FOLDS = 8
-"""Groups of recordings that are left out in turn, where there are more."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Scores:
         if program.fitted.all():
             how = "left out in turn" if len(sizes) > 1 else "within-recording"
             names = [r.name for r in program.recordings]
-            outs = folds(sizes, np.arange(len(sizes)), MOST_FOLDS)
+            outs = folds(sizes, np.arange(len(sizes)), CROSS_VALIDATION.maximum_folds)
             predicted = self._refitted
         else:
             how = "validation"
@@ -86,7 +86,11 @@ class Scores:
         """What a fit predicts that has not seen one of the groups, by its number."""
         held = self._without.get((id(fit), number))
         if held is None:
-            evaluation = Refitter(program, [1.0 - w for w in out]).fit(fit.slugs, fit, ROUNDS).evaluation
+            evaluation = (
+                Refitter(program, [1.0 - w for w in out])
+                .fit(fit.slugs, fit, CROSS_VALIDATION.steps)
+                .evaluation
+            )
             held = self._without[id(fit), number] = fit, evaluation  # which keeps the fit, and so its id
         return held[1]
 

@@ -19,12 +19,10 @@ from fitting.specimens.with_effects.actuator import READINGS
 from ..evaluate.evaluation import with_trajectories
 from ..evaluate.program import Program
 from ..fit.candidates import CandidateFit
+from ..settings import DEFAULT
 
-SLOWER = 10.0
-MORE = 1.25
-"""Largest load of a repetition, relative to the recorded one."""
-PAUSE = 300.0
-"""Seconds for which the largest load is held."""
+NEXT_EXPERIMENT = DEFAULT.next_experiment
+
 LOADS = {"actuator": "pressure", "tube": "pressure", "elastomer": "strain", "wire": "stress"}
 """What may be made larger without saying anything new about a phase."""
 
@@ -82,20 +80,20 @@ def _separation(program: Program, one: object, two: object, k: int, rival: Candi
 def _changed(stacked: Rows, kind: str) -> Iterator[tuple[str, Rows]]:
     """Repetitions in words and as rows of the same shape."""
     time = np.asarray(stacked.time)
-    yield "ten times slower", replace(stacked, time=jnp.asarray(time * SLOWER))
-    yield "ten times faster", replace(stacked, time=jnp.asarray(time / SLOWER))
+    yield "ten times slower", replace(stacked, time=jnp.asarray(time * NEXT_EXPERIMENT.rate_factor))
+    yield "ten times faster", replace(stacked, time=jnp.asarray(time / NEXT_EXPERIMENT.rate_factor))
     yield "in the reverse order", _reversed(stacked)
     load = LOADS.get(kind)
     if load not in stacked.inputs:
         return
     values = np.asarray(stacked.inputs[load])
-    more = replace(stacked, inputs=stacked.inputs | {load: jnp.asarray(MORE * values)})
-    yield f"with {MORE - 1:.0%} more {load}".replace("%", " %"), more
+    more = replace(stacked, inputs=stacked.inputs | {load: jnp.asarray(NEXT_EXPERIMENT.load_factor * values)})
+    yield f"with {NEXT_EXPERIMENT.load_factor - 1:.0%} more {load}".replace("%", " %"), more
     largest = np.argmax(np.where(np.asarray(stacked.mask), np.abs(values), -1.0), axis=1)
     after = np.arange(time.shape[1])[None, :] > largest[:, None]
     yield (
         f"with the largest {load} held for five minutes",
-        replace(stacked, time=jnp.asarray(time + PAUSE * after)),
+        replace(stacked, time=jnp.asarray(time + NEXT_EXPERIMENT.pause * after)),
     )
 
 

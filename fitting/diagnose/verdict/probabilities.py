@@ -12,24 +12,13 @@ from ..fit.candidates import CandidateFit
 from ..fit.evidence import evidence, inflation_of
 from ..fit.misfit import reduced
 from ..fit.refit import at_its_bound
-from ..search.choose import CLOSE, SETTLED
 from ..search.steps import Explanation, LeaveOneOutEvidence
+from ..settings import DEFAULT
+
+EVIDENCE = DEFAULT.evidence
+VERDICT = DEFAULT.verdict
 
 UNMODELLED = "unmodelled"
-SET = 0.95
-"""Probability that an explanation set holds."""
-NOTHING_LEFT = 0.05
-"""Share of the misfit that a right explanation may leave."""
-IMPERFECT, DOUBTFUL = 0.2, 0.5
-"""Share of all misfit explained up to which an effect may be what the form of another one, rightly named,
-leaves; and the probability of such a one."""
-TENTATIVE = 0.7
-"""Most probability of what has less evidence, less what instruments explain, than `SETTLED`."""
-UNTRIED = -5.0
-"""Log Bayes factor of a candidate whose signature was not worth a fit."""
-CONTENDED = 0.5
-"""Most probability of an effect that another explanation does without, where drift of the instruments alone
-keeps that from taking its place."""
 
 
 @dataclass
@@ -60,13 +49,13 @@ def probabilities(
     slugs = explanation.program.unknowns.slugs
     stage = explanation.leading
     trials = {t.slug: t for t in stage.trials} if stage else {}
-    bayes = {slug: float(trials[slug].bayes) if slug in trials else UNTRIED for slug in slugs}
+    bayes = {slug: float(trials[slug].bayes) if slug in trials else VERDICT.untried for slug in slugs}
     if not mismatch:
         nothing = 0.9 + 0.09 * explanation.p_value
         share = (1.0 - nothing) / (len(slugs) + 1)
         return {slug: (share, min(bayes[slug], 0.0)) for slug in slugs}, nothing
     worth = explanation.standings[0].worth if explanation.standings else (lambda trial: trial.bayes)
-    logs = [worth(trials[slug]) if slug in trials else UNTRIED for slug in slugs]
+    logs = [worth(trials[slug]) if slug in trials else VERDICT.untried for slug in slugs]
     weights = (1.0 - unknown) * weights_of(np.array([*logs, -_others(explanation)]))
     bayes |= {s.slug: float(s.own.bayes) for s in explanation.standings}
     shares = {slug: (float(w), bayes[slug]) for slug, w in zip(slugs, weights, strict=False)}
@@ -94,7 +83,7 @@ def weights_of(logs: np.ndarray) -> np.ndarray:
 
 def _unit(best: float) -> float:
     """Log Bayes factor that the form of the best explanation, which has `best`, may be off by."""
-    return max(1.0, NOTHING_LEFT * float(best))
+    return max(1.0, VERDICT.imperfect_share * float(best))
 
 
 def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
@@ -108,20 +97,22 @@ def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
         net = standing.net
         weights = weights_of(np.array([net, 0.0, *(standing.worth(t) for t in rivals)]))
         probability = float(weights[0]) * (1.0 - unknown)
-        probability = min(probability, max(_share(explanation, standing) / IMPERFECT, DOUBTFUL))
+        probability = min(
+            probability, max(_share(explanation, standing) / VERDICT.minor_share, VERDICT.doubtful)
+        )
         if at_its_bound(fit, slug):
-            probability *= 0.7
-        if trial.bayes - trial.adrift < SETTLED:
-            probability = min(probability, TENTATIVE)
+            probability *= VERDICT.tentative
+        if trial.bayes - trial.adrift < EVIDENCE.minimum_settled:
+            probability = min(probability, VERDICT.tentative)
         others = [pair for pair in explanation.contending if slug not in pair]
         if others:
-            probability = min(probability, CONTENDED)
+            probability = min(probability, VERDICT.doubtful)
         parameters = {}
         for k in program.unknowns.of([slug]):
             item = program.unknowns.items[k]
             sd = item.spread(fit.u[k], fit.sd(k))
             parameters[item.name] = {"value": float(item.value(fit.u[k])), "sd": float(sd), "unit": item.unit}
-        limit = max(CLOSE, 2.0 * _unit(net))
+        limit = max(EVIDENCE.minimum_difference, 2.0 * _unit(net))
         close = [t.slug for t in rivals if net - t.bayes < limit or _alike(program, t, standing)]
         close += dict.fromkeys(s for pair in others for s in pair if s not in close and s not in fit.slugs)
         found.append(
@@ -141,7 +132,9 @@ def _share(explanation: Explanation, standing: LeaveOneOutEvidence) -> float:
 def _alike(program: Program, rival: CandidateFit, standing: LeaveOneOutEvidence) -> bool:
     """Whether a rival explains the recordings nearly as well: its misfit is as good as noise, too."""
     mine, other = (reduced(program, t.fit, program.fitted) for t in (standing.own, rival))
-    return other < 1.1 * max(mine, 1.0) and standing.net - rival.bayes < 10.0
+    return (
+        other < VERDICT.alike_factor * max(mine, 1.0) and standing.net - rival.bayes < VERDICT.alike_evidence
+    )
 
 
 def explanation_set(
@@ -154,7 +147,7 @@ def explanation_set(
     for slug in sorted(pool, key=lambda s: -pool[s]):
         chosen.append(slug)
         total += pool[slug]
-        if total >= SET:
+        if total >= VERDICT.set_probability:
             break
     alike = [slug for f in found if f.slug in chosen and f.slug != UNMODELLED for slug in f.confusable]
     return [*chosen, *dict.fromkeys(slug for slug in alike if slug in candidates and slug not in chosen)]

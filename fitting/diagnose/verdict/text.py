@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from pneusma_jax.effects import CATALOGUE
 
 from ..fit.misfit import predictive_chi_square
+from ..settings import DEFAULT
 from .conclusion import Conclusion
-from .probabilities import TENTATIVE
 
-NOTICED = 2.0
-"""Reduced chi-square of what was not fitted from which an agreement says a word about it."""
+VERDICT = DEFAULT.verdict
+
 SEPARATE = {
     "opposing_spring_heating": "swap which spring is heated and measure the resistance of the other one as "
     "well",
@@ -90,7 +90,11 @@ def _verdict(conclusion: Conclusion) -> list[str]:
         whole = base_named(conclusion)
         lead = f"The recordings contradict {whole}, and no effect that is known here explains them."
         rival = conclusion.generic
-        if conclusion.unknown <= TENTATIVE and not conclusion.explanation.final.slugs and rival is not None:
+        if (
+            conclusion.unknown <= VERDICT.tentative
+            and not conclusion.explanation.final.slugs
+            and rival is not None
+        ):
             lead = (
                 f"The recordings may contradict {whole}: no effect that is known explains them, and "
                 f"a smooth function of {rival.driver.replace('_', ' ')} without a name does with a log Bayes "
@@ -175,7 +179,7 @@ def went(before: float, after: float) -> str:
 def _not_fitted(conclusion: Conclusion) -> list[str]:
     """Of an agreement: whether recordings that were not fitted are missed all the same, and why."""
     program, left = conclusion.explanation.program, conclusion.before.reduced_chi2
-    if program.fitted.all() or not left > NOTICED:
+    if program.fitted.all() or not left > VERDICT.noticed:
         return []
     less = predictive_chi_square(program, conclusion.explanation.base, program.unseen)
     missed = f"Recordings kept for validation are missed by more than noise (reduced chi-square {left:.3g}),"
