@@ -4,12 +4,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from linear_world import ANOTHER, CONSTANT, DELAY, SWELLING, tubes
 
 from fitting.diagnose.check import answers
 from fitting.diagnose.fit import candidates
-from fitting.diagnose.fit.candidates import CandidateFit, candidate_fits
-from fitting.diagnose.search.steps import Explanation, LeaveOneOutEvidence, Named, Step
+from fitting.diagnose.fit.candidates import candidate_fits
+from fitting.diagnose.search.explain import explain
 from fitting.diagnose.settings import DEFAULT
+from fitting.diagnose.verdict.conclude import conclude
 
 SLUGS = tuple(f"quick_{k}" for k in range(9))
 
@@ -76,15 +78,15 @@ def test_beside_one_that_leaves_noise_none_is_fitted_on_that_promises_far_more(m
 
 
 def test_what_is_said_of_an_effect_that_was_asked_for():
-    """`gravity` was fitted in the first round and is no rival of what leads now; `tip_contact` never was."""
-    named = Named(SimpleNamespace(slugs=("thick_wall",)), 1.0, {"thick_wall": LeaveOneOutEvidence("thick_wall", None, [CandidateFit("thick_wall", None, 9.0, 0.0)])})
-    first = Step(None, SimpleNamespace(untestable=["r_phase"]), [CandidateFit("gravity", None, 4.0, 0.0)])
-    explanation = Explanation(None, None, named, [first], 0.001, True)
-    slugs = ("thick_wall", "gravity", "tip_contact", "r_phase")
-    conclusion = SimpleNamespace(
-        explanation=explanation, found=[SimpleNamespace(slug="thick_wall", probability=0.9)],
-        candidates={slug: (0.01, -5.0) for slug in slugs[1:]},
-    )  # fmt: skip
-    said = [entry["text"] for entry in answers((*slugs, "wrap_friction"), conclusion)]
+    """One was found, one was tried, one has no score, one has no sensitivity, one is no candidate."""
+    rng = np.random.default_rng(3)
+    world = tubes(effects=(CONSTANT, ANOTHER, DELAY, SWELLING), rows=80)
+    world.effects[DELAY][:] = 0.0
+    world.effects[SWELLING][:] = rng.standard_normal(world.effects[SWELLING].shape)
+    shared = world.effects[CONSTANT] + 0.3 * world.effects[ANOTHER][:, :, :1]
+    world.effects[ANOTHER][:, :, :1] = shared
+    conclusion = conclude(explain(world.program(world.truth(rng, **{CONSTANT: 1.5})), rng))
+    slugs = (CONSTANT, ANOTHER, SWELLING, DELAY, "gravity")
+    said = [entry["text"] for entry in answers(slugs, conclusion)]
     for text, part in zip(said, ("was found", "was tried", "did not stand out", "cannot be tested", "part of the model"), strict=True):
         assert part in text

@@ -3,15 +3,19 @@
 import numpy as np
 import pytest
 from diagnosis_coupons import NOISE, curve, write
+from linear_world import tubes
 
 from fitting.data.recordings import read_campaign
 from fitting.diagnose.evaluate.program import Program
 from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.fit.misfit import reduced
+from fitting.diagnose.fit.refit import Refitter
+from fitting.diagnose.search.steps import Explanation, Named
 from fitting.diagnose.settings import DEFAULT
 from fitting.diagnose.verdict.discrepancy import fitted_discrepancy
 from fitting.diagnose.verdict.discrepancy_evidence import race
 from fitting.diagnose.verdict.locate import Place, knots_of
+from fitting.diagnose.verdict.unexplained import contradicted
 from pneusma_jax.model_discrepancy import unmodelled
 from pneusma_jax.silicone import load_silicone
 from pneusma_jax.simulate.coupon import simulate_coupon
@@ -61,13 +65,11 @@ def test_no_correction_bends_within_the_noise_of_a_driver_that_is_held():
 
 
 def test_a_chi_square_beyond_chance_contradicts_the_model_only_with_a_signature_and_a_stated_noise():
-    from types import SimpleNamespace
-
-    from fitting.diagnose.verdict.unexplained import contradicted
-
     def verdict(bound, stated, scored=1.1, noise=1.0):
-        program = SimpleNamespace(noise_stated=stated, fitted=np.ones(2, bool), observations=lambda chosen: 500)
-        explanation = SimpleNamespace(program=program, p_value=0.001, p_is_bound=bound)
+        world = tubes(rows=125, stated=stated)
+        program = world.program(world.truth(np.random.default_rng(2)))
+        fit = Refitter(program).fit(())
+        explanation = Explanation(program, fit, Named(fit), [], 0.001, bound)
         return contradicted(explanation, [1.3, scored], None, [noise, 1.0])
 
     assert verdict(True, True)

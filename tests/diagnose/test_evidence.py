@@ -5,10 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.diagnose.evaluate.unknowns import Unknowns
 from fitting.diagnose.fit import candidates, evidence
-from fitting.diagnose.fit.evidence import _occam, _spared
-from fitting.inference.parameters import Parameters
+from fitting.diagnose.fit.evidence import _spared
 
 
 def fitted(objective, follows, at=0.0):
@@ -79,17 +77,3 @@ def test_strengths_that_are_not_needed_cost_next_to_nothing():
     assert saved == pytest.approx(evidence([0, 1]) - evidence([0, 1, 2]))
     assert saved > 1.0
     assert _spared(np.linalg.inv(H), np.array([0.3, 2.0, 2.0]), {1: cost, 2: cost}) == 0.0
-
-
-@pytest.mark.parametrize("inflation", [1.0, 30.0, 900.0])
-def test_evidence_where_much_is_left_is_that_of_as_wide_a_noise(inflation):
-    """A strength of flat prior that recordings tell to 0.02, against its evidence by quadrature."""
-    unknowns, sd, best = Unknowns(Parameters(), ("channel_lag",), "E"), 0.02, 6.0
-    program = SimpleNamespace(unknowns=unknowns)
-    free = unknowns.of(["channel_lag"])
-    current = SimpleNamespace(free=free[:0], covariance=np.zeros((0, 0)), u=unknowns.neutral)
-    fit = SimpleNamespace(free=free, covariance=np.array([[sd**2]]), u=np.array([best]))
-    strength = np.linspace(unknowns.low[0], unknowns.high[0], 200001)
-    likelihood = np.exp(-0.5 * ((strength - best) / sd) ** 2 / inflation)
-    expected = np.log(np.trapezoid(likelihood, strength) / np.ptp(strength))
-    assert _occam(program, current, fit, ["channel_lag"], inflation) == pytest.approx(expected, abs=0.05)

@@ -2,19 +2,27 @@
 
 import dataclasses
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from linear_world import tubes
 
 from fitting.data.recordings import read_campaign
 from fitting.diagnose.evaluate.program import Program
 from fitting.diagnose.evaluate.unknowns import Unknowns
 from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.fit.refit import Refitter
-from fitting.diagnose.fit.score_test import _held, _in_turn, _Projector, _put_in, about_nominal, score_effects
+from fitting.diagnose.fit.score_test import (
+    Score,
+    _held,
+    _in_turn,
+    _Projector,
+    _put_in,
+    about_nominal,
+    score_effects,
+)
 from fitting.diagnose.settings import DEFAULT
-from fitting.inference.parameters import Parameter, Parameters, Prior
+from fitting.inference.parameters import Parameters
 
 EXAMPLE = Path(__file__).parents[2] / "calibration_data" / "examples" / "actuator"
 SLUGS = ["radial_expansion", "wall_eccentricity", "inactive_coils"]
@@ -83,7 +91,7 @@ def test_an_effect_that_is_put_in_gains_what_it_takes_away(refitted):
 
 
 def test_lists_of_scores_are_gone_through_in_turn():
-    a, b, c = (SimpleNamespace(slug=name) for name in "abc")
+    a, b, c = (Score(name, 1.0, 1, 0.5, np.zeros(1), 1.0) for name in "abc")
     assert [s.slug for s in _in_turn([a, b], [b, a, c])] == ["a", "b", "c"]
 
 
@@ -100,12 +108,12 @@ def test_numbers_that_recordings_do_not_tell_apart_are_freed_once():
 
 
 def test_base_constants_at_a_bound_absorb_nothing():
-    names = "first", "second", "third"
-    base = Parameters(*(Parameter(name, 1.0, prior=Prior(1.0, 0.1, 0.5, 1.25)) for name in names))
-    unknowns = Unknowns(base, ("wrap_friction",), "T")
-    u = unknowns.neutral.copy()
+    world = tubes(constants=3)
+    program = world.program(world.truth(None))
+    unknowns, fit = program.unknowns, Refitter(program).fit(())
+    u = fit.u.copy()
     u[:3] = unknowns.low[0], 0.7, unknowns.high[2]
-    assert list(_held(unknowns, SimpleNamespace(u=u))) == [0, 2]
+    assert list(_held(unknowns, dataclasses.replace(fit, u=u))) == [0, 2]
 
 
 def test_an_effect_is_present_where_it_acts_or_is_asked_for():
