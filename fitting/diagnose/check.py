@@ -1,7 +1,6 @@
-"""What a campaign cannot tell, before anything is fitted: in which nothing happens, or which contradicts
-itself.
+"""Checks of a campaign before anything is fitted: nothing happens in it, or it contradicts itself.
 
-What cannot be used is refused; what can be used with care becomes a note in the report.
+Unusable campaigns are refused. What needs care becomes a note in the report.
 """
 
 from __future__ import annotations
@@ -179,7 +178,7 @@ def _driven(recording: Recording) -> bool:
             continue
         small = dict(CAMPAIGNS.still_ranges).get(name.partition("_")[0])
         least = float(np.max(np.abs(values))) * CAMPAIGNS.still_share if small is None else small
-        unknown = recording.noise_si(name) is None  # coarse samples of a course look like noise, too
+        unknown = recording.noise_si(name) is None  # coarse samples of a ramp look like noise, too
         if (unknown and np.ptp(values) > least) or np.std(values) > CAMPAIGNS.minimum_driver_ratio * noise_of(
             recording, name
         ):
@@ -297,9 +296,9 @@ def answers(asked: Sequence[str], conclusion: Conclusion) -> list[dict]:
         For each its name, whether it could be tested, and a sentence.
     """
     named = {f.slug: f.probability for f in conclusion.found}
-    stages = conclusion.explanation.stages
-    untestable = stages[0].screen.untestable if stages else []
-    told = []
+    steps = conclusion.explanation.steps
+    untestable = steps[0].score_test.untestable if steps else []
+    found = []
     for slug in asked:
         if slug in named:
             text = f"{slug} was found, with a probability of {named[slug]:.2f}."
@@ -309,7 +308,7 @@ def answers(asked: Sequence[str], conclusion: Conclusion) -> list[dict]:
                 f"constants absorb what does. To test it: {SEPARATE.get(slug, 'vary what drives it')}."
             )
         elif slug in conclusion.candidates and slug not in conclusion.explanation.tried:
-            text = f"{slug} is not named: its signature did not stand out enough for it to be fitted."
+            text = f"{slug} is not named: its score did not stand out enough for it to be fitted."
         elif slug in conclusion.candidates:
             probability, bayes = conclusion.candidates[slug]
             text = (
@@ -318,5 +317,5 @@ def answers(asked: Sequence[str], conclusion: Conclusion) -> list[dict]:
             )
         else:
             text = f"{slug} is part of the model that the diagnosis started from."
-        told.append({"name": slug, "testable": slug not in untestable, "text": text})
-    return told
+        found.append({"name": slug, "testable": slug not in untestable, "text": text})
+    return found

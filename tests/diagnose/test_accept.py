@@ -53,7 +53,7 @@ def explained(validation):
     program = world.program(y)  # the same search, had these been what was kept for validation
     refit = lambda fit: Refitter(program).fit(fit.slugs, fit.u)  # noqa: E731
     named = dataclasses.replace(found.named, fit=refit(found.final))
-    steps = [dataclasses.replace(step, base=refit(step.base)) for step in found.stages]
+    steps = [dataclasses.replace(step, base=refit(step.base)) for step in found.steps]
     explanation = Explanation(program, refit(found.base), named, steps, 0.001, True)
     return accepted(explanation, Scores())
 

@@ -38,7 +38,7 @@ def _score(slug, p_value=0.001, gain=100.0):
     return SimpleNamespace(slug=slug, p_value=p_value, gain=gain)
 
 
-def _tried(monkeypatch, fits, screen, values=1):
+def _directions(monkeypatch, fits, screen, values=1):
     """Trials of a campaign of so many values; the base model's objective is 300."""
     monkeypatch.setattr(candidates, "Refitter", lambda program: fits)
     monkeypatch.setattr(candidates, "about_nominal", lambda refitter, fit, found: found.about_nominal)
@@ -55,7 +55,7 @@ def test_a_candidate_stays_whose_next_step_promises_more_than_others_have(monkey
     """The third of those that are fitted to the end is at 220."""
     fits = Fits({"slow": promise})
     screen = SimpleNamespace(scores=[_score(s) for s in (*SLUGS, "slow")], about_nominal=())
-    found = _tried(monkeypatch, fits, screen)
+    found = _directions(monkeypatch, fits, screen)
     assert fits.ended == {"quick_0", "quick_1", "quick_2"} | ({"slow"} if first else set())
     assert (found[0].slug == "slow") is first and len(found) == 10
 
@@ -64,8 +64,8 @@ def test_a_candidate_is_fitted_that_scores_about_nominal_constants_alone(monkeyp
     """Where the base model ended, `slow` seems to act the wrong way and has no score."""
     about = (_score("quick_0"), _score("slow", gain=40.0), _score("by_chance", 0.2), _score("quick_8", gain=20.0))
     screen = SimpleNamespace(scores=[_score(s) for s in SLUGS[:4]], about_nominal=about)
-    found = _tried(monkeypatch, Fits({}), screen)
-    assert {trial.slug for trial in found} == {*SLUGS[:4], "slow"}
+    found = _directions(monkeypatch, Fits({}), screen)
+    assert {candidate.slug for candidate in found} == {*SLUGS[:4], "slow"}
 
 
 @pytest.mark.parametrize(("values", "ended"), [(100, {"quick_0", "quick_1", "quick_2"}), (300, {"quick_0", "quick_2"})])
@@ -73,7 +73,7 @@ def test_beside_one_that_leaves_noise_none_is_fitted_on_that_promises_far_more(m
     """The best is at 200: reduced chi-square 4 of a hundred values, 1.33 of three hundred."""
     fits = Fits({"quick_1": 601.0, "quick_2": 599.0})
     screen = SimpleNamespace(scores=[_score(s) for s in SLUGS], about_nominal=())
-    found = _tried(monkeypatch, fits, screen, values)
+    found = _directions(monkeypatch, fits, screen, values)
     assert fits.ended == ended and len(found) == 9
 
 

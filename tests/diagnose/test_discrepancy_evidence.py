@@ -13,7 +13,7 @@ from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.search.steps import Explanation, Named
 from fitting.diagnose.settings import DEFAULT
 from fitting.diagnose.verdict.discrepancy import fitted_discrepancy
-from fitting.diagnose.verdict.discrepancy_evidence import race
+from fitting.diagnose.verdict.discrepancy_evidence import best_discrepancy
 from fitting.diagnose.verdict.locate import Place, knots_of
 from fitting.diagnose.verdict.unexplained import contradicted
 from pneusma_jax.model_discrepancy import unmodelled
@@ -23,7 +23,7 @@ from pneusma_jax.simulate.coupon import simulate_coupon
 
 def raced(folder, law):
     program, base = base_fit(Program.of(read_campaign(write(folder, law)), "elastomer"))
-    return race(program, base), reduced(program, base, program.fitted)
+    return best_discrepancy(program, base), reduced(program, base, program.fitted)
 
 
 def drifting(strain):
@@ -80,10 +80,10 @@ def test_a_chi_square_beyond_chance_contradicts_the_model_only_with_a_signature_
 
 def test_a_silicone_that_cures_is_a_stiffness_that_goes_with_time(tmp_path):
     """Not a drifting force: where nothing pulls, nothing changes. Its remainder is what was done to it."""
-    grown = lambda size: np.linspace(0.0, 120.0, size) / (np.linspace(0.0, 120.0, size) + 60.0)  # noqa: E731
-    folder = write(tmp_path / "c", lambda e: curve(e) * (0.9 + 0.3 * grown(e.size)))
+    cured = lambda size: np.linspace(0.0, 120.0, size) / (np.linspace(0.0, 120.0, size) + 60.0)  # noqa: E731
+    folder = write(tmp_path / "c", lambda e: curve(e) * (0.9 + 0.3 * cured(e.size)))
     program, base = base_fit(Program.of(read_campaign(folder), "elastomer"))
-    found = race(program, base)
+    found = best_discrepancy(program, base)
     assert (found.quantity, found.driver) == ("silicone_stiffness", "time")
     assert found.bayes > DEFAULT.evidence.minimum_first and found.left_out < 1.3
     rest = fitted_discrepancy(program, base, Place(["time"], {}, [], None), found.quantity)

@@ -45,14 +45,14 @@ def named(slugs=(CONSTANT,), before=300.0, after=100.0, evidence=None, validated
     fit = Refitter(program).fit(())
     base = dataclasses.replace(fit, objective=before)
     final = dataclasses.replace(fit, slugs=slugs, objective=after)
-    standings = {}
+    leave_one_out = {}
     for slug, (left, bayes) in (evidence or {s: (before, {s: 50.0}) for s in slugs}).items():
         far = lambda s, own=slug: final if s == own else dataclasses.replace(final, objective=before)  # noqa: E731
-        trials = [CandidateFit(s, far(s), b, 0.0) for s, b in sorted(bayes.items(), key=lambda item: -item[1])]
+        candidates = [CandidateFit(s, far(s), b, 0.0) for s, b in sorted(bayes.items(), key=lambda item: -item[1])]
         rest = dataclasses.replace(fit, slugs=tuple(s for s in slugs if s != slug), objective=left)
-        standings[slug] = LeaveOneOutEvidence(slug, rest, trials)
+        leave_one_out[slug] = LeaveOneOutEvidence(slug, rest, candidates)
     first = Step(base, None, [], left_out[0])
-    return Explanation(program, base, Named(final, left_out[1], standings), [first], 0.001, True)
+    return Explanation(program, base, Named(final, left_out[1], leave_one_out), [first], 0.001, True)
 
 
 def judged(shift, known, noise=0.0):
@@ -92,9 +92,9 @@ def test_constants_that_a_fit_leaves_open_but_for_a_sum_are_judged_as_well():
 
 
 def test_drift_excuses_what_passes_for_noise_and_no_more():
-    generic = DiscrepancyEvidence("stress", "time", 3.0, 1.0, 1.05)
-    assert steady(1.5, generic) == pytest.approx(1.05)
-    assert steady(3.9, generic) == pytest.approx(3.9 - DEFAULT.drift.maximum_explained)
+    discrepancy = DiscrepancyEvidence("stress", "time", 3.0, 1.0, 1.05)
+    assert steady(1.5, discrepancy) == pytest.approx(1.05)
+    assert steady(3.9, discrepancy) == pytest.approx(3.9 - DEFAULT.drift.maximum_explained)
     assert steady(3.9, None) == 3.9
 
 
@@ -153,17 +153,17 @@ def test_an_effect_whose_form_is_not_natures_has_something_unmodelled_beside_it(
     assert beside.text.startswith(f"{CONSTANT} leaves more than noise")
 
 
-@pytest.mark.parametrize(("generic", "left", "units"), [
+@pytest.mark.parametrize(("discrepancy", "left", "units"), [
     (1.0, 1.2, 4.0), (1.0, 1.06, 1.2), (1.0, 1.04, 0.0), (1.3, 1.0, 0.0), (1.0, np.nan, 0.0), (None, 1.2, 0.0),
 ])  # fmt: skip
-def test_a_discrepancy_that_predicts_better_speaks_against_a_name(generic, left, units):
+def test_a_discrepancy_that_predicts_better_speaks_against_a_name(discrepancy, left, units):
     """By what a held-out log-likelihood of 5 is for an effect: in units of it, once as much."""
     explanation = named(left_out=(3.0, 1.0))
     program = explanation.program
     unit = DEFAULT.entry.minimum_gain * inflation_of(program, explanation.final) / (0.5 * program.observations(program.fitted))
     scaled = lambda x: 1.0 + (x - 1.0) * unit / 0.05  # noqa: E731
     explanation.named.left_out = scaled(left)
-    rival = None if generic is None else DiscrepancyEvidence("length", "time", 9.0, scaled(generic), 1.0)
+    rival = None if discrepancy is None else DiscrepancyEvidence("length", "time", 9.0, scaled(discrepancy), 1.0)
     assert outdone(explanation, rival) == pytest.approx(units * DEFAULT.entry.minimum_gain)
 
 
@@ -195,22 +195,22 @@ def test_what_a_refused_rival_has_more_makes_it_no_likelier():
 def test_a_rival_without_luck_is_as_good_as_an_effect_is_without_its_own():
     """A delay that averages noise of an input, and a rival that does not."""
     explanation = named((DELAY,), 300.0, 100.0, {DELAY: (300.0, {DELAY: 64.0, CONSTANT: 43.0})})
-    own = explanation.standings[0].own
-    own.adrift = 18.0
+    own = explanation.leave_one_out[0].own
+    own.explained_by_instruments = 18.0
     (found,) = effects_found(explanation, 0.0)
     assert found.probability > 0.99 and found.confusable == []
-    own.averaged = 18.0
+    own.explained_by_inputs = 18.0
     (found,) = effects_found(explanation, 0.0)
     assert found.probability < 0.85 and found.confusable == [CONSTANT] and found.bayes == 64.0
 
 
 def test_an_effect_is_not_certain_that_drift_or_a_contending_explanation_may_stand_for():
     explanation = named((CONSTANT,), 300.0, 100.0, {CONSTANT: (300.0, {CONSTANT: 200.0})})
-    entered = explanation.standings[0].own
+    entered = explanation.leave_one_out[0].own
     assert effects_found(explanation, 0.01)[0].probability > 0.95
-    entered.bayes, entered.adrift = 12.0, 6.0  # a further one, of which drift makes half
+    entered.bayes, entered.explained_by_instruments = 12.0, 6.0  # a further one, of which drift makes half
     assert effects_found(explanation, 0.01)[0].probability == 0.7
-    entered.bayes, entered.adrift = 9.0, 0.0  # enough to enter first, and some null in a hundred gets as far
+    entered.bayes, entered.explained_by_instruments = 9.0, 0.0  # enough to enter first, and some null in a hundred gets as far
     assert effects_found(explanation, 0.01)[0].probability == 0.7
     entered.bayes = 200.0
     explanation.contending = [(CONSTANT, DELAY)]  # it is part of both
@@ -226,9 +226,9 @@ def test_an_effect_is_not_certain_that_drift_or_a_contending_explanation_may_sta
 def test_what_only_a_nameless_correction_of_little_evidence_says_is_tentative(worth, signature, unknown):
     explanation = named((), 300.0, 300.0)
     explanation.p_value, explanation.p_is_bound = signature, signature == 0.001
-    generic = DiscrepancyEvidence("force", "time", worth, 1.0, 1.5)
+    discrepancy = DiscrepancyEvidence("force", "time", worth, 1.0, 1.5)
     base = [1.5, 1.5]
-    assert contradicted(explanation, base, generic, [1.0, 1.0]) == (unknown is not None)
+    assert contradicted(explanation, base, discrepancy, [1.0, 1.0]) == (unknown is not None)
     if unknown:
-        assert discrepancy_probability(explanation, base, generic, [1.0, 1.0], 0.01) == unknown
-        assert discrepancy_probability(explanation, base, generic, [1.0, 1.0], 0.97) == (0.97 if unknown == 0.9 else unknown)
+        assert discrepancy_probability(explanation, base, discrepancy, [1.0, 1.0], 0.01) == unknown
+        assert discrepancy_probability(explanation, base, discrepancy, [1.0, 1.0], 0.97) == (0.97 if unknown == 0.9 else unknown)

@@ -33,9 +33,9 @@ def channels(rng):
     ]
 
 
-def course(rng, fraction, pace=1e-3, number=0):
+def course(rng, fraction, process_noise=1e-3, number=0):
     moved, memory = rng.normal(size=(2, 2, ROWS))
-    return LatentTrajectory.of(number, fraction, moved, memory, pace, TIME)
+    return LatentTrajectory.of(number, fraction, moved, memory, process_noise, TIME)
 
 
 def smooth(rng):
@@ -99,10 +99,10 @@ def test_fractions_stay_within_their_limits_and_take_nothing_up_there(rng):
 
 def test_what_courses_take_up_is_one_value_a_row_where_they_are_loose(rng):
     members = channels(rng)
-    loose = Hidden.of([course(rng, smooth(rng), pace=1e6)], members)
-    stiff = Hidden.of([course(rng, smooth(rng), pace=1e-14)], members)
-    assert loose.taken().sum() == pytest.approx(ROWS, rel=1e-3)
-    assert stiff.taken().sum() == pytest.approx(1.0, rel=1e-2)
+    loose = Hidden.of([course(rng, smooth(rng), process_noise=1e6)], members)
+    stiff = Hidden.of([course(rng, smooth(rng), process_noise=1e-14)], members)
+    assert loose.leverage().sum() == pytest.approx(ROWS, rel=1e-3)
+    assert stiff.leverage().sum() == pytest.approx(1.0, rel=1e-2)
 
 
 def test_rows_that_only_pad_do_not_drown_the_others_in_rounding():

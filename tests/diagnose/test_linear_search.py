@@ -119,8 +119,8 @@ def test_what_slow_drift_explains_as_well_lets_nothing_in():
     world.effects[CONSTANT][:] = 1.0
     y = still(world, np.random.default_rng(8)) + world.truth(None, **{CONSTANT: 0.35})
     explanation = searched(world, y)
-    (trial,) = [t for t in explanation.stages[0].trials if t.slug == CONSTANT]
-    assert trial.bayes > DEFAULT.evidence.minimum_first > trial.bayes - trial.adrift
+    (candidate,) = [t for t in explanation.steps[0].candidates if t.slug == CONSTANT]
+    assert candidate.bayes > DEFAULT.evidence.minimum_first > candidate.bayes - candidate.explained_by_instruments
     assert explanation.final.slugs == ()
 
 
@@ -141,7 +141,7 @@ def test_a_reading_that_stands_apart_is_not_counted():
     y = world.truth(rng, (0.4, 0.2))
     y[1, 37] += 25.0
     program, fit = base_fit(world.program(y))
-    assert [(one.recording, one.times) for one in program.apart] == [("r1", (37.0,))]
+    assert [(one.recording, one.times) for one in program.outliers] == [("r1", (37.0,))]
     assert np.isinf(program.channels[1][0].sigma[37]) and np.isfinite(fit.objective)
     assert searched(world, y).final.slugs == ()
 

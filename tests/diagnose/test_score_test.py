@@ -14,10 +14,10 @@ from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.fit.score_test import (
     Score,
-    _held,
-    _in_turn,
+    _at_bound,
+    _interleaved,
     _Projector,
-    _put_in,
+    _whole_effects,
     about_nominal,
     score_effects,
 )
@@ -81,7 +81,7 @@ def test_an_effect_that_is_put_in_gains_what_it_takes_away(refitted):
     program, base, _ = refitted
     refitter = Refitter(program)
     nominal = dataclasses.replace(base, u=program.unknowns.neutral)
-    scores, everything = _put_in(refitter, nominal, SLUGS, 2.0), program.fitted.astype(float)
+    scores, everything = _whole_effects(refitter, nominal, SLUGS, 2.0), program.fitted.astype(float)
     square = lambda u: program.evaluate(u, base.free[:0], near=base.evaluation).chi2(everything)  # noqa: E731
     assert scores and [s.gain for s in scores] == sorted((s.gain for s in scores), reverse=True)
     for score in scores:
@@ -92,7 +92,7 @@ def test_an_effect_that_is_put_in_gains_what_it_takes_away(refitted):
 
 def test_lists_of_scores_are_gone_through_in_turn():
     a, b, c = (Score(name, 1.0, 1, 0.5, np.zeros(1), 1.0) for name in "abc")
-    assert [s.slug for s in _in_turn([a, b], [b, a, c])] == ["a", "b", "c"]
+    assert [s.slug for s in _interleaved([a, b], [b, a, c])] == ["a", "b", "c"]
 
 
 def test_numbers_that_recordings_do_not_tell_apart_are_freed_once():
@@ -113,7 +113,7 @@ def test_base_constants_at_a_bound_absorb_nothing():
     unknowns, fit = program.unknowns, Refitter(program).fit(())
     u = fit.u.copy()
     u[:3] = unknowns.low[0], 0.7, unknowns.high[2]
-    assert list(_held(unknowns, dataclasses.replace(fit, u=u))) == [0, 2]
+    assert list(_at_bound(unknowns, dataclasses.replace(fit, u=u))) == [0, 2]
 
 
 def test_an_effect_is_present_where_it_acts_or_is_asked_for():

@@ -1,4 +1,4 @@
-"""Refits of an own model with some of its terms, scores of the others, and recordings left out in turn."""
+"""Fits of a custom model with some of its terms, scores of the others, and cross-validation."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -136,7 +136,7 @@ class Problem:
         return total / self.data.counted(self.fitted)
 
     def gains(self, fit: OwnFit) -> dict[str, float]:
-        """Decrease of chi-square that each absent term could bring by its signature, freed of what is fitted.
+        """Score of each absent term: the decrease of chi-square along its sensitivity, projected off the fit.
 
         Where the derivative at neutral vanishes (a threshold), the difference that a typical term makes
         stands in.

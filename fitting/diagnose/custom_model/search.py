@@ -1,5 +1,4 @@
-"""Which terms an own model misses: forward, each weighed by evidence and by recordings left out, at most
-three."""
+"""Terms that a custom model misses: stepwise, by evidence and cross-validation, at most three."""
 
 from collections.abc import Callable, Sequence
 
@@ -25,11 +24,11 @@ def explain_own(
 ) -> Explained:
     """Find what a base model misses.
 
-    The base is refitted within its priors first, so that no term gets credit for what a recalibration would
-    do. Then, up to `most` times: every absent term is scored by its signature; the best are fitted together
-    with base and present terms; evidence is deflated by what even the best of them leaves and by the serial
-    correlation of its residuals, since a misfit that is smooth says less than it has samples; the best that
-    also predicts recordings left out in turn enters. At the end, terms whose absence costs nothing go.
+    The base is refitted within its priors first, so that no term gets credit for a recalibration. Then a step
+    is repeated up to `most` times. Every absent term is scored by its sensitivity. The best are fitted
+    together with the base and the present terms. Their evidence is deflated by the misfit of the best one and
+    by the serial correlation of its residuals. The best term that also predicts recordings left out in turn
+    enters. At the end, redundant terms are removed.
 
     Args:
         model: base and candidate terms.
@@ -102,7 +101,7 @@ def _weighed(
 
 
 def _pruned(problem: Problem, fit: OwnFit) -> OwnFit:
-    """Without terms that the later ones made idle."""
+    """The model without terms that later ones made redundant."""
     for name in fit.present[:-1]:
         rest = tuple(n for n in fit.present if n != name)
         without = problem.fit(rest, fit.result.values)

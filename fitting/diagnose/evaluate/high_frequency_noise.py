@@ -1,10 +1,9 @@
-"""Noise of resistances behind which courses hide, where nobody states it.
+"""High-frequency noise estimate of resistances that latent trajectories follow, where no noise is stated.
 
-A model that is free to follow a resistance never tells its errors. So they are told by the resistance alone:
-by fourth differences of neighbouring samples in the quieter stretches of all recordings together. Ramps and
-slow ripple leave little of themselves there, and a heater that is switched nothing in most stretches.
-What lasts from sample to sample counts as course; ripple of fewer than about ten samples a period counts as
-noise. Samples that a logger made up between others look too quiet; state the noise then.
+A model that may follow a resistance does not show its errors. The resistance itself does, by fourth
+differences of neighbouring samples in the quieter stretches of all recordings. Ramps and slow ripple leave
+little there, and a switched heater nothing in most stretches. Ripple of fewer than about ten samples a period
+counts as noise. Samples that a logger interpolated look too quiet; state the noise then.
 """
 
 from collections.abc import Sequence
@@ -26,8 +25,9 @@ NOISE = DEFAULT.noise
 def high_frequency_readings(recordings: Sequence[Recording], rows: Sequence[Rows]) -> list[dict[str, float]]:
     """1-sigma of a row of every resistance whose noise nobody states, SI, by recording and quantity.
 
-    Where rows are means over blocks of samples, what the means show counts if it is much more: errors that
-    last over a block do not average out. A little more is course, which bends faster from row to row.
+    Where rows are means over blocks of samples, the noise of the means counts if it is much larger. Errors
+    that last over a block do not average out. A little more is the trajectory, which bends faster from row to
+    row.
 
     Args:
         recordings: as they were read, or reduced.
@@ -57,7 +57,7 @@ def high_frequency_readings(recordings: Sequence[Recording], rows: Sequence[Rows
 
 
 def high_frequency_noise(pieces: Sequence[np.ndarray]) -> float | None:
-    """Standard deviation of white noise on courses that are smooth in some of their stretches.
+    """Standard deviation of white noise on a signal that is smooth in some of its stretches.
 
     Args:
         pieces: finite samples of every recording in their order, (samples,).
@@ -82,7 +82,7 @@ def _stretches(values: np.ndarray) -> np.ndarray:
 
 @cache
 def _unit(counts: tuple[int, ...]) -> float:
-    """What white noise of unit size shows in recordings of so many samples, by simulation."""
+    """The same statistic of white noise of unit size in recordings of so many samples, by simulation."""
     rng = np.random.default_rng(0)
     squares = [_stretches(rng.standard_normal((NOISE.simulated_draws, count))) for count in counts]
     return float(

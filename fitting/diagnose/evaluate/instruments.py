@@ -1,10 +1,9 @@
-"""The noise of an instrument, told by all of its recordings at once: its size, how it grows with the
-signal, how long its errors last.
+"""The noise of an instrument from all of its recordings: size, growth with the signal, correlation.
 
-A recording of small signals by itself cannot say whether its errors are small or last long. Second
-differences of what a fitted model leaves, over several distances, of all recordings together can: physics
-that is missing leaves slow courses, and corners, which a heavy-tailed likelihood lets pass. Where rows are
-means of samples and the noise is stated, the samples tell, too, how long errors last: their means hardly do.
+One recording of small signals cannot tell small errors from correlated ones. Second differences of residuals
+of all recordings can, over several distances. Missing physics leaves slow residuals, which second differences
+remove, and corners, which a heavy-tailed likelihood tolerates. Where rows are means of samples and the noise
+is stated, the samples are used as well, because means hardly show correlation.
 """
 
 from collections.abc import Callable, Sequence
@@ -25,7 +24,7 @@ NOISE = DEFAULT.noise
 
 @dataclass(frozen=True)
 class Instrument:
-    """What the errors of one quantity are like.
+    """Size, growth and correlation of the errors of one quantity.
 
     Attributes:
         scale: root mean square of its 1-sigma, in units of the stated one; SI where nobody states it.
@@ -50,8 +49,8 @@ class Instrument:
         each, correlation = block_noise(1.0, self.correlation, block)
         return self.scale * (stated or 1.0) * each * _shape(signal, self.level, self.growth), correlation
 
-    def told(self, channel: Channel, one: "Series") -> Channel:
-        """A channel with this noise, where it counts: never less than its rounding, but as it is stated."""
+    def applied_to(self, channel: Channel, one: "Series") -> Channel:
+        """A channel with this noise. Unstated noise is at least that of rounding."""
         sigma, correlation = self.sigma(one.stated, one.signal, one.block)
         if one.stated is None:
             sigma = np.maximum(sigma, one.rounding)
@@ -64,7 +63,7 @@ class Series:
     """Errors of an instrument in one recording.
 
     Attributes:
-        errors: what a model leaves, SI, (rows,), NaN where there are none.
+        errors: residuals of a model, SI, (rows,), NaN where there are none.
         signal: SI, (rows,).
         inputs: variance that the noise of inputs brings, SI, (rows,).
         stated: 1-sigma of a sample, or None.
@@ -81,8 +80,7 @@ class Series:
     rounding: float = 0.0
 
     def dithered(self, rounding: float) -> "Series":
-        """With rounding errors of half the size drawn anew: second differences of rounded rows are mostly
-        none.
+        """The same with random errors of half a rounding step: rounded rows have differences of 0.
 
         Args:
             rounding: 1-sigma, SI.
@@ -94,9 +92,9 @@ class Series:
         inputs = self.inputs + (NOISE.dither * rounding) ** 2
         return replace(self, errors=self.errors + anew, inputs=inputs, rounding=rounding)
 
-    def less(self, taken: np.ndarray) -> "Series":
-        """Without the rows of which latent trajectories take up much, by the share of every row, (rows,)."""
-        return replace(self, errors=np.where(taken > NOISE.maximum_followed, np.nan, self.errors))
+    def less(self, leverage: np.ndarray) -> "Series":
+        """Without rows that latent trajectories follow much; `leverage` is the share of each, (rows,)."""
+        return replace(self, errors=np.where(leverage > NOISE.maximum_followed, np.nan, self.errors))
 
     def finer(self, samples: np.ndarray, rows: int) -> "Series":
         """The errors of the samples whose means the rows are, at most `FINEST` of them.
@@ -128,7 +126,7 @@ class Series:
 def series_of(
     channel: Channel, bare: Channel, predicted: np.ndarray, stated: float | None, block: int
 ) -> Series:
-    """Errors of a channel: what a model leaves of it.
+    """Errors of a channel: residuals of a model.
 
     Args:
         channel: of one recording.
@@ -145,7 +143,7 @@ def series_of(
 
 
 def instrument_of(series: Sequence[Series]) -> Instrument | None:
-    """The noise that makes what was seen most likely; None where too little was.
+    """The noise of largest likelihood; None where there are too few differences.
 
     Args:
         series: of one quantity; all with a stated noise, or none.
@@ -184,8 +182,10 @@ def instrument_of(series: Sequence[Series]) -> Instrument | None:
 
 
 def _chosen(cost: Callable[..., float], always: tuple[int, ...]) -> np.ndarray:
-    """Logarithms of the scale and of the fall of the 1-sigma without a signal, and the correlation; the last
-    two only where they make what was seen much likelier."""
+    """Logarithm of the scale, logarithm of the 1-sigma without a signal over it, and the correlation.
+
+    The last two differ from zero only where they make the differences much likelier.
+    """
     price = {
         1: NOISE.minimum_gain_stated,
         2: NOISE.minimum_gain_unstated if always else NOISE.minimum_gain_stated,
@@ -193,7 +193,7 @@ def _chosen(cost: Callable[..., float], always: tuple[int, ...]) -> np.ndarray:
     tried = [
         (*_least(cost, (*always, *more)), sum(price[n] for n in more)) for more in ((), (2,), (1,), (1, 2))
     ]
-    return min(tried, key=lambda told: told[1] + told[2])[0]
+    return min(tried, key=lambda one: one[1] + one[2])[0]
 
 
 def _least(cost: Callable[..., float], free: tuple[int, ...]) -> tuple[np.ndarray, float]:

@@ -1,5 +1,7 @@
-"""What a diagnosis compares recordings with, where an alloy or a material is to be identified: what
-`characterise` finds from all of its starts."""
+"""The base model that recordings are compared with, where their alloy or material is to be identified.
+
+It is what `characterise` finds from all of its starts.
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -49,13 +51,12 @@ def identifies(campaign: Campaign, kind: str) -> bool:
 
 
 def start_of(campaign: Campaign, kind: str, progress: Callable[[str], None] = lambda _: None) -> Start:
-    """The base model of a campaign whose recordings say what they are; a coupon of a silicone that nobody has
-    characterised gets the law that predicts it best.
+    """The base model of a campaign. A coupon of an unknown silicone gets the law that predicts it best.
 
     Args:
         campaign: recordings of one kind.
         kind: that kind.
-        progress: told what happens, in words.
+        progress: receives a line of text at every step.
     """
     if not identifies(campaign, kind):
         return Start(_named(campaign, kind))
@@ -101,8 +102,10 @@ def _named(campaign: Campaign, kind: str) -> str:
 
 
 def characterised(campaign: Campaign, program: Program, progress: Callable[[str], None]) -> list[np.ndarray]:
-    """The constants that `characterise` finds from all of its starts, scaled, as one more start of the base
-    model; none where nothing is to be identified, or these recordings cannot be characterised."""
+    """One more start of the base fit, scaled: the constants that `characterise` finds from all of its starts.
+
+    None where nothing is to be identified, or these recordings cannot be characterised.
+    """
     if program.kind == "elastomer" or not identifies(campaign, program.kind):
         return []
     progress("characterising")

@@ -1,8 +1,7 @@
-"""The numbers of a diagnosis: free constants of the base model and the parameters of every candidate
-effect, scaled.
+"""Scaled numbers of a diagnosis: free constants of the base model, and parameters of every candidate effect.
 
-In scaled units a base constant is 0 at its nominal value and 1 a standard deviation of its tolerance away; a
-parameter of an effect is 0 where the effect is absent.
+A scaled base constant is 0 at its nominal value, and 1 at one standard deviation of its tolerance from it. A
+scaled parameter of an effect is 0 where the effect is absent.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -63,8 +62,10 @@ class Unknown:
         return (value - self.reference) / self.scale
 
     def at_share(self, share: float) -> float:
-        """Scaled number a share [1] of the way from what is low for it to what is high, about its typical
-        value where its bounds are decades from it."""
+        """Scaled number at a share [1] of the way from low to high.
+
+        The way is logarithmic, about the typical value, where a bound is far from it.
+        """
         low, high = float(self.value(self.low)), float(self.value(self.high))
         typical = float(self.value(self.start))
         if low > 0.0 and high / low > SCALING.minimum_wide_ratio:

@@ -1,4 +1,4 @@
-"""The base model refitted, with the noise that recordings show about it: what every search begins with."""
+"""The base fit with its noise: every search begins with it."""
 
 from collections.abc import Callable, Sequence
 
@@ -26,10 +26,9 @@ def base_fit(
 ) -> tuple[Program, Fit]:
     """The base model refitted, and the program with the noise and the latent trajectories that it shows.
 
-    Where much is left, or a constant sits at a bound, the fit is made again from the other side of nominal,
-    and from places all about it where it may be shut in: fractions at their limits, and rows that a metal
-    remembers,
-    shut in false optima that would pass for missing physics; so do constants that nothing is known of.
+    The fit is made again from other starts where it leaves much, or where a constant ends at a bound.
+    Fractions at their limits, and rows that a metal remembers, make false optima, which would pass for
+    missing physics.
 
     Args:
         program: of the campaign.
@@ -37,7 +36,7 @@ def base_fit(
         further: makes more starts, scaled; asked only where they are needed.
     """
     begin = program.unknowns.neutral if start is None else start
-    program, fit = settle(program, Refitter(program).fit((), start))
+    program, fit = fit_with_noise(program, Refitter(program).fit((), start))
     bound = at_bound(program.unknowns, fit)
     if bound or reduced(program, fit, program.fitted) > BASE_FIT.minimum_poor:
         stuck = bool(bound) or not departed_from(program, fit, begin)
@@ -45,12 +44,12 @@ def base_fit(
         others = run_parallel(lambda u: Refitter(program).fit((), u), starts)
         other = min(others, key=lambda f: f.objective)
         if clearly_better(program, fit, other):
-            program, fit = settle(program, other)
+            program, fit = fit_with_noise(program, other)
     return program, fit
 
 
 def clearly_better(program: Program, fit: Fit, other: Fit) -> bool:
-    """Whether another fit of the same model explains so much more that it takes the place of one."""
+    """Whether another fit of the same model is better by more than the minimum log-likelihood."""
     return (fit.objective - other.objective) / inflation_of(program, other) > BASE_FIT.minimum_gain
 
 
@@ -82,13 +81,12 @@ def _elsewhere(program: Program, fit: Fit, stuck: bool) -> list[np.ndarray]:
     return starts
 
 
-def settle(program: Program, fit: Fit) -> tuple[Program, Fit]:
-    """The program with the noise that a base model shows, and its fit there; without readings that stand
-    apart from what the model leaves."""
+def fit_with_noise(program: Program, fit: Fit) -> tuple[Program, Fit]:
+    """The program with the noise about a base model, without outliers, and the base fit with both."""
     program = without_outliers(program, fit.evaluation)
     for _ in range(BASE_FIT.noise_rounds):
         program = with_noise_of(program, fit.evaluation).prepared(fit.u, fit.evaluation)
-        if program.pace.shape[1]:
+        if program.process_noise.shape[1]:
             program.count_input_noise(fit.u)
         fit = Refitter(program).fit((), fit.u)
     return program, fit

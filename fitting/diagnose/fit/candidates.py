@@ -1,4 +1,4 @@
-"""Candidates fitted together with the base: who goes on, and what they are worth."""
+"""Candidate fits: effects fitted together with the base, by successive halving, and their evidence."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from ..evaluate.unknowns import Unknowns
 from ..settings import DEFAULT
 from .evidence import effective_degrees_of_freedom, evidence, inflation_of, log_likelihood
 from .refit import Fit, Refitter, at_its_bound, largest_deviation
-from .score_test import Score, Screen, about_nominal
+from .score_test import Score, ScoreTest, about_nominal
 
 OPTIMISER = DEFAULT.optimiser
 CANDIDATES = DEFAULT.candidates
@@ -21,30 +21,33 @@ EVIDENCE = DEFAULT.evidence
 
 @dataclass
 class CandidateFit:
-    """A candidate fitted together with the base.
+    """A candidate effect, fitted together with the base.
 
     Attributes:
         slug: candidate effect.
         fit: the model with it.
-        bayes: log Bayes factor over the model without it, deflated by what the best model leaves.
-        returned: largest departure of a base constant from nominal, in standard deviations.
-        left_out: reduced chi-square of fitted recordings left out in turn, as `folds.gain` counts; NaN
-            where it was not asked for.
-        adrift: part of `bayes` that the instruments explain as well: their drift, and noise of inputs that
-            the effect averages away; 0 where it was not asked for.
-        averaged: the latter by itself, which rivals do not gain.
+        bayes: log Bayes factor over the model without it, deflated by the misfit of the best model.
+        largest_deviation_sd: largest deviation of a base constant from nominal, in standard deviations.
+        left_out: cross-validated reduced chi-square, counted by `cross_validation.gain`; NaN if not computed.
+        explained_by_instruments: part of `bayes` that drift and noise of inputs explain; 0 if not computed.
+        explained_by_inputs: part of `bayes` that noise of inputs explains, which rivals do not share.
     """
 
     slug: str
     fit: Fit
     bayes: float
-    returned: float
+    largest_deviation_sd: float
     left_out: float = np.nan
-    adrift: float = 0.0
-    averaged: float = 0.0
+    explained_by_instruments: float = 0.0
+    explained_by_inputs: float = 0.0
 
     @property
-    def stopped(self) -> bool:
+    def returned(self) -> float:
+        """Former name of `largest_deviation_sd`, which the layer `report` reads."""
+        return self.largest_deviation_sd
+
+    @property
+    def at_a_bound(self) -> bool:
         """Whether the effect's own strength ended at a physical bound."""
         return at_its_bound(self.fit, self.slug)
 
@@ -52,23 +55,23 @@ class CandidateFit:
 def candidate_fits(
     program: Program,
     current: Fit,
-    found: Screen,
+    found: ScoreTest,
     progress: Callable[[str], None],
     effort: int,
     most: int = CANDIDATES.tried,
 ) -> list[CandidateFit]:
-    """The candidates that the screen ranks first, fitted together with everything that is present.
+    """The effects of largest score, each fitted together with everything that is present.
 
     Args:
         program: of the campaign.
         current: model so far.
-        found: what the screen says about it.
-        progress: told what happens, in words.
+        found: its score test.
+        progress: receives a line of text at every step.
         effort: 1; 2 follows twice as many.
-        most: candidates at effort 1.
+        most: number of candidates at effort 1.
 
     Returns:
-        The trials, strongest evidence first.
+        The candidates, strongest evidence first.
     """
     refitter = Refitter(program)
     likely = [s for s in found.scores if s.p_value < CANDIDATES.maximum_p_value][: effort * most]
@@ -120,16 +123,16 @@ def candidate_fits(
     for slug, fit in run_parallel(fitted, jobs):
         if fit.objective < best[slug].objective:
             best[slug] = fit
-    trials = [CandidateFit(slug, fit, 0.0, np.nan) for slug, fit in best.items()]
-    trials.sort(key=lambda t: t.fit.objective)
-    for trial in trials:
-        trial.returned = largest_deviation(program.unknowns, trial.fit)
-    weigh(program, current, trials)
-    return trials
+    candidates = [CandidateFit(slug, fit, 0.0, np.nan) for slug, fit in best.items()]
+    candidates.sort(key=lambda t: t.fit.objective)
+    for candidate in candidates:
+        candidate.largest_deviation_sd = largest_deviation(program.unknowns, candidate.fit)
+    weigh(program, current, candidates)
+    return candidates
 
 
 def _starts(unknowns: Unknowns, score: Score) -> list[np.ndarray]:
-    """Where the fit of a candidate begins: from the screen's estimate, and from nominal constants."""
+    """Two starts of a candidate fit: the estimate of the score test, and nominal base constants."""
     nominal = unknowns.at_nominal(score.start)
     own = unknowns.amplitudes(score.slug)
     typical = np.array([unknowns.items[k].start for k in own])
@@ -140,8 +143,8 @@ def _starts(unknowns: Unknowns, score: Score) -> list[np.ndarray]:
         unknowns.high[own],
     )
     first = score.start.copy()
-    idle = (first[own] == 0.0) & (typical != 0.0)  # an amplitude at zero never tells its shapes
-    first[own[idle]] = CANDIDATES.begin_share * typical[idle]
+    zero = (first[own] == 0.0) & (typical != 0.0)  # an amplitude at zero never tells its shapes
+    first[own[zero]] = CANDIDATES.begin_share * typical[zero]
     return [first, nominal]
 
 
@@ -159,7 +162,7 @@ def _reshaped(unknowns: Unknowns, slug: str, best: dict[str, Fit]) -> list[np.nd
 
 
 def _fainter(unknowns: Unknowns, slug: str, current: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """A start from which an effect cannot have led astray: the model so far, with a little of the effect."""
+    """A start close to the model so far, with a little of the effect."""
     found, whole, own = current.copy(), unknowns.of([slug]), unknowns.amplitudes(slug)
     typical = np.array([unknowns.items[k].start for k in own])
     found[whole] = start[whole]
@@ -169,25 +172,23 @@ def _fainter(unknowns: Unknowns, slug: str, current: np.ndarray, start: np.ndarr
     return found
 
 
-def refitted_baseline(program: Program, current: Fit, trials: list[CandidateFit]) -> Fit:
-    """The model so far, fitted anew from where its trials ended, where that is better.
+def refitted_baseline(program: Program, current: Fit, candidates: list[CandidateFit]) -> Fit:
+    """The refitted baseline: the model so far, fitted from where its candidates ended, if that is better.
 
-    A trial that came upon a better place of the base model's own constants would be credited with it. So
-    would
-    one that got past a kink of the metal's memory, at which the search for a course ends. The trials are
-    weighed anew.
+    Otherwise a candidate would get credit for a better optimum of the base constants, or of the trajectories.
+    The candidates are weighed anew.
     """
     slow, asked = program.hidden, set()
     while True:
-        best = max((t.bayes for t in trials), default=0.0)
+        best = max((t.bayes for t in candidates), default=0.0)
         enough = (
             max(EVIDENCE.minimum_further, CANDIDATES.minimum_ahead * best)
             if slow
             else EVIDENCE.minimum_further
         )
-        ahead = [t for t in trials if t.bayes > enough and t.slug not in asked]
+        ahead = [t for t in candidates if t.bayes > enough and t.slug not in asked]
         if not ahead:
-            weigh(program, current, trials)
+            weigh(program, current, candidates)
             return current
         ahead = ahead[:1] if slow else ahead
         asked |= {t.slug for t in ahead}
@@ -195,25 +196,25 @@ def refitted_baseline(program: Program, current: Fit, trials: list[CandidateFit]
         again = min(again, key=lambda fit: fit.objective, default=current)
         if again.objective < current.objective:
             current = again
-            weigh(program, current, trials)
+            weigh(program, current, candidates)
 
 
-def _without(program: Program, current: Fit, trial: CandidateFit) -> list[Fit]:
-    """The model so far, fitted from a trial's own constants and from its latent trajectories."""
+def _without(program: Program, current: Fit, candidate: CandidateFit) -> list[Fit]:
+    """The model so far, fitted from a candidate's own constants and from its latent trajectories."""
     refitter, base, found = Refitter(program), program.unknowns.base, []
-    if np.max(np.abs(trial.fit.u[base] - current.u[base]), initial=0.0) > CANDIDATES.minimum_elsewhere:
-        found.append(refitter.fit(current.slugs, trial.fit))  # which leaves the others at their absence
+    if np.max(np.abs(candidate.fit.u[base] - current.u[base]), initial=0.0) > CANDIDATES.minimum_elsewhere:
+        found.append(refitter.fit(current.slugs, candidate.fit))  # which leaves the others at their absence
     if any(program.followed(current.evaluation)):
-        found.append(refitter.fit(current.slugs, current.u, near=trial.fit.evaluation))
+        found.append(refitter.fit(current.slugs, current.u, near=candidate.fit.evaluation))
     return found
 
 
-def weigh(program: Program, current: Fit, trials: list[CandidateFit]) -> None:
-    """Log Bayes factors over the current model, deflated by what the best model leaves; strongest first."""
-    if not trials:
+def weigh(program: Program, current: Fit, candidates: list[CandidateFit]) -> None:
+    """Log Bayes factors over the current model, deflated by the misfit of the best model; strongest first."""
+    if not candidates:
         return
-    inflation = inflation_of(program, min(trials, key=lambda t: t.fit.objective).fit)
+    inflation = inflation_of(program, min(candidates, key=lambda t: t.fit.objective).fit)
     followed = effective_degrees_of_freedom(program, current)
-    for trial in trials:
-        trial.bayes = evidence(program, current, trial.fit, inflation, followed)
-    trials.sort(key=lambda t: -t.bayes)
+    for candidate in candidates:
+        candidate.bayes = evidence(program, current, candidate.fit, inflation, followed)
+    candidates.sort(key=lambda t: -t.bayes)

@@ -1,5 +1,4 @@
-"""Recordings that are left out in turn: what decides whether an effect helps, without those of role
-`validation`."""
+"""Cross-validation: fitted recordings, or parts of them, are left out in turn to decide about effects."""
 
 from collections.abc import Sequence
 
@@ -64,7 +63,7 @@ def _parts_of_all(sizes: Sequence[int], members: Sequence[int]) -> list[Masks]:
 
 
 class HeldOutScores:
-    """What models leave of fitted recordings left out in turn: many fits, so each is asked for once.
+    """Cross-validated chi-square of models, each computed once.
 
     Args:
         program: of the campaign.
@@ -80,7 +79,7 @@ class HeldOutScores:
         return self._known[id(fit)][1]
 
     def gained(self, base: Fit, fit: Fit) -> float:
-        """What a model leaves, as a reduced chi-square, as `gain` counts what it gains on a base model."""
+        """Cross-validated reduced chi-square of a model, with its gain on a base model counted by `gain`."""
         before = self(base)
         return float(before.sum()) - gain(before, self(fit))[0]
 
@@ -102,13 +101,12 @@ def cross_validate(program: Program, fit: Fit) -> np.ndarray:
 
 
 def gain(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
-    """What a model gains on values left out in turn: reduced chi-square, and as a share of the misfit there.
+    """Gain of a model on values left out in turn: in reduced chi-square, and as a share of the misfit there.
 
-    The fold that fares worst is left out where it loses: without the rows in which an effect acts, a fit may
-    end at another value of it that nothing contradicts. Neither is its misfit counted then: where a model
-    goes astray without some rows it may be larger than all the rest. For the same reason the share is that
-    without the fold of largest misfit, where both models go astray in it, every other fold gains and holds a
-    real part of the misfit.
+    The worst fold is left out, with its misfit, where it loses. Without the rows in which an effect acts, a
+    fit may end at another value of it that nothing contradicts. The share is computed without the fold of
+    largest misfit if three things hold there. Both models extrapolate badly in it, every other fold gains,
+    and the other folds hold a real part of the misfit.
 
     Args:
         before, after: of both models, by fold, as `cross_validate` gives them.
@@ -119,10 +117,10 @@ def gain(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
     share = gained / max(float(misfit[kept].sum()), CROSS_VALIDATION.minimum_misfit)
     most = int(np.argmax(misfit))
     rest = np.delete(gains, most), np.delete(misfit, most)
-    astray = (
+    forgiven = (
         after[most] > CROSS_VALIDATION.astray_share * before[most]
         and rest[1].sum() > CROSS_VALIDATION.minimum_rest * misfit.sum()
     )
-    if astray and rest[0].min(initial=np.inf) > 0.0 and len(rest[0]) > 1:
+    if forgiven and rest[0].min(initial=np.inf) > 0.0 and len(rest[0]) > 1:
         share = max(share, float(rest[0].sum() / rest[1].sum()))
     return gained, share

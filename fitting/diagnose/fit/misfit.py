@@ -1,4 +1,4 @@
-"""What a fitted model leaves of recordings, and how well it foretold those that it has not seen."""
+"""Misfit of a fitted model, and its predictive chi-square and density on recordings that were not fitted."""
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -21,8 +21,10 @@ def spread(program: Program, chosen: np.ndarray) -> float:
 
 
 def predictive_chi_square(program: Program, fit: Fit, chosen: np.ndarray) -> float:
-    """`reduced`, less what the fit's own uncertainty leaves open in recordings that it has not seen: their
-    misfit in units of the errors of its predictions, to first order, where no number leaves its bounds."""
+    """Predictive chi-square per value: `reduced`, in units of the errors of the fit's predictions.
+
+    It is computed to first order, with every number within its bounds. For fitted recordings it is `reduced`.
+    """
     if np.any(chosen & program.fitted):
         return reduced(program, fit, chosen)
     r, A = fit.evaluation.joined(chosen.astype(float))
@@ -39,8 +41,10 @@ def predictive_chi_square(program: Program, fit: Fit, chosen: np.ndarray) -> flo
 
 
 def negative_log_predictive_density(program: Program, fit: Fit, chosen: np.ndarray) -> float:
-    """Negative log-density, less constants, that a fit foretold for recordings that it has not seen: a wide
-    prediction is forgiven more, and was worth less. Of those that it has, half their chi-square."""
+    """Negative log predictive density of recordings that were not fitted, less constants.
+
+    For fitted recordings it is half their chi-square.
+    """
     square = predictive_chi_square(program, fit, chosen) * program.observations(chosen)
     if np.any(chosen & program.fitted):
         return 0.5 * square
@@ -52,9 +56,9 @@ def negative_log_predictive_density(program: Program, fit: Fit, chosen: np.ndarr
 
 
 def floor(program: Program, fit: Fit, chosen: np.ndarray) -> float:
-    """Chi-square per measured value that noise alone explains: 1, or what neighbouring misfits differ by.
+    """Chi-square per measured value that noise explains: 1, or that of second differences of the misfit.
 
-    Noise that grows with its signal leaves more in recordings of large signals; physics leaves slow courses.
+    Noise that grows with its signal leaves more in recordings of large signals. Physics leaves slow misfit.
     """
     steps = [np.zeros(0)]
     for k in np.flatnonzero(chosen):

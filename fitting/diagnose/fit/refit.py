@@ -141,8 +141,7 @@ class Refitter:
         return self._finished(u, free, slugs, now)
 
     def promised(self, fit: Fit) -> float:
-        """Objective that a fit's next step promises, to second order; one of few trial steps may be far from
-        where it leads."""
+        """Predicted objective after a fit's next step, to second order."""
         r, J = fit.evaluation.joined(self.weight)
         _, decrease = self._step(fit.u, (fit.objective, r, J), fit.free, OPTIMISER.minimum_damping)
         return fit.objective - decrease
@@ -166,7 +165,7 @@ class Refitter:
         return u[free] - mean, prior_sd(self.unknowns, free)
 
     def _step(self, u: np.ndarray, now: tuple, free: np.ndarray, damping: float) -> tuple[np.ndarray, float]:
-        """A step, (unknowns,), and the decrease of the objective that it promises, to second order."""
+        """A step, (unknowns,), and its predicted decrease of the objective, to second order."""
         _, r, J, *_ = now
         departure, sd = self._prior(u, free)
         H = J.T @ J + np.diag(sd**-2)
@@ -196,7 +195,7 @@ class Refitter:
         for k in free:
             item = unknowns.items[k]
             span = item.high - item.low
-            # a weak effect is near its absence, which is no bound that it was stopped at
+            # a weak effect is near its absence, which is no bound that it ended at
             bounds = [bound for bound in (item.low, item.high) if bound != unknowns.neutral[k]]
             near = any(abs(u[k] - bound) < OPTIMISER.at_bound_share * span for bound in bounds)
             if item.effect and near and not item.shape:

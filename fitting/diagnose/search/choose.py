@@ -1,4 +1,4 @@
-"""Which candidate enters a model, if any may: evidence, and what recordings that are left out say."""
+"""Entry of a candidate into a model, by evidence and by cross-validation."""
 
 from ..evaluate.program import Program
 from ..fit.candidates import CandidateFit
@@ -16,43 +16,43 @@ VERDICT = DEFAULT.verdict
 
 
 def choice(
-    program: Program, current: Fit, stage: Step, base: Fit, original: float, scores: HeldOutScores
+    program: Program, current: Fit, step: Step, base: Fit, original: float, scores: HeldOutScores
 ) -> CandidateFit | None:
-    """The trial that enters the model, if any may.
+    """The candidate that enters the model, or None.
 
     Args:
         program: of the campaign.
         current: model so far.
-        stage: with the trials, best first; what is left out is scored as far as it is asked for.
+        step: with the candidates, best first; its cross-validated score is set here.
         base: model without effects.
-        original: its score on recordings left out; NaN for the first effect.
-        scores: of recordings left out in turn.
+        original: cross-validated reduced chi-square of the base model; NaN for the first effect.
+        scores: cross-validation of models.
     """
     first, before = not current.slugs, None
     enough = EVIDENCE.minimum_first if first else EVIDENCE.minimum_further
     behind = EVIDENCE.behind_first if first else EVIDENCE.behind_further
     best = None
-    for trial in stage.trials:
-        best = trial.bayes if best is None else best
-        if trial.bayes < enough or (not first and trial.stopped):
+    for candidate in step.candidates:
+        best = candidate.bayes if best is None else best
+        if candidate.bayes < enough or (not first and candidate.at_a_bound):
             continue
-        if best - trial.bayes > max(EVIDENCE.minimum_difference, behind * best):
+        if best - candidate.bayes > max(EVIDENCE.minimum_difference, behind * best):
             break
         if before is None:
             before = scores(current)
-            stage.left_out = float(before.sum())
-        if stage.left_out < (ENTRY.minimum_at_bound if trial.stopped else ENTRY.minimum_left):
+            step.left_out = float(before.sum())
+        if step.left_out < (ENTRY.minimum_at_bound if candidate.at_a_bound else ENTRY.minimum_left):
             continue
-        trial.adrift = drift_evidence(program, current, trial.fit)
-        if trial.bayes - trial.adrift < enough:
-            best = best if best > trial.bayes else None  # what instruments explain is no better guess
+        candidate.explained_by_instruments = drift_evidence(program, current, candidate.fit)
+        if candidate.bayes - candidate.explained_by_instruments < enough:
+            best = best if best > candidate.bayes else None  # what instruments explain is no better guess
             continue
-        gained, share = gain(before, scores(trial.fit))
-        trial.left_out = stage.left_out - gained
-        inflation = inflation_of(program, trial.fit)
+        gained, share = gain(before, scores(candidate.fit))
+        candidate.left_out = step.left_out - gained
+        inflation = inflation_of(program, candidate.fit)
         if log_likelihood(program, gained, inflation) < ENTRY.minimum_gain:
             continue
-        taken = _taken(program, current, trial.fit, base)
+        taken = _taken(program, current, candidate.fit, base)
         if share < (
             ENTRY.minimum_share if first or taken >= ENTRY.large_share else ENTRY.minimum_further_share
         ):
@@ -64,19 +64,18 @@ def choice(
         ):
             continue
         lost = negative_log_predictive_density(
-            program, trial.fit, program.unseen
+            program, candidate.fit, program.unseen
         ) - negative_log_predictive_density(program, current, program.unseen)
         if lost / inflation > ENTRY.maximum_loss and lost > ENTRY.maximum_loss_share * log_likelihood(
             program, gained
         ):
             continue
-        return trial
+        return candidate
     return None
 
 
 def _taken(program: Program, current: Fit, further: Fit, base: Fit) -> float:
-    """Share of the base model's misfit of what was fitted that a further effect takes away; 0 where that is
-    no more than chance."""
+    """Share of the base misfit of fitted recordings that an effect removes; 0 within chance."""
     before, after, whole = (reduced(program, fit, program.fitted) for fit in (current, further, base))
     by_chance = whole - 1.0 < VERDICT.minimum_deviations * spread(program, program.fitted)
     return 0.0 if by_chance else (before - after) / (whole - 1.0)

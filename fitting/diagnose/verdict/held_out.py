@@ -1,4 +1,4 @@
-"""What a model is worth on recordings that it was not fitted to."""
+"""Held-out scores: models on recordings, or parts of them, that they were not fitted to."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -41,8 +41,10 @@ Model = tuple[Program, Fit, float] | tuple[Program, Fit, float, Correction | Non
 
 
 class Scores:
-    """Scores of models on values that were not fitted. What a fit says without some of the values is fitted
-    once, however many mixtures and corrections it takes part in."""
+    """Held-out scores of models.
+
+    Each model is fitted once without each group of recordings, however many mixtures it takes part in.
+    """
 
     def __init__(self) -> None:
         self._without: dict[tuple[int, int], tuple[Fit, Evaluation]] = {}
@@ -83,7 +85,7 @@ class Scores:
         return _score(program, run_parallel(averaged_over, enumerate(outs)), names, how)
 
     def _refitted(self, program: Program, fit: Fit, number: int, out: Masks) -> Evaluation:
-        """What a fit predicts that has not seen one of the groups, by its number."""
+        """Prediction of a fit without one group of recordings, by its number."""
         held = self._without.get((id(fit), number))
         if held is None:
             evaluation = (

@@ -1,4 +1,4 @@
-"""Where the misfit of the refitted base model is: what it goes with, in which range, in which rows."""
+"""Place of the misfit of the base fit: its drivers, a range of the first one, and rows."""
 
 from dataclasses import dataclass, replace
 
@@ -56,10 +56,10 @@ def locate(explanation: Explanation) -> Place:
 
 
 def knots_of(values: np.ndarray, count: int) -> np.ndarray | None:
-    """Where a correction over a driver bends: quantiles of it; None where it hardly varies.
+    """Knots over a driver, at quantiles of it; None where it hardly varies.
 
-    Not more closely than `CLOSEST`: while a driver is held it varies by its noise alone, and so does what a
-    model predicts by it; a correction that bends there would follow that noise.
+    Knots keep a minimum distance. While a driver is held, it varies by its noise alone, and so does the
+    prediction. A discrepancy with knots there would follow that noise.
 
     Args:
         values: of the driver, finite, any shape.

@@ -1,8 +1,7 @@
-"""The next experiment: of changed repetitions of what was recorded, the one that best separates two
-explanations.
+"""The next experiment: the changed repetition of a recording that best separates two explanations.
 
-Both fitted models predict every repetition; what one could still refit to look like the other, as far as the
-recordings leave it free, does not count.
+Both fitted models predict every repetition. Differences do not count that a refit of the rival could remove,
+as far as the recordings leave it free.
 """
 
 from collections.abc import Iterator
@@ -51,7 +50,7 @@ def best_design(program: Program, first: CandidateFit, second: CandidateFit) -> 
         second: its rival.
     """
     best = None
-    recorded = [with_trajectories(program.stacked, t.fit.evaluation.courses) for t in (first, second)]
+    recorded = [with_trajectories(program.stacked, t.fit.evaluation.trajectories) for t in (first, second)]
     both = zip(*(_changed(stacked, program.kind) for stacked in recorded), strict=True)
     for (change, stacked), (_, other) in both:
         one = program.evaluate(first.fit.u, first.fit.free[:0], stacked)
@@ -69,7 +68,9 @@ def _separation(program: Program, one: object, two: object, k: int, rival: Candi
     if any(not np.all(np.isfinite((a + b)[np.isfinite(c.sigma)])) for a, b, c in both):
         return 0.0
     d, J = two.misfit[k] - one.misfit[k], two.jacobian[k].T
-    if program.pace.shape[1]:  # a resistance that was another one, its latent trajectory would follow
+    if program.process_noise.shape[
+        1
+    ]:  # a resistance that was another one, its latent trajectory would follow
         counts = [np.full(len(c.measured), c.quantity not in READINGS) for c in program.channels[k]]
         d, J = d * np.concatenate(counts), J * np.concatenate(counts)[:, None]
     precision = np.linalg.inv(rival.fit.covariance + 1e-12 * np.eye(len(rival.fit.free)))
