@@ -56,7 +56,7 @@ def clearly_better(program: Program, fit: Fit, other: Fit) -> bool:
 def departed_from(program: Program, fit: Fit, start: np.ndarray) -> bool:
     """Whether any base constant moved from where a fit began."""
     base = program.unknowns.base
-    return bool(np.max(np.abs(fit.u[base] - start[base]), initial=0.0) > BASE_FIT.minimum_move)
+    return bool(np.any(fit.u[base] != start[base]))
 
 
 def at_bound(unknowns: Unknowns, fit: Fit) -> list[str]:

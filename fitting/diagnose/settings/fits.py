@@ -85,9 +85,6 @@ class BaseFit:
         7, "Number of scattered starts for a hidden or stuck base fit.",
         basis="two of five starts of springs found the better of two optima",
     )  # fmt: skip
-    minimum_move: float = threshold(
-        1e-3, "Minimum change of a base constant for the fit to have moved.", "sd"
-    )
     maximum_start: float = threshold(2.0, "Maximum distance from nominal for another start.", "sd")
     minimum_gain: float = threshold(
         5.0, "Minimum log-likelihood for another base fit to take the place of one.", "nat"
