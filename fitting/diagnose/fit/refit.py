@@ -2,10 +2,10 @@
 
 Levenberg's method in scaled unknowns; a program's evaluation brings all their derivatives.
 
-Why not the step of `inference.least_squares.trust_region`: it was tried in its place on six golden campaigns, four of
-coupons and two of wires. It took 777 runs of the model instead of 789, and 11.8 s of
-processor time instead of 6.4 s. It compiles anew for every number of unknowns, and a diagnosis has many. A right
-name was lost: the `channel_lag` of case c0005 became `unmodelled`.
+Why not the step of `inference.least_squares.trust_region`: it was tried in its place on six golden campaigns,
+four of coupons and two of wires. It took 777 runs of the model instead of 789, and 11.8 s of processor time
+instead of 6.4 s. It compiles anew for every number of unknowns, and a diagnosis has many. A right name was
+lost: the `channel_lag` of case c0005 became `unmodelled`.
 """
 
 from dataclasses import dataclass
