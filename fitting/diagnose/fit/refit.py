@@ -69,7 +69,7 @@ def at_its_bound(fit: Fit, slug: str) -> bool:
 def absent(unknowns: Unknowns, fit: Fit, slug: str) -> bool:
     """Whether every strength of an effect ended at its neutral value, so that nothing of it is there."""
     own = unknowns.amplitudes(slug)
-    return not np.any(np.abs(fit.u[own] - unknowns.neutral[own]) > OPTIMISER.neutral_share)
+    return not np.any(np.abs(fit.u[own] - unknowns.neutral[own]) > OPTIMISER.negligible_distance)
 
 
 def largest_deviation(unknowns: Unknowns, fit: Fit) -> float:
