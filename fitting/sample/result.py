@@ -1,8 +1,9 @@
 """A sampled posterior: draws, what they say of each parameter, and whether they may be believed."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import jax
 import numpy as np
@@ -57,6 +58,8 @@ class Posterior:
         failures: of these, points inside the bounds at which it had no finite answer; they count as
             impossible.
         seconds: spent sampling in this session.
+        why: sentence on which sampler was used, and why.
+        diagnostics: of the sampler, by name.
     """
 
     target: Target
@@ -69,6 +72,8 @@ class Posterior:
     evaluations: int
     failures: int
     seconds: float
+    why: str = ""
+    diagnostics: dict[str, Any] = field(default_factory=dict)
 
     @property
     def converged(self) -> bool:

@@ -3,6 +3,7 @@
 import math
 import time
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,15 +12,19 @@ from fitting.inference.parameters import Parameters
 from pneusma_jax.errors import InputError
 from pneusma_jax.precision import require_float64
 
+from .checkpoint import settings_of
 from .convergence import assess
 from .ensembles import Ensembles
+from .hamiltonian import HamiltonianChains
 from .laplace import Laplace, laplace
+from .pilot import pilot
 from .progress import SamplingBar
 from .result import Posterior
 from .settings import Settings
 from .target import Target
 
 GROWTH = 1.1  # between two judgements of convergence
+CHAINS = {"emcee": Ensembles, "tempered": Ensembles, "nuts": HamiltonianChains}
 
 
 def sample(
@@ -61,32 +66,49 @@ def sample(
         raise ValueError("Argument `file` must be given with `resume`, but it is None.")
     found = laplace(target, _vector(target, start))
     _check_proper(target, found)
-    ensembles = Ensembles(target, settings, file)
-    ensembles.resume() if resume else ensembles.begin(found)
     began, state = time.monotonic(), None
-    with SamplingBar(progress, settings.max_steps, ensembles.steps) as bar:
+    settings, why = _choice(target, found, settings, file if resume else None)
+    chains = CHAINS[settings.sampler](target, settings, file)
+    chains.resume() if resume else chains.begin(found)
+    with SamplingBar(progress, settings.max_steps, chains.steps) as bar:
         for goal in _judgements(settings.chunk, settings.max_steps):
-            if goal < ensembles.steps:
+            if goal < chains.steps:
                 continue
-            while ensembles.steps < goal:
-                ensembles.advance(min(settings.chunk, goal - ensembles.steps))
-                bar.moved(ensembles.steps)
-            state = assess(ensembles.chains)
+            while chains.steps < goal:
+                chains.advance(min(settings.chunk, goal - chains.steps))
+                bar.moved(chains.steps)
+            state = assess(chains.judged)
             bar.judged(state)
             if state.converged:
                 break
     return Posterior(
         target=target,
         settings=settings,
-        chains=ensembles.chart.back(np.stack(ensembles.chains)),
-        log_probabilities=np.stack(ensembles.log_probabilities),
-        convergence=assess(ensembles.chains) if state is None else state,
+        chains=chains.coordinates,
+        log_probabilities=chains.log_probabilities,
+        convergence=assess(chains.judged) if state is None else state,
         laplace=found,
-        acceptance=tuple(ensembles.acceptance),
-        evaluations=ensembles.evaluator.evaluations,
-        failures=ensembles.evaluator.failures,
+        acceptance=tuple(chains.acceptance),
+        evaluations=chains.evaluations,
+        failures=chains.failures,
         seconds=time.monotonic() - began,
+        why=why,
+        diagnostics=chains.diagnostics,
     )
+
+
+def _choice(target: Target, found: Laplace, settings: Settings, stored: Path | None) -> tuple[Settings, str]:
+    """The settings with the sampler decided, and a sentence that says why: that of a stored chain, the one
+    that was asked for, or the one that a pilot chooses."""
+    if stored is not None:
+        known = settings_of(stored)["sampler"]
+        if settings.sampler not in ("auto", known):
+            return settings, ""  # refused when the chain is read
+        return replace(settings, sampler=known), f"{known}, with which these chains were begun."
+    if settings.sampler != "auto":
+        return settings, f"{settings.sampler}, as was asked for."
+    chosen, why = pilot(target, found, settings)
+    return replace(settings, sampler=chosen), why
 
 
 def _judgements(chunk: int, budget: int) -> Iterator[int]:
