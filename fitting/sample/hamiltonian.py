@@ -28,9 +28,10 @@ from pneusma_jax.errors import InputError
 
 from . import checkpoint
 from .chains import Chains
-from .laplace import Laplace
+from .chart import PROBES, choose_chart
+from .laplace import Laplace, start_spread
 from .settings import Settings
-from .target import Target
+from .target import Evaluator, Target
 from .unbounded import Unbounded, differentiation, with_gradient
 
 SAME_MODEL = 1e-6
@@ -47,7 +48,6 @@ class Draws(NamedTuple):
     """One chain so far; the first axis is the draw.
 
     Attributes:
-        z: (draws, n) positions in whitened coordinates.
         u: (draws, n) positions in the target's coordinates.
         log_probability: (draws,) of u.
         energy: (draws,) of the transition.
@@ -56,7 +56,6 @@ class Draws(NamedTuple):
         acceptance: (draws,) mean acceptance along its trajectory.
     """
 
-    z: np.ndarray
     u: np.ndarray
     log_probability: np.ndarray
     energy: np.ndarray
@@ -97,7 +96,11 @@ class HamiltonianChains(Chains):
 
     def begin(self, found: Laplace) -> None:
         """Put chains around the fit and warm them up."""
-        self._maps = Unbounded.around(self.target, found)
+        chart = choose_chart(
+            self.target, found, start_spread(self.target, found), Evaluator(self.target, PROBES),
+            self.settings.seed,
+        )  # fmt: skip
+        self._maps = Unbounded.around(self.target, found, chart)
         leaves, programs = self._programs()
 
         def one(k: int) -> _Chain:
@@ -163,8 +166,8 @@ class HamiltonianChains(Chains):
 
     @property
     def judged(self) -> list[Float[np.ndarray, "steps 1 n"]]:
-        """Positions in whitened coordinates."""
-        return list(self._stacked("z")[:, :, None, :])
+        """Positions in the target's coordinates: mirrors make those of the sampler ambiguous."""
+        return list(self.coordinates)
 
     @property
     def coordinates(self) -> Float[np.ndarray, "ensembles steps 1 n"]:
@@ -242,8 +245,8 @@ class HamiltonianChains(Chains):
 
 
 def _none(dimension: int) -> Draws:
-    table, column = np.empty((0, dimension)), np.empty(0)
-    return Draws(table, table, column, column, np.empty(0, int), np.empty(0, bool), column)
+    column = np.empty(0)
+    return Draws(np.empty((0, dimension)), column, column, np.empty(0, int), np.empty(0, bool), column)
 
 
 def _read(group: h5py.Group) -> _Chain:
@@ -303,7 +306,7 @@ def _programs(functions: tuple, static: Any, structure: Any, how: str, chunk: in
             )
             u = maps.coordinates(state.position)
             row = Draws(
-                state.position, u, state.logdensity - maps.log_slope(state.position), told.energy,
+                u, state.logdensity - maps.log_slope(state.position), told.energy,
                 told.num_integration_steps, told.is_divergent, told.acceptance_rate,
             )  # fmt: skip
             return state, jax.tree.map(lambda column, value: column.at[i].set(value), rows, row)
@@ -313,7 +316,7 @@ def _programs(functions: tuple, static: Any, structure: Any, how: str, chunk: in
 
         real = state.position.dtype
         rows = Draws(
-            empty(real, n), empty(real, n), empty(real), empty(real), empty(int), empty(bool), empty(real)
+            empty(real, n), empty(real), empty(real), empty(int), empty(bool), empty(real)
         )
         return jax.lax.fori_loop(0, count, one, (state, rows))
 
