@@ -149,7 +149,12 @@ class Ensembles(Chains):
             for state in sampler.sample(self._states[k], iterations=steps, skip_initial_state_check=True):
                 self._states[k] = state
             self._backends[k].random_state = sampler.random_state
-        if self.file is not None:
+        self.keep(self.file)
+
+    def keep(self, file: Path | None) -> None:
+        """Put the chains on disk, now and from now on; None keeps them in memory only."""
+        self.file = file
+        if file is not None:
             self._write()
 
     def _write(self) -> None:

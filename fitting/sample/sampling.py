@@ -12,6 +12,7 @@ from fitting.inference.parameters import Parameters
 from pneusma_jax.errors import InputError
 from pneusma_jax.precision import require_float64
 
+from .chains import Chains
 from .checkpoint import settings_of
 from .convergence import assess
 from .ensembles import Ensembles
@@ -36,12 +37,13 @@ def sample(
     resume: bool = False,
     progress: bool | None = None,
 ) -> Posterior:
-    """Sample a posterior with independent emcee ensembles until they agree, or the budget is spent.
+    """Sample a posterior with independent chains until they agree, or the budget is spent.
 
-    The log-probability of half an ensemble is one call of one compiled program; there is no process pool.
-    Sampling ends once every ensemble is longer than 50 integrated autocorrelation times after burn-in and the
-    split, rank-normalised R-hat between ensembles is below 1.01 for every parameter; otherwise the result
-    says that it has not converged.
+    The sampler is that of the settings, or the one that a pilot chooses. The log-probability of half an
+    ensemble of emcee is one call of one compiled program; there is no process pool. Sampling ends once every
+    chain is longer than 50 integrated autocorrelation times after burn-in, 1,000 effective samples are there,
+    and the split, rank-normalised R-hat between chains is below 1.01 for every parameter; otherwise the
+    result says that it has not converged.
 
     Args:
         target: what is sampled.
@@ -67,9 +69,7 @@ def sample(
     found = laplace(target, _vector(target, start))
     _check_proper(target, found)
     began, state = time.monotonic(), None
-    settings, why = _choice(target, found, settings, file if resume else None)
-    chains = CHAINS[settings.sampler](target, settings, file)
-    chains.resume() if resume else chains.begin(found)
+    chains, why = _chains(target, found, settings, file, resume)
     with SamplingBar(progress, settings.max_steps, chains.steps) as bar:
         for goal in _judgements(settings.chunk, settings.max_steps):
             if goal < chains.steps:
@@ -83,7 +83,7 @@ def sample(
                 break
     return Posterior(
         target=target,
-        settings=settings,
+        settings=chains.settings,
         chains=chains.coordinates,
         log_probabilities=chains.log_probabilities,
         convergence=assess(chains.judged) if state is None else state,
@@ -97,18 +97,28 @@ def sample(
     )
 
 
-def _choice(target: Target, found: Laplace, settings: Settings, stored: Path | None) -> tuple[Settings, str]:
-    """The settings with the sampler decided, and a sentence that says why: that of a stored chain, the one
-    that was asked for, or the one that a pilot chooses."""
-    if stored is not None:
-        known = settings_of(stored)["sampler"]
-        if settings.sampler not in ("auto", known):
-            return settings, ""  # refused when the chain is read
-        return replace(settings, sampler=known), f"{known}, with which these chains were begun."
-    if settings.sampler != "auto":
-        return settings, f"{settings.sampler}, as was asked for."
-    chosen, why = pilot(target, found, settings)
-    return replace(settings, sampler=chosen), why
+def _chains(
+    target: Target, found: Laplace, settings: Settings, file: Path | None, resume: bool
+) -> tuple[Chains, str]:
+    """Chains that have begun, or go on, and a sentence that says why with this sampler: that of a stored
+    chain, the one that was asked for, or the one that a pilot chooses."""
+    if resume:
+        known = settings_of(file)["sampler"]
+        asked = known if settings.sampler == "auto" else settings.sampler  # another one is refused on reading
+        chains = CHAINS[asked](target, replace(settings, sampler=asked), file)
+        chains.resume()
+        return chains, f"{known}, with which these chains were begun."
+    if settings.sampler == "auto":
+        choice = pilot(target, found, settings)
+        if choice.chains is not None:
+            choice.chains.keep(file)
+            return choice.chains, choice.why
+        settings, why = choice.settings, choice.why
+    else:
+        why = f"{settings.sampler}, as was asked for."
+    chains = CHAINS[settings.sampler](target, settings, file)
+    chains.begin(found)
+    return chains, why
 
 
 def _judgements(chunk: int, budget: int) -> Iterator[int]:

@@ -60,8 +60,12 @@ class Settings:
         """What must stay the same for a chain to be continued; the budget may change."""
         own = {"warm_up": self.warm_up} if self.sampler == "nuts" else {"walkers": self.walkers}
         return {
-            "sampler": self.sampler, **own, "ensembles": self.ensembles, "seed": self.seed, "chunk": self.chunk
-        }  # fmt: skip
+            "sampler": self.sampler,
+            **own,
+            "ensembles": self.ensembles,
+            "seed": self.seed,
+            "chunk": self.chunk,
+        }
 
 
 def moves() -> list[tuple[emcee.moves.Move, float]]:

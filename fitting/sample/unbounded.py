@@ -1,12 +1,13 @@
 """Coordinates for gradient-based samplers: without bounds, and whitened by the Gaussian approximation.
 
-A coordinate u of a target is first taken into the chart that `chart` chooses, in which its posterior is nearest
-to a Gaussian: w is u itself or its logarithm. Bounds are mirrors: w is y folded at them as often as needed, so
-that a straight valley stays straight up to the bound. A logistic map between bounds would bend it: on the
-shipped tubes, whose walls have a tolerance of five standard errors, trajectories then took 57 gradients.
-Then `y = centre + root z`, with the root of the approximation's covariance, so that z has about unit variance
-in every direction. The density of z carries the Jacobian of the chart; mirrors keep the density, and the linear
-map changes it by a constant only. Between two mirrors z is no random variable but u is: judge chains by u.
+A coordinate u of a target is first taken into the chart that `chart` chooses, in which its posterior is
+nearest to a Gaussian: w is u itself or its logarithm. Bounds are mirrors: w is y folded at them as often as
+needed, so that a straight valley stays straight up to the bound. A logistic map between bounds would bend
+it: on the shipped tubes, whose walls have a tolerance of five standard errors, trajectories then took 57
+gradients. Then `y = centre + root z`, with the root of the approximation's covariance, so that z has about
+unit variance in every direction. The density of z carries the Jacobian of the chart; mirrors keep the
+density, and the linear map changes it by a constant only. Between two mirrors z is no random variable but u
+is: judge chains by u.
 """
 
 from collections.abc import Callable
@@ -21,6 +22,7 @@ from jaxtyping import Array, Float, PyTree
 from .chart import Chart
 from .laplace import Laplace, start_spread
 from .target import Target
+
 
 class Unbounded(eqx.Module):
     """The maps between z, y, w and u.
@@ -77,8 +79,8 @@ class Unbounded(eqx.Module):
 def _log_ends(chart: Chart, ends: np.ndarray) -> np.ndarray:
     """Bounds in the chart; that at zero, or beyond it, becomes minus infinity."""
     bent = chart.sign != 0
-    inside = np.maximum(np.where(bent, chart.sign * ends, 1.0), 0.0)
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):  # zero times an infinite bound, where unused
+        inside = np.maximum(np.where(bent, chart.sign * ends, 1.0), 0.0)
         return np.where(bent, np.log(inside), ends)
 
 
