@@ -212,8 +212,8 @@ def _speak_of_start(columns: dict[str, np.ndarray], pair: tuple[str, str], makin
         )
         return
     across = (x * y < 0.0) & (np.abs(x) > AT_START * reach) & (np.abs(y) > AT_START * float(np.abs(y).max()))
-    if np.mean(across) > ACROSS:
-        least = int(np.argmin(np.abs(y)))
+    least = int(np.argmin(np.abs(y)))
+    if np.mean(across) > ACROSS and abs(x[least]) > AT_START * reach:
         making.warn(
             f"strain and {answer_name} have opposite signs in {int(across.sum())} rows, so one of them was"
             f" counted from another zero; {answer_name} is nearest to none, {y[least]:.4g} {unit}, at strain"
