@@ -202,19 +202,46 @@ def formulas_without_values(raw: RawFile) -> str:
     return ""
 
 
+MOST_UNPACKED = 512 * 2**20
+"""Maximum of bytes that a workbook may unpack to: ten columns of a full sheet (2^20 rows) have 400 MiB."""
+
+
+def _check_size(raw: RawFile) -> None:
+    """Refuse a workbook that was packed to exhaust the memory; zipfile unpacks no more than is stated here.
+
+    Raises:
+        InputError: if its parts together are too large.
+    """
+    try:
+        with zipfile.ZipFile(io.BytesIO(raw.content)) as packed:
+            size = sum(part.file_size for part in packed.infolist())
+    except (zipfile.BadZipFile, ValueError, OSError, NotImplementedError):
+        return  # whoever reads it says so
+    if size > MOST_UNPACKED:
+        raise refuse(
+            raw.path,
+            f"this workbook unpacks to {size / 2**20:,.0f} MiB, but {MOST_UNPACKED // 2**20} MiB is the most "
+            "that is read; save the sheet that is wanted as .csv",
+        )
+
+
+def _texts_of(sheet: Any) -> list[list[str]]:
+    """Cells of a sheet as text; the size that the file states for it is not believed, but counted."""
+    sheet.reset_dimensions()
+    return [[_cell_text(cell) for cell in row] for row in sheet.iter_rows()]
+
+
 def _read_sheets(raw: RawFile) -> list[Page]:
+    _check_size(raw)
     import openpyxl  # slow to import, and most files are text
 
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about styles and extensions that do not touch the numbers
             book = openpyxl.load_workbook(io.BytesIO(raw.content), read_only=True, data_only=True)
-            sheets = [
-                (sheet.title, [[_cell_text(cell) for cell in row] for row in sheet.iter_rows()])
-                for sheet in book.worksheets
-            ]
+            sheets = [(sheet.title, _texts_of(sheet)) for sheet in book.worksheets]
             book.close()
-    except (zipfile.BadZipFile, KeyError, ValueError, OSError, TypeError) as error:
+    except Exception as error:  # of zip, XML or styles: a damaged workbook can end anywhere in there
         raise refuse(raw.path, f"this is not an Excel workbook that can be read ({error})") from None
     pages = []
     for title, texts in sheets:
