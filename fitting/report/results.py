@@ -9,6 +9,7 @@ from fitting.calibrate.spring.pipeline import SpringCharacterisation
 from fitting.data.publish import publish
 from fitting.inference.results import Presenter, Result, register_presenter
 from fitting.plan.plan import Plan
+from fitting.propagate import Propagation
 from fitting.sample.campaign import CampaignPosterior
 
 from . import batch
@@ -24,6 +25,9 @@ from .plan import text as plan_text
 from .posterior import documents as posterior_documents
 from .posterior import figures as posterior_figures
 from .posterior import text as posterior_text
+from .propagate import documents as propagate_documents
+from .propagate import figures as propagate_figures
+from .propagate import text as propagate_text
 from .spring import figures as spring_figures
 from .spring import report as spring_report
 from .spring import text as spring_text
@@ -59,6 +63,12 @@ PRESENTERS = {
         posterior_text.text_report,
         posterior_figures.figures,
         posterior_documents.documents,
+    ),
+    Propagation: Presenter(
+        propagate_text.verdict,
+        propagate_text.text_report,
+        _drawn(propagate_figures.captioned),
+        propagate_documents.documents,
     ),
     Plan: Presenter(
         plan_text.verdict,
