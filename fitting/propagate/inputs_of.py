@@ -9,7 +9,7 @@ import numpy as np
 
 from fitting.inference.parameters.ties import RESERVED
 from pneusma_jax.errors import InputError, nearest
-from pneusma_jax.units import dimension_of, to_si
+from pneusma_jax.units import UNITS, dimension_of, to_si
 
 from .distributions import Gaussian, Marginal, from_scipy
 from .inputs import Draws, Inputs, copula_of, correlation_matrix
@@ -121,6 +121,8 @@ def _marginal(entry: Mapping[str, Any], name: str, known: Known, study: Study) -
     unit = entry.get("unit", usual)
     if not isinstance(unit, str):
         raise InputError(f"{where}: unit must be a name such as 'mm', but it is {unit!r}")
+    if unit not in UNITS:
+        raise InputError(f"{where}: unknown unit {unit!r}, {nearest(unit, UNITS)}")
     if known.unit and dimension_of(unit) != dimension_of(usual):
         raise InputError(f"{where}: unit {unit!r} is one of {dimension_of(unit)}, but {name} is in {usual}")
     numbers = {key: number_in(entry, key, where) for key in entry if key not in ("distribution", "unit")}

@@ -10,7 +10,7 @@ from jaxtyping import Array
 
 import pneusma_jax as pj
 from pneusma_jax.errors import InputError, nearest
-from pneusma_jax.units import from_si, to_si, unit_of_column
+from pneusma_jax.units import dimension_of, from_si, to_si, unit_of_column
 
 from .response import Driver, Known
 
@@ -100,6 +100,9 @@ def read_channels(
         if named is None:
             continue
         name, unit = named
+        usual = STEMS[name.partition("_")[0]]
+        if dimension_of(unit) != dimension_of(usual):
+            raise InputError(f"{where} {key} must be a {dimension_of(usual)}, such as in {usual}, not in {unit}")
         values = points_of(entry, f"{where} {key}")
         if np.ndim(values):
             if driver is not None:
