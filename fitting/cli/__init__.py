@@ -88,6 +88,11 @@ COMMANDS = {
         "completion_command",
         "Print the script that lets a shell complete commands and options.",
     ),
+    "propagate": (
+        "fitting.cli.propagate",
+        "propagate_command",
+        "Propagate uncertain inputs through the model, in any number of rows.",
+    ),
 }
 UNUSABLE_INPUT = 2  # exit code
 
