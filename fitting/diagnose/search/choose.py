@@ -41,7 +41,7 @@ def choice(
         if before is None:
             before = scores(current)
             step.left_out = float(before.sum())
-        if step.left_out < (ENTRY.minimum_at_bound if candidate.at_a_bound else ENTRY.minimum_left):
+        if candidate.at_a_bound and step.left_out < ENTRY.minimum_at_bound:
             continue
         candidate.explained_by_instruments = drift_evidence(program, current, candidate.fit)
         if candidate.bayes - candidate.explained_by_instruments < enough:
@@ -53,9 +53,7 @@ def choice(
         if log_likelihood(program, gained, inflation) < ENTRY.minimum_gain:
             continue
         taken = _taken(program, current, candidate.fit, base)
-        if share < (
-            ENTRY.minimum_share if first or taken >= ENTRY.large_share else ENTRY.minimum_further_share
-        ):
+        if not first and taken < ENTRY.large_share and share < ENTRY.minimum_further_share:
             continue
         if (
             not first
