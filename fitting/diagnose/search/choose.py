@@ -30,13 +30,12 @@ def choice(
     """
     first, before = not current.slugs, None
     enough = EVIDENCE.minimum_first if first else EVIDENCE.minimum_further
-    behind = EVIDENCE.behind_first if first else EVIDENCE.behind_further
     best = None
     for candidate in step.candidates:
         best = candidate.bayes if best is None else best
         if candidate.bayes < enough or (not first and candidate.at_a_bound):
             continue
-        if best - candidate.bayes > max(EVIDENCE.minimum_difference, behind * best):
+        if best - candidate.bayes > max(EVIDENCE.minimum_difference, EVIDENCE.behind * best):
             break
         if before is None:
             before = scores(current)

@@ -53,12 +53,7 @@ class Evidence:
     minimum_difference: float = threshold(
         4.0, "Minimum difference of log Bayes factors for two explanations to be told apart.", "nat"
     )
-    behind_first: float = threshold(
-        0.2, "Maximum share of the best evidence for a first effect to be behind it."
-    )
-    behind_further: float = threshold(
-        0.1, "Maximum share of the best evidence for a further effect to be behind it."
-    )
+    behind: float = threshold(0.2, "Maximum share of the best evidence for an effect to be behind it.")
     minimum_better: float = threshold(
         1.0, "Minimum log-likelihood for a better fit of the same effects to replace one.", "nat"
     )
