@@ -10,7 +10,7 @@ from fitting.data.importers import import_file, make_options
 from fitting.data.recordings import Campaign, Recording, read_campaign, read_recording, write_recording
 from fitting.inference.parameters import Prior
 from fitting.specimens import elastomer
-from fitting.specimens.zeros import zeros_of
+from fitting.specimens.zeros import offered, zeros_of
 from pneusma_jax.errors import InputError
 
 MU = 120.0
@@ -62,6 +62,13 @@ def test_without_zeros_the_same_numbers_give_a_wrong_modulus():
     wrong, none = fitted([coupon(strain, stress, {})])
     right, _ = fitted([coupon(strain, stress)])
     assert none == {} and abs(wrong.values[0] / 1e3 - MU) > 1.0 > abs(right.values[0] / 1e3 - MU) / 0.3
+
+
+def test_fits_offer_to_find_them_where_slack_is_seen():
+    slack, none = coupon(*read_off(0.05, 4.0, 1), {}), coupon(*read_off(0.0, 4.0, 2), {}, "s")
+    (notice,) = (text for text in stack([slack, none]).notices if "[zero]" in text)
+    assert notice.startswith("r: stress is flat at 4") and "(strain = 0.099, stress_kPa = 8)" in notice
+    assert offered([coupon(*read_off(0.05, 4.0, 1))]) == []  # it was taken up
 
 
 def test_each_recording_has_zeros_of_its_own_and_those_that_ask_for_none_have_none():
