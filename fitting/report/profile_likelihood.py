@@ -12,6 +12,7 @@ from fitting.calibrate.spring.alloy_table import KELVIN
 from pneusma_jax.units import from_si
 
 from . import figures as house
+from .report import Picture
 
 CAPTION = (
     "Chi-square above its least value over one parameter when all others follow it; dashed: the "
@@ -24,6 +25,11 @@ class Profiled(Protocol):
 
     profiles: Mapping[str, Profile]
     parameters: Mapping[str, Estimate]
+
+
+def pictures(result: Profiled) -> list[Picture]:
+    """The figure of the profiles, if there are any."""
+    return [Picture("profiles", CAPTION, lambda: figure(result))] if result.profiles else []
 
 
 def figure(result: Profiled) -> Figure:

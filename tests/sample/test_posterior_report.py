@@ -10,8 +10,8 @@ import pytest
 from fitting.calibrate.elastomer.material import material
 from fitting.characterise import characterise
 from fitting.cli import main
-from fitting.report.posterior import text as words
 from fitting.report.posterior.netcdf import prior_draws
+from fitting.report.posterior.tables import disagreement_table
 from pneusma_jax.calibration import write_calibration
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import to_si
@@ -176,4 +176,4 @@ def test_chains_that_have_not_converged_judge_no_error_bar(fit):
     assert "is not judged" in " ".join(short.verdict) and "agrees" not in " ".join(short.verdict)
     entries = json.loads(short.documents()["report.json"])["parameters"]
     assert {entry["laplace_misleads"] for entry in entries.values()} == {None}
-    assert {row[-1] for row in words.disagreement_rows(short)} == {"not judged (not converged)"}
+    assert {row[-1] for row in disagreement_table(short).rows} == {"not judged (not converged)"}

@@ -1,7 +1,6 @@
 """What the fit of an elastomer says, in sentences that a laboratory can act on."""
 
 import math
-import textwrap
 
 import numpy as np
 
@@ -12,9 +11,9 @@ from fitting.calibrate.elastomer.held_out import HeldOut, Transfer
 from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation, estimates
 from fitting.calibrate.elastomer.samples import RELATIVE_SPREAD
 from fitting.calibrate.identifiability import identifiability
-from fitting.inference.parameters import format_estimate
 
-from .tables import drift_table, law_table, parameter_table
+from ..cells import joined, percent, with_error
+from ..characterisation import estimate_text
 
 CORRELATED = 0.3
 """Lag-1 correlation of the residuals from which they are called correlated."""
@@ -30,20 +29,14 @@ def constants(fit: LawFit) -> str:
     """Constants of a law with errors and units, in one line."""
     parts = []
     for name, estimate in estimates(fit).items():
-        error = estimate.sd if math.isfinite(estimate.sd) else None
-        text = format_estimate(estimate.value, error).replace("+/-", "±")
-        parts.append(f"{name} = {text}{'' if estimate.unit == '1' else ' ' + estimate.unit}")
+        unit = "" if estimate.unit == "1" else f" {estimate.unit}"
+        parts.append(f"{name} = {estimate_text(estimate)}{unit}")
     return ", ".join(parts)
 
 
 def kilopascal(value: float) -> str:
     """A stress [Pa] in kPa with three digits."""
     return f"{value / 1e3:.0f} kPa" if abs(value) >= 1e6 else f"{value / 1e3:.3g} kPa"
-
-
-def percent(fraction: float) -> str:
-    """A fraction in percent with two digits."""
-    return f"{100.0 * fraction:.2g} %" if abs(fraction) < 1.0 else f"{100.0 * fraction:.0f} %"
 
 
 def verdict(result: ElastomerCharacterisation) -> list[str]:
@@ -166,7 +159,7 @@ def how_it_was_fitted(result: ElastomerCharacterisation) -> list[str]:
     sentences = [_weighting(result), *_noise(result), _errors(fit)]
     if fit.factors:
         factors = ", ".join(
-            f"{name} {format_estimate(value, sd).replace('+/-', '±')}"
+            f"{name} {with_error(value, sd)}"
             for name, (value, sd) in fit.factors.items()
         )
         sentences.append(
@@ -242,32 +235,9 @@ def identifiability_sentences(fit: LawFit) -> list[str]:
         names = [name for name in fit.law.names if any(name in entry["parameters"] for entry in pairs)]
         strongest = max(abs(entry["correlation"]) for entry in pairs)
         together = (
-            f"{', '.join(names[:-1])} and {names[-1]} are known only together (correlations up to "
+            f"{joined(names)} are known only together (correlations up to "
             f"{strongest:.3f}): the curve they make is what was measured, not each of them."
         )
         return [together, *(entry["text"] for entry in found if entry["kind"] != "correlation")]
     texts = [entry["text"] for entry in found]
     return texts or [f"Every constant of the {fit.law.label} law is determined on its own by these data."]
-
-
-def text_report(result: ElastomerCharacterisation) -> str:
-    """The whole result as plain text, 100 columns wide."""
-
-    def block(title: str, sentences: list[str]) -> str:
-        wrapped = [textwrap.fill(s, 100, initial_indent="  ", subsequent_indent="  ") for s in sentences]
-        return "\n".join([title, *wrapped])
-
-    label = " (SIMULATED data, not measured)" if result.samples.real is False else ""
-    parts = [
-        f"{result.title}{label}",
-        block("Verdict", result.verdict),
-        block("Warnings", warnings(result)) if warnings(result) else "",
-        "Parameters\n" + parameter_table(result).text(),
-        "Laws, by error in gaps of the curve\n" + law_table(result.whole).text(),
-        "Moduli and errors over the range fitted\n" + drift_table(result.whole).text(),
-        block("How it was fitted", how_it_was_fitted(result)),
-        block("What the data do not tell apart", identifiability_sentences(result.best)),
-        block("Next test", [result.next_test.text]),
-        block("Notices", list(result.samples.notices)) if result.samples.notices else "",
-    ]
-    return "\n\n".join(part for part in parts if part)

@@ -20,7 +20,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 from mpl_toolkits.mplot3d import Axes3D
 
-from fitting.data.files import write_whole
 from pneusma_jax.errors import InputError
 from pneusma_jax.section import Section
 from pneusma_jax.section.shapes import as_numpy
@@ -94,18 +93,16 @@ def chain_figure(chain: SegmentChain, found: ChainEquilibrium, title: str = "") 
     return figure
 
 
-def write_animation(
-    path: str | Path,
+def animation(
     chain: SegmentChain,
     history: ChainHistory,
     pressure: np.ndarray,
     time: np.ndarray | None = None,
     frames: int = FRAMES,
-) -> Path:
+) -> bytes:
     """A GIF of a history: the chain in space above, martensite fractions and pressure below.
 
     Args:
-        path: file to write, whole or not at all.
         chain: places of springs and fibres are taken from it.
         history: as from `serial_chain.segments.simulate_chain_history`.
         pressure: gauge [Pa], shape (rows,).
@@ -113,7 +110,7 @@ def write_animation(
         frames: rows to show, evenly spaced; 40 take about half a megabyte.
 
     Raises:
-        InputError: if no row was solved, or the file cannot be written.
+        InputError: if no row was solved.
     """
     good = np.flatnonzero(np.asarray(history.converged))
     if good.size == 0:
@@ -142,7 +139,7 @@ def write_animation(
                 _frame_box(above, scene.box)
                 marker.set_xdata([x[row]] * 2)
                 writer.grab_frame()
-        return write_whole(path, draft.read_bytes())
+        return draft.read_bytes()
 
 
 def section_outline(section: Section) -> np.ndarray:

@@ -1,7 +1,5 @@
 """The content of `report.json`: everything that was found, as numbers with units and as sentences."""
 
-import math
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,13 +9,14 @@ from fitting.calibrate.elastomer.fit import LawFit
 from fitting.calibrate.elastomer.held_out import HeldOut, Score, Transfer
 from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation, estimates
 from fitting.calibrate.elastomer.samples import Samples
-from fitting.calibrate.result import SCHEMA, Estimate
+from fitting.calibrate.result import SCHEMA
 from fitting.inference.metrics import metrics
 
+from ..characterisation import estimates_json
 from . import text as words
 
 
-def report(result: ElastomerCharacterisation) -> dict[str, Any]:
+def content(result: ElastomerCharacterisation) -> dict[str, Any]:
     """The content of `report.json`; stresses and moduli in the unit beside them."""
     fit, samples = result.best, result.samples
     return {
@@ -25,7 +24,7 @@ def report(result: ElastomerCharacterisation) -> dict[str, Any]:
         "kind": "elastomer",
         "title": result.title,
         "real": samples.real,
-        "verdict": result.verdict,
+        "verdict": words.verdict(result),
         "law": fit.law.law,
         "law_label": fit.law.label,
         "strain_min": result.whole.strain_min,
@@ -48,12 +47,8 @@ def report(result: ElastomerCharacterisation) -> dict[str, Any]:
     }
 
 
-def _estimates(fit: LawFit) -> dict[str, dict]:
-    return {name: _estimate(estimate) for name, estimate in estimates(fit).items()}
-
-
-def _estimate(estimate: Estimate) -> dict[str, Any]:
-    return {"value": estimate.value, "sd": estimate.sd, "unit": estimate.unit, "at_bound": estimate.at_bound}
+def _estimates(fit: LawFit) -> dict[str, dict[str, Any]]:
+    return estimates_json(estimates(fit))
 
 
 def _metrics(samples: Samples, fit: LawFit, mask: np.ndarray) -> dict[str, float]:
@@ -202,13 +197,3 @@ def _next_test(result: ElastomerCharacterisation) -> dict[str, Any]:
         ],
     }
 
-
-def plain(value: Any) -> Any:
-    """Nested content as JSON knows it: no NumPy numbers, null for what is not finite."""
-    if isinstance(value, Mapping):
-        return {key: plain(inner) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(inner) for inner in value]
-    if isinstance(value, float | np.floating):
-        return float(value) if math.isfinite(value) else None
-    return value.item() if isinstance(value, np.generic) else value
