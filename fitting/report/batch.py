@@ -30,8 +30,7 @@ def verdict(batch: Batch) -> list[str]:
     if unlike:
         said.append(
             f"Specimens differ by more than their error bars in {', '.join(unlike)}: take the spread, not "
-            "the error "
-            "of the mean, for a further specimen."
+            "the error of the mean, for a further specimen."
         )
     elif batch.pooled:
         said.append(
@@ -65,16 +64,16 @@ def pooled_table(batch: Batch) -> Table:
 
 
 NOTE = (
-    "Normal-normal random effects, spread by restricted maximum likelihood; the common priors of the fits "
-    "were taken out of each specimen's estimates first, all at once, so that none counts once for each "
-    "specimen. What is left of them is what the figure shows in grey, so it is wider than in the table above."
+    "Normal-normal random effects; the spread is a restricted maximum likelihood estimate. Specimens share "
+    "the priors of their fits. These priors were taken out of all estimates first, so that none counts once "
+    "for each specimen. The figure shows the estimates without them in grey. They are wider than in the "
+    "table above."
 )
 
 
 CAPTION = (
-    "Each specimen as measured (grey, one standard error) and drawn towards the mean as far as its error "
-    "is wide "
-    "(blue); band: where a further specimen lies with 90 % probability."
+    "Grey: each specimen as measured, with one standard error. Blue: the same drawn towards the mean, the "
+    "more the wider its error. Band: 90 % prediction interval of a further specimen."
 )
 
 

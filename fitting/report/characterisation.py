@@ -13,6 +13,8 @@ from .table import Table
 ERRORS = "± one standard error."
 CSV_DIGITS = 10
 """Number of significant digits in CSV files of results."""
+MOST_NAMES = 12
+"""Maximum number of recordings that a subtitle names."""
 
 
 def parameter_table(
@@ -90,6 +92,25 @@ def content(
         **more,
         "seed": seed,
     }
+
+
+def subtitle(what: str, recordings: str, fitted: Sequence[str], held_out: Sequence[str]) -> str:
+    """What was fitted to which recordings.
+
+    Args:
+        what: the specimen, `"Wire"`.
+        recordings: such recordings in words, `"test"`; the plural is made with an s.
+        fitted: names of those that were fitted.
+        held_out: names of those that only score.
+    """
+    plural = "" if len(fitted) == 1 else "s"
+    rest = f", {len(held_out)} held out ({_names(held_out)})" if held_out else ""
+    return f"{what}, {len(fitted)} {recordings}{plural} fitted ({_names(fitted)}){rest}"
+
+
+def _names(names: Sequence[str]) -> str:
+    more = len(names) - MOST_NAMES
+    return ", ".join(names[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
 
 
 def footer(seed: int) -> str:

@@ -8,7 +8,7 @@ import pytest
 from fitting.calibrate.result import Estimate
 from fitting.data.csv_text import csv_rows, csv_text
 from fitting.report.cells import joined, number, percent, relative, with_error, with_unit
-from fitting.report.characterisation import parameter_table, parameters_csv
+from fitting.report.characterisation import parameter_table, parameters_csv, subtitle
 from fitting.report.elastomer.payload import estimates_json
 
 
@@ -70,3 +70,9 @@ def test_csv_reads_back_equal_or_has_the_digits_asked_for():
     assert csv_rows(["a"], [[third], [math.inf], [math.nan], [2]], digits=4) == "a\n0.3333\n\"\"\n\"\"\n2\n"
     with pytest.raises(ValueError, match="shorter"):
         csv_text({"a": [1.0], "b": []})
+
+
+def test_a_subtitle_names_recordings_up_to_a_dozen():
+    assert subtitle("Wire", "recording", ["a"], []) == "Wire, 1 recording fitted (a)"
+    assert subtitle("Spring", "test", ["a", "b"], ["c"]) == "Spring, 2 tests fitted (a, b), 1 held out (c)"
+    assert subtitle("Wire", "test", [str(k) for k in range(30)], []).endswith("10, 11 and 18 more)")

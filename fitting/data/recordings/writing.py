@@ -29,15 +29,13 @@ def write_recording(recording: Recording, folder: str | Path, force: bool = True
         InputError: if the recording cannot be used, its name would leave the folder, a file is in the way, or
             the place cannot be written.
     """
-    check_recording(recording)
+    texts = recording_texts(recording, folder)
     target = target_path(recording, folder)
-    beside = target.with_suffix(".toml")
-    for file in (target, beside):
+    for file in texts:
         if file.exists() and not force:
             raise refuse(
                 file, "this file is already there; choose another folder, or allow it to be replaced"
             )
-    texts = {target: csv_text(recording.columns, recording.comments), beside: _toml_text(recording, target)}
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -46,6 +44,18 @@ def write_recording(recording: Recording, folder: str | Path, force: bool = True
         for file, text in texts.items():  # both or none; the CSV last: without it there is no recording
             drafts.enter_context(replacing(file)).write_bytes(text.encode())
     return target
+
+
+def recording_texts(recording: Recording, folder: str | Path) -> dict[Path, str]:
+    """CSV and sidecar as they would stand in a folder, by path; nothing is written.
+
+    Raises:
+        InputError: if the recording cannot be used, or its name would leave the folder.
+    """
+    check_recording(recording)
+    target = target_path(recording, folder)
+    csv, sidecar = csv_text(recording.columns, recording.comments), _toml_text(recording, target)
+    return {target: csv, target.with_suffix(".toml"): sidecar}
 
 
 def target_path(recording: Recording, folder: str | Path) -> Path:

@@ -7,7 +7,7 @@ from fitting.specimens.saved_models.files import render_model
 from pneusma_jax.calibration.toml import render_calibration
 
 from ..report import Block, Code, Picture, Points, Report, Section
-from . import text as words
+from . import text
 from .figures import probability_figure, recordings_figure
 from .model import model_of
 from .payload import content
@@ -38,7 +38,7 @@ def report_of(
     simulated = all(recording.real is False for recording in x.program.recordings)
     return Report(
         title=f"Diagnosis: {title}",
-        subtitle=words.question(conclusion),
+        subtitle=text.question(conclusion),
         verdict=verdict_sentences(conclusion),
         warnings=[f"{note}." for note in conclusion.notes],
         real=False if simulated else None,
@@ -49,10 +49,10 @@ def report_of(
             ]),
             Section("Where", [place_text(conclusion)]),
             Section("What", _what(conclusion)),
-            Section("Held-out recordings", [score_table(conclusion), words.race(conclusion)]),
+            Section("Held-out recordings", [score_table(conclusion), text.race(conclusion)]),
             Section("What the base model's constants absorbed", _absorbed(conclusion)),
             *_discrepancy(conclusion),
-            Section("Next experiment", [words.next_experiment(conclusion)]),
+            Section("Next experiment", [text.next_experiment(conclusion)]),
             Section("To make this page again", [Code(command)]),
         ],
         footer=f"{x.tries} models were fitted.",
@@ -67,26 +67,26 @@ def report_of(
 def _what(conclusion: Conclusion) -> list[Block]:
     """Effects that were found, and the candidates they were chosen from."""
     effects = [
-        Section(words_of(found.slug), [words.effect(found), effect_table(conclusion, found)])
+        Section(words_of(found.slug), [text.effect(found), effect_table(conclusion, found)])
         for found in conclusion.found
     ]
     candidates = candidate_table(conclusion)
     return [
-        *(effects or [words.NOTHING_FOUND]),
+        *(effects or [text.NOTHING_FOUND]),
         Picture("probabilities", CAPTIONS["probabilities"], lambda: probability_figure(conclusion)),
-        candidates if candidates.rows else words.NO_CANDIDATE,
-        words.untestable(conclusion),
+        candidates if candidates.rows else text.NO_CANDIDATE,
+        text.untestable(conclusion),
     ]
 
 
 def _absorbed(conclusion: Conclusion) -> list[Block]:
     table = base_table(conclusion)
-    return [table if table.rows else words.ALL_EXACT]
+    return [table if table.rows else text.ALL_EXACT]
 
 
 def _discrepancy(conclusion: Conclusion) -> list[Section]:
-    """What remains, described by a smooth correction, if there is one."""
+    """The model discrepancy that describes what remains, if there is one."""
     if conclusion.remainder is None:
         return []
-    blocks = [words.discrepancy(conclusion), discrepancy_table(conclusion)]
-    return [Section("What remains, described", blocks)]
+    blocks = [text.discrepancy(conclusion), discrepancy_table(conclusion)]
+    return [Section("Model discrepancy", blocks)]

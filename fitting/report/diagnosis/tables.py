@@ -17,10 +17,12 @@ from ..table import Table
 NONE = "-"
 """Text of a cell to which nothing belongs."""
 CANDIDATES = (
-    "candidate", "probability", "log Bayes factor", "chi2, fitted", "chi2, left out", "base (sd)",
-    "at a bound",
+    "candidate", "probability", "log Bayes factor", "chi2, fitted", "chi2, cross-validated",
+    "largest deviation (sd)", "at its bound",
 )  # fmt: skip
-COMES_HOME = "A constant that comes home when an effect is added speaks for the effect."
+NOMINAL = (
+    "A constant that returns to its nominal value when an effect is added is evidence for the effect."
+)
 
 
 def words_of(slug: str) -> str:
@@ -55,7 +57,10 @@ def candidate_table(conclusion: Conclusion) -> Table:
         for t in stage.trials
     ]  # fmt: skip
     beside = f" and {joined([words_of(slug) for slug in stage.base.slugs])}" if stage.base.slugs else ""
-    note = f"Candidates for the first effect, fitted together with the model{beside}."
+    note = (
+        f"Candidates for the first effect, fitted together with the model{beside}. Largest deviation: of a "
+        "constant of the base model from its nominal value."
+    )
     return Table(CANDIDATES, rows, note, [t.slug for t in stage.trials].index(x.first.slug))
 
 
@@ -90,7 +95,7 @@ def base_table(conclusion: Conclusion) -> Table:
         alone, now = (f"{shown(item.value(u[k]))} ({u[k]:+.1f} sd)" for u in (x.base.u, final.u))
         rows.append([name, shown(item.reference), alone, now, item.unit])
     header = ["constant", "nominal", "refitted alone", "refitted with what was found", "unit"]
-    return Table(header, rows, COMES_HOME)
+    return Table(header, rows, NOMINAL)
 
 
 def discrepancy_table(conclusion: Conclusion) -> Table:

@@ -37,16 +37,16 @@ def untestable(conclusion: Conclusion) -> str:
 
 
 def race(conclusion: Conclusion) -> str:
-    """What was found against a correction without a name, on fitted recordings left out in turn."""
+    """The effects found against a model discrepancy, by cross-validation over the fitted recordings."""
     generic, x = conclusion.generic, conclusion.explanation
     if generic is None or not x.final.slugs:
         return ""
     base, named = x.left_out
     return (
-        f"Fitted recordings, each predicted without it: reduced chi-square {number(base)} by "
-        f"the base model, {number(named)} with what was found, {number(generic.left_out)} with a nameless "
-        f"smooth function of {generic.driver.replace('_', ' ')} added to "
-        f"{generic.quantity.replace('_', ' ')}."
+        "Fitted recordings were predicted, each by fits without it. The reduced chi-square is "
+        f"{number(base)} by the base model and {number(named)} with what was found. A model discrepancy "
+        f"({generic.quantity.replace('_', ' ')} as a smooth function of {generic.driver.replace('_', ' ')}) "
+        f"gives {number(generic.left_out)}."
     )
 
 

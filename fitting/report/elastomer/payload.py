@@ -13,7 +13,7 @@ from fitting.calibrate.result import SCHEMA
 from fitting.inference.metrics import metrics
 
 from ..characterisation import estimates_json
-from . import text as words
+from . import text
 
 
 def content(result: ElastomerCharacterisation) -> dict[str, Any]:
@@ -24,7 +24,7 @@ def content(result: ElastomerCharacterisation) -> dict[str, Any]:
         "kind": "elastomer",
         "title": result.title,
         "real": samples.real,
-        "verdict": words.verdict(result),
+        "verdict": text.verdict(result),
         "law": fit.law.law,
         "law_label": fit.law.label,
         "strain_min": result.whole.strain_min,
@@ -35,9 +35,9 @@ def content(result: ElastomerCharacterisation) -> dict[str, Any]:
             curve.name: {"role": curve.role, **_metrics(samples, fit, samples.of(k))}
             for k, curve in enumerate(samples.curves)
         },
-        "identifiability": words.identifiability_of(fit),
+        "identifiability": text.identifiability_of(fit),
         "next_test": _next_test(result),
-        "warnings": words.warnings(result),
+        "warnings": text.warnings(result),
         "fitting": _fitting(result),
         "choice": _choice(result.whole),
         "laws": {name: _law(result, result.whole, name) for name in result.whole.fits},
@@ -65,7 +65,7 @@ def _fitting(result: ElastomerCharacterisation) -> dict[str, Any]:
     samples, fit = result.samples, result.best
     return {
         "weighting": samples.weighting,
-        "text": words.how_it_was_fitted(result),
+        "text": text.how_it_was_fitted(result),
         "noise": {
             curve.name: {"sigma_kPa": curve.noise / 1e3, "stated": curve.noise_stated}
             for curve in samples.curves
@@ -112,7 +112,7 @@ def _law(result: ElastomerCharacterisation, analysis: Analysis, name: str) -> di
         "monotone_where_tested": analysis.tested[name].monotone,
         "monotone_over_actuator": analysis.actuator[name].monotone,
         "status": fit.result.status.value,
-        "identifiability": words.identifiability_of(fit),
+        "identifiability": text.identifiability_of(fit),
         "held_out": _held_out(held),
         "drift": [
             {

@@ -3,9 +3,9 @@
 from fitting.calibrate.elastomer.next_test import CAUSES
 from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation
 
-from ..characterisation import footer
+from .. import characterisation
 from ..report import Points, Report, Section
-from . import text as words
+from . import text
 from .figures import pictures
 from .files import files
 from .payload import content
@@ -20,24 +20,24 @@ def report_of(result: ElastomerCharacterisation) -> Report:
     return Report(
         title=result.title,
         subtitle=_subtitle(result),
-        verdict=words.verdict(result),
-        warnings=words.warnings(result),
+        verdict=text.verdict(result),
+        warnings=text.warnings(result),
         real=samples.real,
         sections=[
             Section("Fit", [drawn["fit"]]),
             Section(
                 "Parameters",
-                [parameter_table(result), Points(words.identifiability_sentences(result.best))],
+                [parameter_table(result), Points(text.identifiability_sentences(result.best))],
             ),
             Section(
                 "Laws", [law_table(result.whole), *over_ranges, drift_table(result.whole), drawn["residuals"]]
             ),
-            Section("How it was fitted", [Points(words.how_it_was_fitted(result))]),
+            Section("How it was fitted", [Points(text.how_it_was_fitted(result))]),
             Section("Next test", [result.next_test.text, next_test_table(result.next_test, CAUSES)]),
             Section("Notices", [Points(samples.notices)]),
         ],
         window=f"{result.title}: characterisation",
-        footer=footer(result.seed),
+        footer=characterisation.footer(result.seed),
         content=lambda: content(result),
         files=lambda: files(result),
     )
@@ -46,7 +46,5 @@ def report_of(result: ElastomerCharacterisation) -> Report:
 def _subtitle(result: ElastomerCharacterisation) -> str:
     curves = result.samples.curves
     fitted = [curve.name for curve in curves if curve.role == "fit"]
-    kept = [curve.name for curve in curves if curve.role == "validation"]
-    plural = "s" if len(fitted) > 1 else ""
-    held_out = f", {len(kept)} kept for validation ({', '.join(kept)})" if kept else ""
-    return f"Elastomer, {len(fitted)} recording{plural} fitted ({', '.join(fitted)}){held_out}"
+    held_out = [curve.name for curve in curves if curve.role == "validation"]
+    return characterisation.subtitle("Elastomer", "recording", fitted, held_out)

@@ -178,15 +178,14 @@ def how_it_was_fitted(result: ElastomerCharacterisation) -> list[str]:
 def _weighting(result: ElastomerCharacterisation) -> str:
     if result.samples.weighting == "relative":
         return (
-            "Least squares of engineering stress over engineering strain; residuals were divided by the "
-            "instrument's "
-            f"noise and {percent(RELATIVE_SPREAD)} of the stress together, so that small stresses count too."
+            "Least squares of engineering stress over engineering strain. Residuals were divided by the "
+            f"instrument's noise and {percent(RELATIVE_SPREAD)} of the stress together, so that small "
+            "stresses count too."
         )
     return (
-        "Unweighted least squares of engineering stress over engineering strain within a recording: "
-        "residuals were divided "
-        "by the instrument's noise, the same for all its samples, so large stresses decide where a law "
-        "cannot follow."
+        "Least squares of engineering stress over engineering strain, unweighted within a recording. "
+        "Residuals were divided by the instrument's noise, the same for all samples. So large stresses "
+        "decide where a law cannot follow."
     )
 
 

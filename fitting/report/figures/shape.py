@@ -1,8 +1,8 @@
 """A chain of segments in space: a figure of one configuration, and a short animation of a history.
 
-The tube is a translucent surface swept along the centre line, each spring a line on its wall coloured by
-its martensite fraction, a strain-limiting fibre a black line, the clamped base a black ring. One actuator is
-drawn as a chain of one.
+The tube is a translucent surface swept along the centre line. Each spring is a line on its wall, coloured by
+its martensite fraction. A strain-limiting fibre is a black line, the clamped base a black ring. One actuator
+is drawn as a chain of one.
 """
 
 import tempfile
@@ -145,8 +145,8 @@ def animation(
 def section_outline(section: Section) -> np.ndarray:
     """Places on the section's outer line, a closed polygon [m], shape (n, 2).
 
-    One on each of `SPOKES` rays from the centre line, and one at each corner; where a ray meets no wall, at
-    the distance of the sides.
+    One lies on each of `SPOKES` rays from the centre line, and one at each corner. Where a ray meets no wall,
+    it lies at the distance of the sides.
     """
     corners = np.asarray(getattr(section.shapes[0], "vertices", np.zeros((0, 2))))
     turns = np.arctan2(corners[:, 1], corners[:, 0]) % (2.0 * np.pi)

@@ -11,8 +11,7 @@ from fitting.specimens.rows import MOST_ROWS
 from pneusma_jax.units import from_si
 
 from .. import characterisation, profile_likelihood
-from . import text as words
-from . import wires
+from . import text, wires
 
 
 def _named(column: str, measures: dict[str, float]) -> dict[str, float]:
@@ -62,8 +61,8 @@ def _half_way(result: GeneralCharacterisation) -> dict[str, Any]:
 def content(result: GeneralCharacterisation) -> dict[str, Any]:
     """The content of `report.json`."""
     return characterisation.content(
-        result.kind, result.title, result.real, words.verdict(result), result.parameters,
-        words.warnings(result), result.seed, _more(result),
+        result.kind, result.title, result.real, text.verdict(result), result.parameters,
+        text.warnings(result), result.seed, _more(result),
     )  # fmt: skip
 
 
@@ -102,6 +101,6 @@ def _more(result: GeneralCharacterisation) -> dict[str, Any]:
             "correlation_time_samples": fit.correlation_time,
             "starts_chi_square": list(fit.starts),
             "status": fit.result.status.value,
-            "text": words.how_it_was_fitted(result),
+            "text": text.how_it_was_fitted(result),
         },
     }

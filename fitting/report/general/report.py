@@ -15,13 +15,13 @@ from .. import characterisation
 from ..cells import number
 from ..report import Points, Report, Section
 from ..table import Table
-from . import text as words
+from . import text
 from .figures import pictures
 from .payload import content, most_rows
 
 SCORES = (
-    "MAE and RMSE in the unit of the column; RPD is the mean relative difference (Eq. 2.52), absolute "
-    "and signed; the last column is the misfit over the noise."
+    "MAE and RMSE in the unit of the column. RPD is the mean relative difference (Eq. 2.52), absolute "
+    "and signed. The last column is the misfit over the noise."
 )
 HELD = "Numbers that were held."
 NOTHING = "Nothing: everything that was free is known better than before."
@@ -35,20 +35,20 @@ def report_of(result: GeneralCharacterisation) -> Report:
     return Report(
         title=result.title,
         subtitle=_subtitle(result),
-        verdict=words.verdict(result),
-        warnings=words.warnings(result),
+        verdict=text.verdict(result),
+        warnings=text.warnings(result),
         real=result.real,
         sections=[
             Section("Fit", [drawn["fit"]]),
             Section("Parameters", [_parameters(result)]),
-            Section("What a resistance would have told", [Points(words.untold(result))]),
-            Section("The model", [Points(words.about_the_model(result)), _held(result)]),
+            Section("What a resistance would have told", [Points(text.untold(result))]),
+            Section("The model", [Points(text.about_the_model(result)), _held(result)]),
             Section("Errors, recording by recording", [_scores(result)]),
             Section("What these recordings cannot tell",
                     [Points(loose), *(drawn[name] for name in ("parameters", "profiles") if name in drawn)]),
             Section("Next test", [advice(result.repeats)]),
             Section("What the model leaves", [drawn["residuals"]]),
-            Section("How it was fitted", [Points(words.how_it_was_fitted(result))]),
+            Section("How it was fitted", [Points(text.how_it_was_fitted(result))]),
             Section("Notices", [Points(notices)]),
         ],
         window=f"{result.title}: characterisation",
@@ -59,10 +59,10 @@ def report_of(result: GeneralCharacterisation) -> Report:
 
 
 def _subtitle(result: GeneralCharacterisation) -> str:
-    kept = [r.name for r in result.fit.recordings if r.role == "validation"]
-    count = len(result.fit.recordings) - len(kept)
-    held_out = f", {len(kept)} held out ({', '.join(kept)})" if kept else ""
-    return f"{words.WHAT[result.kind].capitalize()}, {count} recordings fitted{held_out}"
+    recordings = result.fit.recordings
+    held_out = [recording.name for recording in recordings if recording.role == "validation"]
+    fitted = [recording.name for recording in recordings if recording.role != "validation"]
+    return characterisation.subtitle(text.WHAT[result.kind].capitalize(), "recording", fitted, held_out)
 
 
 def _files(result: GeneralCharacterisation) -> dict[str, str]:

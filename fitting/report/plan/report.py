@@ -3,8 +3,7 @@
 from fitting.plan.plan import Plan
 
 from ..report import Picture, Points, Report, Section
-from . import protocol
-from . import text as words
+from . import protocol, text
 from .figure import plan_figure
 from .tables import constant_table, test_table
 
@@ -19,20 +18,20 @@ def report_of(plan: Plan) -> Report:
     return Report(
         title=f"First campaign for {plan.knowledge.table.name}",
         subtitle="A protocol chosen by expected information, before any data",
-        verdict=words.verdict(plan),
+        verdict=text.verdict(plan),
         sections=[
-            Section("Before you start", [Points(words.preparation(plan))]),
+            Section("Before you start", [Points(text.preparation(plan))]),
             Section("Tests, in this order", [test_table(plan)]),
             Section(
                 "What they are expected to give",
                 [
                     Picture("expected_sd", CAPTION, lambda: plan_figure(plan)),
                     constant_table(plan),
-                    words.comparison(plan),
+                    text.comparison(plan),
                 ],
             ),
             Section("What will stay unknown", [Points(plan.loose or ("Nothing stands out.",))]),
-            Section("How this was chosen", [Points(words.reasons(plan))]),
+            Section("How this was chosen", [Points(text.reasons(plan))]),
         ],
         footer="pneusma plan",
         page_name="protocol.html",

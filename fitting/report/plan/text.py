@@ -52,12 +52,13 @@ def preparation(plan: Plan) -> list[str]:
 def reasons(plan: Plan) -> list[str]:
     """How the tests were chosen, and with what assumptions."""
     return [
-        f"Each test's worth is the expected fall in the uncertainty of {', '.join(plan.wanted)} per minute,"
-        " from the sensitivities of the spring's law; tests were exchanged until no exchange helped.",
-        f"The expectation is over alloys that the priors of {plan.knowledge.table.name} allow. Errors: force"
+        f"Each test is valued by the expected fall in the uncertainty of {', '.join(plan.wanted)} per minute."
+        " The fall follows from the sensitivities of the spring's law. Tests were exchanged until no exchange"
+        " helped.",
+        f"The expectation is over alloys that the priors of {plan.knowledge.table.name} allow. Noise: force"
         f" {plan.noise[0]:g} N, resistance {plan.noise[1]:g} ohm, independent at {LEG_ROWS} readings on every"
-        f" pull and return, and {percent(plan.misfit)} of the force and of the contrast in resistance for"
-        " what the law itself gets wrong, in every repeat alike.",
+        f" pull and return. The law itself errs by {percent(plan.misfit)} of the force and of the contrast in"
+        " resistance, in every repeat alike.",
         "The phase is not taken as known: it deviates, and resistance and force must settle it together with"
         " the constants.",
         "Speeds: the fastest at which a controller holds the resistance of such a spring, by simulation of"
@@ -73,7 +74,7 @@ def comparison(plan: Plan) -> str:
     ratio = np.exp(np.mean(np.log(plan.sd[-1, rows] / plan.published_sd[rows])))
     fitted = sum(test.minutes * test.repeats for test in plan.tests if test.role == "fit")
     return (
-        f"The published campaign's seven tests ({plan.published_minutes:.0f} minutes at speeds that hold"
-        f" their resistances) would leave the wanted constants with 1-sigmas of {percent(1.0 / ratio)} of"
-        f" these, on average; these tests take {fitted:.0f} minutes."
+        f"The published campaign's seven tests take {plan.published_minutes:.0f} minutes at speeds that hold"
+        f" their resistances; these tests take {fitted:.0f} minutes. The published ones would leave the"
+        f" wanted constants with 1-sigmas of {percent(1.0 / ratio)} of these, on average."
     )

@@ -1,8 +1,8 @@
 """Draws as netCDF-4 that ArviZ opens (`arviz.from_netcdf`): an HDF5 file with dimension scales, written by
 h5py.
 
-Groups and names are those of ArviZ's InferenceData schema; a chain is one walker, as ArviZ has it for emcee,
-and `sample_stats/ensemble` says which ensemble it belongs to. Values are in the units of files, which `unit`
+Groups and names are those of ArviZ's InferenceData schema. A chain is one walker, as ArviZ has it for emcee;
+`sample_stats/ensemble` names its ensemble. Values are in the units of files, which `unit`
 names.
 """
 

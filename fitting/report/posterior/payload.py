@@ -4,7 +4,7 @@ from typing import Any
 
 from fitting.sample.campaign import CampaignPosterior
 
-from . import text as words
+from . import text
 
 SCHEMA = "pneusma-posterior/1"
 
@@ -19,7 +19,7 @@ def content(result: CampaignPosterior) -> dict[str, Any]:
         "title": problem.title,
         "real": problem.real,
         "converged": posterior.converged,
-        "verdict": words.verdict(result),
+        "verdict": text.verdict(result),
         "parameters": {name: entry(result, name) for name in posterior.summary},
         "sampler": {
             "library": "emcee",

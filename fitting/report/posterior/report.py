@@ -9,7 +9,7 @@ from fitting.sample.campaign import CampaignPosterior
 from .. import render
 from ..characterisation import CSV_DIGITS
 from ..report import Points, Report, Section
-from . import text as words
+from . import text
 from .figures import pictures
 from .netcdf import netcdf
 from .payload import content, entry
@@ -25,7 +25,7 @@ def report_of(result: CampaignPosterior) -> Report:
     return Report(
         title=problem.title,
         subtitle=_subtitle(result),
-        verdict=words.verdict(result),
+        verdict=text.verdict(result),
         warnings=() if result.converged else (NOT_CONVERGED,),
         real=problem.real,
         sections=[
@@ -33,7 +33,7 @@ def report_of(result: CampaignPosterior) -> Report:
             Section("Model and data", [drawn["predictive"]]),
             Section("What the data added", [drawn["prior"]]),
             Section("Where the fit's error bars hold", [disagreement_table(result)]),
-            Section("How it was sampled", [Points(words.how_it_was_sampled(result)), drawn["trace"]]),
+            Section("How it was sampled", [Points(text.how_it_was_sampled(result)), drawn["trace"]]),
             Section("Notices", [Points(problem.notices)]),
         ],
         window=f"{problem.title}: posterior",

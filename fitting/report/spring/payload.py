@@ -7,7 +7,7 @@ from fitting.calibrate.spring.scores import Score, overall
 from pneusma_jax.units import from_si
 
 from .. import characterisation, profile_likelihood
-from . import text as words
+from . import text
 
 
 def _score_json(score: Score) -> dict[str, Any]:
@@ -23,7 +23,7 @@ def _score_json(score: Score) -> dict[str, Any]:
 def content(result: SpringCharacterisation) -> dict[str, Any]:
     """The content of `report.json`."""
     return characterisation.content(
-        "spring", result.title, result.real, words.verdict(result), result.parameters, words.warnings(result),
+        "spring", result.title, result.real, text.verdict(result), result.parameters, text.warnings(result),
         result.seed, _more(result),
     )  # fmt: skip
 
@@ -60,7 +60,7 @@ def _more(result: SpringCharacterisation) -> dict[str, Any]:
                  "skipped": s.skipped}
                 for s in result.stages
             ],
-            "text": words.how_it_was_fitted(result),
+            "text": text.how_it_was_fitted(result),
         },
         "tests": [{"name": t.name, "phase": t.phase, "reason": t.reason} for t in result.tests],
         "sd_given_geometry_SI": result.sd_given_geometry(),

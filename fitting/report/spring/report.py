@@ -10,7 +10,7 @@ from .. import characterisation
 from ..cells import number
 from ..report import Points, Report, Section
 from ..table import Table
-from . import text as words
+from . import text
 from .figures import pictures
 from .payload import content
 
@@ -29,8 +29,8 @@ def report_of(result: SpringCharacterisation) -> Report:
     return Report(
         title=result.title,
         subtitle=_subtitle(result),
-        verdict=words.verdict(result),
-        warnings=words.warnings(result),
+        verdict=text.verdict(result),
+        warnings=text.warnings(result),
         real=result.real,
         sections=[
             Section("Fit", [drawn["fit"]]),
@@ -38,11 +38,11 @@ def report_of(result: SpringCharacterisation) -> Report:
             Section("Errors, test by test", [_scores(result)]),
             Section("What these tests cannot tell",
                     [Points(loose), *(drawn[name] for name in ("profiles",) if name in drawn)]),
-            Section("Other fits as good", [Points([words.mode_sentence(mode) for mode in result.modes])]),
+            Section("Other fits as good", [Points([text.mode_sentence(mode) for mode in result.modes])]),
             Section("Next test", [result.next_test.text]),
             Section("Laws and phases", [drawn["laws"], drawn["phase"]]),
-            Section("What each test was taken to be", [Points(words.phases(result))]),
-            Section("How it was fitted", [Points(words.how_it_was_fitted(result))]),
+            Section("What each test was taken to be", [Points(text.phases(result))]),
+            Section("How it was fitted", [Points(text.how_it_was_fitted(result))]),
             Section("Notices", [Points(result.notices)]),
         ],
         window=f"{result.title}: characterisation",
@@ -57,9 +57,8 @@ def report_of(result: SpringCharacterisation) -> Report:
 
 def _subtitle(result: SpringCharacterisation) -> str:
     fitted = [test.name for test in result.tests if test.fitted]
-    kept = [test.name for test in result.tests if not test.fitted]
-    held_out = f", {len(kept)} held out ({', '.join(kept)})" if kept else ""
-    return f"Spring on a stand, {len(fitted)} tests fitted ({', '.join(fitted)}){held_out}"
+    held_out = [test.name for test in result.tests if not test.fitted]
+    return characterisation.subtitle("Spring on a stand", "test", fitted, held_out)
 
 
 def _parameters(result: SpringCharacterisation) -> Table:
