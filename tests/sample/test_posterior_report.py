@@ -88,6 +88,7 @@ def test_draws_are_netcdf_with_the_groups_of_arviz(result, saved):
         assert set(file) == {"posterior", "sample_stats", "prior", "observed_data"}
         draws = file["posterior/c_10"]
         assert [dimension[0].name.rsplit("/")[-1] for dimension in draws.dims] == ["chain", "draw"]
+        assert draws.shape == tuple(len(dimension[0]) for dimension in draws.dims)
         assert draws.shape[0] == 4 * 32 and draws.attrs["unit"] == "kPa"
         assert np.mean(to_si(draws[...], "kPa")) == pytest.approx(result.posterior.draws["c_10"].mean())
         assert set(file["prior"]) >= {"stiffness_1", "stiffness_2"}

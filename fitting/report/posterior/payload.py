@@ -22,7 +22,9 @@ def content(result: CampaignPosterior) -> dict[str, Any]:
         "verdict": text.verdict(result),
         "parameters": {name: entry(result, name) for name in posterior.summary},
         "sampler": {
-            "library": "emcee",
+            "library": text.library_of(posterior.settings),
+            "method": posterior.settings.sampler,
+            "why": posterior.why,
             "walkers": posterior.settings.walkers,
             "ensembles": posterior.settings.ensembles,
             "steps": state.steps,
@@ -38,6 +40,7 @@ def content(result: CampaignPosterior) -> dict[str, Any]:
             "acceptance": list(posterior.acceptance),
             "evaluations": posterior.evaluations,
             "without_answer": posterior.failures,
+            **posterior.diagnostics,
         },
         "notes": list(problem.notes),
         "notices": list(problem.notices),

@@ -1,6 +1,7 @@
 """A posterior in words."""
 
 from fitting.sample.campaign import CampaignPosterior
+from fitting.sample.settings import Settings
 
 
 def verdict(result: CampaignPosterior) -> list[str]:
@@ -28,11 +29,30 @@ def how_it_was_sampled(result: CampaignPosterior) -> list[str]:
     acceptance = ", ".join(f"{100.0 * a:.0f} %" for a in p.acceptance)
     return [
         *result.problem.notes,
-        f"emcee: {p.settings.ensembles} independent ensembles of {p.settings.walkers} walkers, each with a "
-        f"centre of its own around the fit; differential evolution and stretch moves; accepted {acceptance}.",
+        f"{_sampler(p.settings)} Acceptance: {acceptance}.",
         f"{p.convergence.steps} steps of each, of which {p.convergence.burn_in} are burn-in; figures and "
         f"files hold one step in {p.convergence.thin} of the rest. {p.evaluations} evaluations of the model, "
         f"seed {p.settings.seed}.",
         "R-hat is split, rank-normalised, between ensembles, the larger of location and scale; effective "
         "samples are those of all ensembles, from the integrated autocorrelation time.",
     ]
+
+
+def library_of(settings: Settings) -> str:
+    """Name of the library whose sampler was used."""
+    return "blackjax" if settings.sampler == "nuts" else "emcee"
+
+
+def _sampler(settings: Settings) -> str:
+    """What moved the chains, in a sentence or two."""
+    if settings.sampler == "nuts":
+        return (
+            f"blackjax: {settings.ensembles} independent chains of the no-U-turn sampler, which follows "
+            f"gradients. Their {settings.warm_up} steps of warm-up were thrown away."
+        )
+    tempered = settings.sampler == "tempered"
+    start = "drawn from the prior" if tempered else "with a centre of its own around the fit"
+    return (
+        f"emcee: {settings.ensembles} independent ensembles of {settings.walkers} walkers, each {start}. "
+        "Moves are differential evolution and stretches."
+    )
