@@ -9,7 +9,9 @@ WIDTH = 100
 """Number of columns of a text for the terminal."""
 NARROWEST = 24
 """Minimum width of a column of a text table whose cells are wrapped."""
-_NUMERIC = re.compile(r"\(?[+-]?\.?\d.*|n/a|-?infinite|-?")
+MOSTLY = 0.7
+"""Minimum share of numbers among the cells of a column that is aligned to the right."""
+_NUMERIC = re.compile(r"\(?[+-]?\.?\d.*|n/a|-?infinite|-")
 """Cells that make their column one of numbers: aligned to the right."""
 
 
@@ -74,10 +76,17 @@ def table_text(table: Table, indent: int = 2, width: float = WIDTH) -> str:
 
 
 def numeric_columns(table: Table) -> list[bool]:
-    """Whether each column holds numbers, which are aligned to the right; the first never does."""
+    """Whether each column holds numbers, which are aligned to the right; the first never does.
+
+    A column of numbers may have a word or two, such as `cold` in place of a fraction.
+    """
     columns = zip(*([_plain_cell(cell) for cell in row] for row in table.rows), strict=True)
-    found = [all(_NUMERIC.fullmatch(cell) for cell in column) for column in columns]
+    found = [_of_numbers([cell for cell in column if cell]) for column in columns]
     return [False, *found[1:]] if found else [False] * len(table.header)
+
+
+def _of_numbers(cells: Sequence[str]) -> bool:
+    return sum(bool(_NUMERIC.fullmatch(cell)) for cell in cells) >= MOSTLY * max(len(cells), 1)
 
 
 def _plain_cell(cell: str | Cell) -> str:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from fitting.report import render
 from fitting.report.report import Code, Picture, Points, Report, Section
-from fitting.report.table import WIDTH, Cell, Table, table_text
+from fitting.report.table import WIDTH, Cell, Table, numeric_columns, table_text
 
 NAME = 'pull <1> & "2" \'3\''
 """A name with every character that HTML knows."""
@@ -110,6 +110,12 @@ def test_numbers_are_aligned_to_the_right_and_words_to_the_left():
     ]
     page = Page(render.page(report(Table(["name", "value", "remark", "error"], rows))))
     assert page.classes.count(("td", "number")) == 4 and page.classes.count(("th", "number")) == 2
+
+
+def test_a_column_of_numbers_may_have_a_word_and_an_empty_one_is_of_words():
+    rows = [[str(k), str(k), "cold" if k == 0 else str(10.0**k), ""] for k in range(5)]
+    assert numeric_columns(Table(["a", "b", "c", "d"], rows)) == [False, True, True, False]
+    assert numeric_columns(Table(["a", "b"], [["x", "kPa"], ["y", "1"]])) == [False, False]
 
 
 def test_the_chosen_row_is_marked():
