@@ -26,6 +26,11 @@ COMMANDS = {
         "workspace_command",
         "Curvature and bend angle over pressure and activation.",
     ),
+    "design": (
+        "fitting.cli.design",
+        "design_command",
+        "Find the dimensions that do best what is wanted.",
+    ),
     "reproduce": (
         "fitting.cli.reproduce",
         "reproduce_command",

@@ -49,6 +49,7 @@ LAYERS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("sample", ("fitting.sample",)),
     ("synthesise", ("fitting.synthesise",)),
     ("plan", ("fitting.plan",)),
+    ("design", ("fitting.design",)),
     ("report", ("fitting.report",)),
     ("validation", ("validation",)),
     ("cli", ("fitting.cli",)),
