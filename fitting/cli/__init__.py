@@ -81,6 +81,11 @@ COMMANDS = {
         "posterior_command",
         "Sample what a campaign says of its parameters.",
     ),
+    "propagate": (
+        "fitting.cli.propagate",
+        "propagate_command",
+        "Propagate uncertain inputs through the model, in any number of rows.",
+    ),
 }
 UNUSABLE_INPUT = 2  # exit code
 

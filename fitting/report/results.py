@@ -13,6 +13,7 @@ from fitting.design.result import DesignResult
 from fitting.diagnose.custom_model import Explained
 from fitting.inference.results import Presenter, Result, register_presenter
 from fitting.plan.plan import Plan
+from fitting.propagate import Propagation
 from fitting.sample.campaign import CampaignPosterior
 
 from . import render
@@ -23,6 +24,7 @@ from .elastomer.report import report_of as elastomer_report
 from .general.report import report_of as general_report
 from .plan.report import report_of as plan_report
 from .posterior.report import report_of as posterior_report
+from .propagate.report import report_of as propagate_report
 from .report import Report
 from .spring.report import report_of as spring_report
 
@@ -35,6 +37,7 @@ REPORTS: dict[type, Callable[[Any], Report]] = {
     Plan: plan_report,
     Explained: custom_model_report,
     DesignResult: design_report,
+    Propagation: propagate_report,
 }
 """What makes the report of each type of result."""
 
