@@ -26,6 +26,11 @@ COMMANDS = {
         "workspace_command",
         "Curvature and bend angle over pressure and activation.",
     ),
+    "design": (
+        "fitting.cli.design",
+        "design_command",
+        "Find the dimensions that do best what is wanted.",
+    ),
     "reproduce": (
         "fitting.cli.reproduce",
         "reproduce_command",
@@ -75,6 +80,11 @@ COMMANDS = {
         "fitting.cli.posterior",
         "posterior_command",
         "Sample what a campaign says of its parameters.",
+    ),
+    "propagate": (
+        "fitting.cli.propagate",
+        "propagate_command",
+        "Propagate uncertain inputs through the model, in any number of rows.",
     ),
 }
 UNUSABLE_INPUT = 2  # exit code

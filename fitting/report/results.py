@@ -9,18 +9,22 @@ from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.spring.pipeline import SpringCharacterisation
 from fitting.data.publish import publish
+from fitting.design.result import DesignResult
 from fitting.diagnose.custom_model import Explained
 from fitting.inference.results import Presenter, Result, register_presenter
 from fitting.plan.plan import Plan
+from fitting.propagate import Propagation
 from fitting.sample.campaign import CampaignPosterior
 
 from . import render
 from .batch import report_of as batch_report
 from .custom_model import report_of as custom_model_report
+from .design.report import report_of as design_report
 from .elastomer.report import report_of as elastomer_report
 from .general.report import report_of as general_report
 from .plan.report import report_of as plan_report
 from .posterior.report import report_of as posterior_report
+from .propagate.report import report_of as propagate_report
 from .report import Report
 from .spring.report import report_of as spring_report
 
@@ -32,6 +36,8 @@ REPORTS: dict[type, Callable[[Any], Report]] = {
     CampaignPosterior: posterior_report,
     Plan: plan_report,
     Explained: custom_model_report,
+    DesignResult: design_report,
+    Propagation: propagate_report,
 }
 """What makes the report of each type of result."""
 
