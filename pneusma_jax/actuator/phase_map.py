@@ -75,7 +75,7 @@ class PhaseMap(eqx.Module):
 
         Neighbouring equilibria differ by little, which a linear interpolation over pressure would hide.
         """
-        (first, x), found = self._slabs(pressure), 0.0
+        (first, x), found = self._slabs(pressure), jnp.zeros(())
         for k in range(4):
             others = [j for j in range(4) if j != k]
             weight = math.prod((x - j) for j in others) / math.prod(k - j for j in others)
@@ -268,7 +268,7 @@ def _cells(wider: Array, size: int) -> _Cells:
     slopes = [slope_at(up) for up in ups]
     dets = jnp.stack([determinant(slope) for slope in slopes])
     turned = ~(jnp.min(dets, axis=0) > MARGIN * jnp.max(dets, axis=0))
-    level = (sum(corners.values()) / len(ups)).reshape(count, -1)
+    level = jnp.asarray(sum(corners.values()) / len(ups)).reshape(count, -1)
     step = -jax.vmap(solve_small, (2, 1), 1)(sum(slopes) / len(ups), level)
     step = jnp.where(jnp.isfinite(step), step, 1e3)
     turned = near & turned

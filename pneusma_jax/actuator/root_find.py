@@ -55,7 +55,7 @@ def newton(
 ) -> tuple[Array, Array, Bool[Array, ""]]:
     """Root near a guess of the joint unknowns, number of steps, and whether it is one. No derivatives."""
     problem, guess = frozen((problem, guess))
-    found = optx.root_find(
+    found = optx.root_find(  # type: ignore[var-annotated]
         lambda y, given: joint_residual(y, given, 1), BoundedNewton(), guess, problem,
         options={"free": freedoms(problem)}, max_steps=most_steps, throw=False,
     )  # fmt: skip
@@ -170,8 +170,8 @@ def all_roots(problem: Problem) -> Roots:
     # between two equilibria lies a third, and beyond the last ones may lie others
     near = jnp.where(real[:, None], roots, roots[0])
     ways = jnp.asarray([(a, b) for a in range(4) for b in range(4) if a != b])
-    between = [near[ways[:, 0]] + share * (near[ways[:, 1]] - near[ways[:, 0]]) for share in (0.5, 1.3)]
-    between = jnp.concatenate(between)
+    shares = (0.5, 1.3)
+    between = jnp.concatenate([near[ways[:, 0]] + s * (near[ways[:, 1]] - near[ways[:, 0]]) for s in shares])
     between = jnp.concatenate([between[:, :count], jnp.clip(between[:, count:], 0.0, 1.0)], axis=1)
     more, steps_3, better = search(between)
     roots, real = distinct(jnp.concatenate([roots, more]), jnp.concatenate([real, better]), count)

@@ -7,6 +7,8 @@ missed together are not seen by that; `root_find.all_roots` found none such in 1
 """
 
 import itertools
+from collections.abc import Callable
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -74,7 +76,10 @@ def least_heated(actuator: Actuator, rows: tuple, grid: PhaseMap) -> tuple[Equil
     count, number = len(rows[0]), len(actuator.springs)
     shifts = [(1.0, np.zeros(number))]
     shifts += [(0.0, np.asarray(shift)) for shift in itertools.product((-1.0, 1.0), repeat=number)]
-    found = good = steps = result = None
+    found: Any = None
+    good: Any = None
+    steps: Any = None
+    result: Any = None
     sure, left = np.zeros(count, bool), np.arange(count)
     for stage in (shifts[:1], shifts[1:]):
         at = _taken(rows, left)
@@ -107,7 +112,7 @@ def _taken(tree: tuple, rows: np.ndarray) -> tuple:
     return jax.tree.map(lambda x: x[rows], tree)
 
 
-def _in_groups(program: object, actuator: Actuator, given: tuple, *same: object) -> tuple:
+def _in_groups(program: Callable, actuator: Actuator, given: tuple, *same: object) -> tuple:
     """What a program makes of rows, `GROUP` at a time; the last group is filled up with its last row."""
     size, parts = len(jax.tree.leaves(given)[0]), []
     for first in range(0, size, GROUP):
