@@ -78,7 +78,7 @@ def test_everything_is_written(result, saved):
 
 
 def test_the_text_has_every_parameter_and_says_how_noise_enters(result):
-    text = result.report()
+    text = " ".join(result.report().split())
     assert "Converged" in text and "count as" in text and "prior 1 ± 0.05" in text
     assert all(name in text for name in result.posterior.names)
 
