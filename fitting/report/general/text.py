@@ -30,7 +30,7 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
     count = sum(recording.role == "fit" for recording in fit.recordings)
     what = "identified from" if result.identify else "adjusted within its tolerances to"
     plural = "" if count == 1 else "s"
-    said = [f"The {WHAT[result.kind]} was {what} {count} recording{plural}{_missed(result)}."]
+    said = [f"The {WHAT[result.kind]} was {what} {count} recording{plural}.{_missed(result)}"]
     said += untold(result)[:1] + (wires.verdict(result) if result.kind == "wire" else [])
     if fit.reduced_chi_square > MISFIT:
         law = law_of(result)
@@ -120,22 +120,22 @@ def about_the_model(result: GeneralCharacterisation) -> list[str]:
 
 def _missed(result: GeneralCharacterisation) -> str:
     parts = []
-    for role, word in (("fit", "fitted"), ("validation", "held-out")):
+    for role, word in (("fit", "Fitted"), ("validation", "Held-out")):
         found = overall(result.scores, role)
         texts = [
-            f"{axis_label(column).rsplit(' [', 1)[0]} by {m['rmse']:.3g} {_unit(column)} RMS "
+            f"{axis_label(column).rsplit(' [', 1)[0]} by {m['rmse']:.3g}{_unit(column)} RMS "
             f"({100.0 * m['rpd']:.2g} %)"
             for column, m in found.items()
         ]
         if texts:
             parts.append(f"{word} recordings are missed in {', '.join(texts)}")
-    return "; " + "; ".join(parts) if parts else ""
+    return "".join(f" {part}." for part in parts)
 
 
 def _unit(column: str) -> str:
     label = axis_label(column)
     unit = label[label.rindex("[") + 1 : -1] if "[" in label else ""
-    return "" if unit == "1" else unit
+    return "" if unit == "1" else f" {unit}"
 
 
 def warnings(result: GeneralCharacterisation) -> list[str]:

@@ -23,7 +23,7 @@ def verdict(result: SpringCharacterisation) -> list[str]:
     fitted = [test for test in result.tests if test.fitted]
     what = "identified from" if result.identify else "adjusted within its tolerances to"
     chosen = overall(list(result.scores), "fit")
-    said = [f"The alloy was {what} {len(fitted)} tests{_errors(chosen)}{_held_out(result)}."]
+    said = [f"The alloy was {what} {len(fitted)} tests.{_errors(chosen)}{_held_out(result)}"]
     if result.modes:
         said.append(mode_sentence(result.modes[0]))
     reduced = result.joint.reduced_chi_square
@@ -49,17 +49,16 @@ def _errors(measures: dict[str, float] | None) -> str:
     if measures is None:
         return ""
     return (
-        f"; predicted from resistance alone, their shear stress is missed by {measures['mae_MPa']:.2g} "
-        "MPa on average"
-        f" ({100.0 * measures['rpd']:.2g} %)"
+        " Predicted from resistance alone, their shear stress is missed by "
+        f"{measures['mae_MPa']:.2g} MPa on average ({100.0 * measures['rpd']:.2g} %)."
     )
 
 
 def _held_out(result: SpringCharacterisation) -> str:
     errors = overall(list(result.scores), "validation")
     if errors is None:
-        return "; no test was held out"
-    return f", tests held out by {errors['mae_MPa']:.2g} MPa ({100.0 * errors['rpd']:.2g} %)"
+        return " No test was held out."
+    return f" Held-out tests are missed by {errors['mae_MPa']:.2g} MPa ({100.0 * errors['rpd']:.2g} %)."
 
 
 def mode_sentence(mode: Mode) -> str:
