@@ -22,8 +22,9 @@ def by_stress(recording: Recording) -> bool:
 
 def predicted(recording: Recording) -> list[str]:
     """Columns that the model predicts: of a wire's stress and strain the one that is not prescribed."""
-    if recording.kind == "wire" and recording.has("stress") and recording.has("strain"):
-        return ["strain" if by_stress(recording) else recording.column("stress")]
+    either = schema.KINDS[recording.kind].either
+    if either and all(name in recording.columns for name in either):
+        return [either[1] if by_stress(recording) else either[0]]
     return recording.outputs
 
 

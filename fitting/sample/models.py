@@ -100,7 +100,7 @@ def _predict(model: Model, shown: Sequence[tuple[int, str, int, str]]) -> Callab
 
 def _column(kind: str, quantity: str) -> str:
     """Canonical column of a quantity: `force_N` of `force`."""
-    return next(c for c in schema.COLUMNS[kind].known if schema.quantity_and_unit(c)[0] == quantity)
+    return next(c for c in schema.KINDS[kind].columns.known if schema.quantity_and_unit(c)[0] == quantity)
 
 
 def _unit(column: str) -> str:

@@ -54,7 +54,7 @@ OVER = {"wire": "temperature", "tube": "pressure", "actuator": "time", "elastome
 
 def column_of(kind: str, quantity: str) -> str:
     """Canonical column of a quantity: `length_mm` of `length`."""
-    known = schema.COLUMNS[kind].known
+    known = schema.KINDS[kind].columns.known
     return next(c for c in known if schema.quantity_and_unit(c)[0] == quantity)
 
 

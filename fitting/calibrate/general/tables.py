@@ -93,7 +93,7 @@ def geometry_toml(result: "GeneralCharacterisation") -> str:
         return ""
     document, table = tomlkit.document(), tomlkit.table()
     stated = result.fit.recordings[0].geometry
-    keep = {k: v for k, v in stated.items() if k in schema.GEOMETRY_KEYS and v != priors.FIT}
+    keep = {k: v for k, v in stated.items() if k in schema.geometry_keys() and v != priors.FIT}
     for key, value in {**keep, **found}.items():
         table[key] = value
     document["geometry"] = table

@@ -73,7 +73,7 @@ def read_merged(
     columns, more = canonical_columns(table, kind, constant)
     if "specimen" not in settings:
         notices.append(f"no specimen stated: recordings that state none are taken as one specimen, {kind!r}")
-    extra = [column for column in columns if column not in schema.COLUMNS[kind].known]
+    extra = [column for column in columns if column not in schema.KINDS[kind].columns.known]
     recording = Recording(
         name=name or path.stem,
         path=path,

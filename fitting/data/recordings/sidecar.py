@@ -125,7 +125,7 @@ def _check_geometry(table: Mapping[str, Any], where: Path | str) -> dict[str, An
         if key in schema.GEOMETRY_WORDS:
             checked[key] = _geometry_word(key, value, where)
             continue
-        canonical, unit = canonical_geometry_key(key, "geometry", where, schema.GEOMETRY_KEYS)
+        canonical, unit = canonical_geometry_key(key, "geometry", where, schema.geometry_keys())
         if canonical in checked:
             raise refuse(where, f"[geometry] {key} is there twice, in two units; keep one")
         number = _number(value, f"[geometry] {key}", where)
@@ -157,7 +157,7 @@ def _geometry_word(key: str, value: Any, where: Path | str) -> str:
 def _check_tolerance(table: Mapping[str, Any], where: Path | str) -> dict[str, float]:
     checked: dict[str, float] = {}
     for key, value in table.items():
-        canonical, _ = canonical_geometry_key(key, "tolerance", where, schema.TOLERANCE_KEYS)
+        canonical, _ = canonical_geometry_key(key, "tolerance", where, schema.tolerance_keys())
         number = _number(value, f"[tolerance] {key}", where)
         if number < 0.0:
             raise refuse(where, f"[tolerance] {key} = {number:g} must be 0 (exact) or more")
@@ -191,7 +191,7 @@ def constants(
     for source, strict in ((shared, False), (table, True)):
         seen = set()
         for key, value in source.items():
-            known = schema.COLUMNS[kind].known
+            known = schema.KINDS[kind].columns.known
             if not strict and not any(key.startswith(schema.quantity_and_unit(name)[0]) for name in known):
                 continue
             canonical, unit = _constant_column(key, known, where)
@@ -229,7 +229,7 @@ def check_noise(table: Mapping[str, Any], kind: str, extra: list[str], where: Pa
         InputError: for an unknown column or unit, or a number that is not more than zero (an input may have
         zero).
     """
-    rules = schema.COLUMNS[kind]
+    rules = schema.KINDS[kind].columns
     checked: dict[str, float] = {}
     for key, value in table.items():
         number = _number(value, f"[noise] {key}", where)

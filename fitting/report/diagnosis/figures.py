@@ -54,7 +54,7 @@ def _shown(conclusion: Conclusion) -> list[int]:
 def _one(conclusion: Conclusion, k: int, top: plt.Axes, below: plt.Axes) -> None:
     x = conclusion.explanation
     recording, channel = x.program.recordings[k], x.program.channels[k][0]
-    known = schema.COLUMNS[recording.kind].outputs
+    known = schema.KINDS[recording.kind].columns.outputs
     column = next(c for c in known if schema.quantity_and_unit(c)[0] == channel.quantity)
     unit = schema.quantity_and_unit(column)[1]
     there = np.isfinite(channel.sigma)

@@ -140,7 +140,7 @@ def _candidates(conclusion: Conclusion) -> str:
 
 def _scores(conclusion: Conclusion) -> str:
     kind = conclusion.explanation.program.kind
-    columns = {schema.quantity_and_unit(c)[0]: c for c in schema.COLUMNS[kind].outputs}
+    columns = {schema.quantity_and_unit(c)[0]: c for c in schema.KINDS[kind].columns.outputs}
 
     def cells(name: str, score: HeldOut) -> tuple[str, ...]:
         errors = [
