@@ -14,7 +14,7 @@ from fitting.diagnose.evaluate.inputs import input_noise
 from fitting.diagnose.fit.cross_validation import gain
 from fitting.diagnose.fit.misfit import floor
 from fitting.inference.channels import Channel
-from fitting.specimens.with_effects.spring_course import HELD, best_course
+from fitting.specimens.spring_course import HELD, best_course
 
 COUNT = 12
 

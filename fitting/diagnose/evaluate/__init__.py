@@ -4,6 +4,6 @@
 - `noise`, `high_frequency_noise`, `inputs`, `instruments`: measured channels and their noise, that of
   measured inputs, too;
 - `compiled`, `program`, `evaluation`: one compiled function for everything (its laws are in
-  `fitting.specimens.with_effects`), a campaign, what its runs say;
+  `fitting.specimens`), a campaign, what its runs say;
 - `latent_trajectories`, `trajectory_search`: latent trajectories, and how an evaluation finds them.
 """

@@ -9,6 +9,7 @@ from fitting.calibrate.general.scores import Score, overall
 from fitting.calibrate.general.tables import geometry_toml, tables
 from fitting.calibrate.spring.alloy_table import KELVIN
 from fitting.calibrate.spring.information import relative_to_prior
+from fitting.specimens import WIRE
 from fitting.specimens.rows import MOST_ROWS
 from fitting.specimens.saved_models.files import render_model
 from pneusma_jax.units import from_si
@@ -29,7 +30,7 @@ def report_of(result: GeneralCharacterisation) -> Report:
     """Everything that is said about the result."""
     kept = [r.name for r in result.fit.recordings if r.role == "validation"]
     count = len(result.fit.recordings) - len(kept)
-    subtitle = f"{words.WHAT[result.kind].capitalize()}, {count} recordings fitted"
+    subtitle = f"{result.specimen.noun.capitalize()}, {count} recordings fitted"
     subtitle += f", {len(kept)} held out ({', '.join(kept)})" if kept else ""
     loose = tuple(e["text"] for e in result.identifiability)
     drawn = ("parameters", "profiles")
@@ -146,7 +147,7 @@ def _model_json(result: GeneralCharacterisation) -> dict[str, Any]:
 
 def _half_way(result: GeneralCharacterisation) -> dict[str, Any]:
     """Where a wire is half-way through its transformation, if its recordings show it."""
-    found = wires.middle(result) if result.kind == "wire" else {}
+    found = wires.middle(result) if result.specimen is WIRE else {}
     return {"half_way": found} if found else {}
 
 
