@@ -12,6 +12,9 @@ def by_stress(recording: Recording) -> bool:
     """Whether stress drives the wire and strain is predicted."""
     sizes = []
     for name in ("stress", "strain"):
+        if not recording.has(name):
+            sizes.append(np.inf)  # what nobody measured drives nothing
+            continue
         values = recording.si(name)
         values = values[np.isfinite(values)]
         most = float(np.max(np.abs(values))) if values.size else 0.0
