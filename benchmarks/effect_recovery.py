@@ -46,7 +46,7 @@ noise."""
 def simulated(program: Program, u: np.ndarray) -> list[list[np.ndarray]]:
     """Outputs at `u`, SI, by recording and channel; fractions follow smooth courses near those recorded."""
     nothing = program.unknowns.base[:0]
-    if program.pace.shape[1]:
+    if program.process_noise.shape[1]:
         smooth = gaussian_filter1d(trajectories_of(program.stacked), SMOOTH, axis=-1, mode="nearest")
         stacked = with_trajectories(program.stacked, np.clip(smooth, 0.0, 1.0))
         return program.evaluate(u, nothing, stacked).predicted

@@ -3,23 +3,29 @@
 The law is the one that the recordings state; `fitting.calibrate.elastomer` is what compares laws.
 """
 
+import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array
 
 from fitting.data.recordings import Campaign, Recording, kinds
-from fitting.inference.parameters import Parameters
+from fitting.inference.parameters import Parameter, Parameters
 from pneusma_jax.pipeline import Effect
 from pneusma_jax.simulate.coupon import simulate_coupon
 
 from . import silicones
 from .cautions import silicone_cautions
 from .registry import register
-from .rows import Rows, numbers
+from .rows import MARK, Rows, numbers
 from .specimen import FITTED, Courses, RowOptions, Specimen
+from .zeros import taut, zeros_of
+
+ZEROS = {"strain": "1", "stress": "kPa"}
+"""Quantities whose zero a fit may find, with the unit in which it is shown."""
 
 
 class Coupon(Specimen):
@@ -58,26 +64,32 @@ class Coupon(Specimen):
         Raises:
             InputError: if they name several materials, or one has too few complete rows.
         """
-        return silicones.rows_of_silicone(campaign, options, material, self, lambda recording: {})
+        made = silicones.rows_of_silicone(campaign, options, material, self, _none_off)
+        return [_with_zeros(*pair) for pair in zip(made, campaign.recordings, strict=True)]
 
     def parameters_for(self, campaign: Campaign, material: str | Path | None = None) -> Parameters:
-        """Free numbers with their priors: constants of the silicone, then each specimen's factor.
+        """Free numbers with their priors: constants of the silicone, each specimen's factor, then zeros.
 
         Args:
             campaign: recordings of kind elastomer.
             material: as for `rows_for`.
         """
-        return silicones.parameters_of_silicone(campaign, material, lambda recording: {})
+        parameters = silicones.parameters_of_silicone(campaign, material, lambda recording: {})
+        for parameter in _zeros(campaign):
+            parameters.add(parameter)
+        return parameters
 
     def answer(
         self, values: Mapping[str, Array], rows: Rows, effects: tuple[Effect, ...] = ()
     ) -> tuple[dict[str, Array], dict[str, Any]]:
         """See `Specimen.answer`. Without effects no row depends on another, and all are computed at once."""
-        law = silicones.law_with(rows.extra["law"], numbers(values, rows))
-        strain = rows.inputs["strain"]
+        known = numbers(values, rows)
+        law = silicones.law_with(rows.extra["law"], known)
+        strain = taut(rows.inputs["strain"], known["strain_zero"], rows.extra["flat"])
         seen = {"stress": law(strain)}
         if effects:
             seen = simulate_coupon(law, strain, time=rows.time, effects=effects).seen
+        seen = seen | {"stress": seen["stress"] + known["stress_zero"]}
         rate = jnp.gradient(strain) / jnp.maximum(jnp.gradient(rows.time), 1e-9)
         return seen, {"strain": strain, "strain_rate": rate, "max_strain": jnp.maximum.accumulate(strain)}
 
@@ -85,6 +97,34 @@ class Coupon(Specimen):
         """Where the silicone is strained beyond its tests."""
         law = silicones.law_with(rows.extra["law"], numbers({}, rows))
         return silicone_cautions(law, drivers["strain"], drivers["strain"])
+
+
+def _none_off(recording: Recording) -> dict[str, float]:
+    """Zeros as a recording states them: exact."""
+    return {f"{quantity}_zero": 0.0 for quantity in ZEROS}
+
+
+def _with_zeros(rows: Rows, recording: Recording) -> Rows:
+    """A recording that knows where its coupon hung slack; rows of which that cannot be told do not count."""
+    zeros, strain = zeros_of(recording), rows.inputs["strain"]
+    weight = {name: np.where(zeros.unsure(strain), 0.0, w) for name, w in rows.weight.items()}
+    extra = rows.extra | {"flat": zeros.flat(strain)}
+    return dataclasses.replace(rows, weight=weight, extra=extra)
+
+
+def _zeros(campaign: Campaign) -> list[Parameter]:
+    """Zeros of each specimen's recordings that the fit is to find: one of each, by the widest doubt."""
+    specimens, found = campaign.specimens(), []
+    for number, recordings in enumerate(specimens.values(), start=1):
+        known = [zeros_of(recording) for recording in recordings]
+        for quantity, unit in ZEROS.items():
+            doubt = [zeros for zeros in known if quantity in zeros.sd]
+            if doubt:
+                widest = max(doubt, key=lambda zeros: zeros.sd[quantity])
+                name = f"{quantity}_zero" + (f"{MARK}{number}" if len(specimens) > 1 else "")
+                prior = widest.prior(quantity)
+                found.append(Parameter(name, value=widest.begin(quantity), unit=unit, prior=prior))
+    return found
 
 
 COUPON = register(Coupon())

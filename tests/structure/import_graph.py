@@ -40,6 +40,7 @@ LAYERS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("specimens", ("fitting.specimens",)),
     ("simulate", ("fitting.simulate",)),
     ("calibrate", ("fitting.calibrate",)),
+    ("diagnose.settings", ("fitting.diagnose.settings",)),
     ("diagnose.evaluate", ("fitting.diagnose.evaluate",)),
     ("diagnose.fit", ("fitting.diagnose.fit",)),
     ("diagnose.search", ("fitting.diagnose.search",)),

@@ -5,7 +5,8 @@ import numpy as np
 from ..recordings.table import refuse
 from .channels import in_unit
 from .making import Channel, Making
-from .slack import Slack, find_slack, noise_of_steps
+from .slack import Slack, noise_of_steps
+from .taut import largest, leave_to_fit, offer, slack_of, start_at
 from .words import COMPRESS
 
 ATMOSPHERE_KPA = 101.325
@@ -95,15 +96,17 @@ def straighten(columns: dict[str, np.ndarray], making: Making, about: str) -> np
     if making.kind in ("elastomer", "wire"):
         _refuse_opposed(columns, pair, making)
     drive, force = (columns[name] for name in pair)
-    if making.options.slack == "keep":
+    if making.options.slack == "fit":
+        leave_to_fit(columns, pair, making)
+    if making.options.slack in ("keep", "fit"):
         return kept
-    slack = _slack(drive, force, making)
+    slack = slack_of(drive, force, making)
     if slack is None:
         _speak_of_start(columns, pair, making)
     elif making.options.slack is None:
-        _offer(slack, pair, making)
+        offer(slack, pair, making)
     else:
-        kept = _start_at(slack, columns, pair, making)
+        kept = start_at(slack, columns, pair, making)
     if making.kind == "elastomer" and making.options.compression is None and not COMPRESS.search(about):
         _ask_whether_pressed(columns["strain"][kept], columns["stress_kPa"][kept], slack, making)
     return kept
@@ -121,7 +124,7 @@ def _turn(columns: dict[str, np.ndarray], making: Making, about: str) -> None:
     if making.options.compression is not None:
         making.use("--compression" if making.options.compression else "--tension")
     if wanted:
-        turned = [name for name in ("strain", "stress_kPa") if _largest(columns[name]) > 0.0]
+        turned = [name for name in ("strain", "stress_kPa") if largest(columns[name]) > 0.0]
         for name in turned:
             columns[name] = -columns[name] + 0.0
         if turned:
@@ -173,63 +176,6 @@ def _source(making: Making, quantity: str) -> str:
         ),
         quantity,
     )
-
-
-def _largest(values: np.ndarray) -> float:
-    """The value that is largest without its sign, with it; 0 where there is none."""
-    finite = values[np.isfinite(values)]
-    return float(finite[np.argmax(np.abs(finite))]) if finite.size else 0.0
-
-
-def _slack(drive: np.ndarray, force: np.ndarray, making: Making) -> Slack | None:
-    stated = making.options.slack
-    if not isinstance(stated, float):
-        return find_slack(drive, force)
-    start = stated if _largest(drive) >= 0.0 else -stated
-    there = np.isfinite(drive) & np.isfinite(force)
-    stroke = there & (np.arange(len(drive)) <= int(np.nanargmax(np.abs(drive))))
-    before = stroke & (np.abs(drive) <= abs(start))
-    return Slack(start, float(np.mean(force[before])) if before.any() else 0.0, int(before.sum()))
-
-
-def _words(slack: Slack, pair: tuple[str, str], making: Making) -> str:
-    answer, unit = pair[1].rsplit("_", 1)
-    drive = "strain" if pair[0] == "strain" else "elongation"
-    length = "" if drive == "strain" else " mm"
-    level, start = f"{slack.zero:.4g} {unit}", f"{drive} {slack.start:.4g}{length}"
-    return f"{answer} is flat at {level} up to {start} ({slack.rows} rows)"
-
-
-def _offer(slack: Slack, pair: tuple[str, str], making: Making) -> None:
-    making.warn(
-        f"{_words(slack, pair, making)} and rises from there: slack, and the load cell's zero. --slack auto"
-        " starts there and"
-        " takes the zero off; --slack keep leaves it"
-    )
-
-
-def _start_at(
-    slack: Slack, columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making
-) -> np.ndarray:
-    """Count from where the specimen grew taut; a coupon that hung slack was longer than its grips' gap."""
-    drive, force = pair
-    sign = 1.0 if slack.start >= 0.0 else -1.0
-    raw = columns[drive]
-    kept = ~(sign * raw < sign * slack.start)
-    if drive == "strain":
-        columns[drive] = (raw - slack.start) / (1.0 + slack.start)
-        how = f"strain is counted from there, as (strain - {slack.start:.4g}) / (1 + {slack.start:.4g})"
-    else:
-        columns[drive] = raw - slack.start
-        how = f"elongation is counted from there, {slack.start:.4g} mm less"
-    columns[force] = columns[force] - slack.zero
-    answer, unit = force.rsplit("_", 1)
-    making.say(
-        f"{_words(slack, pair, making)}: {int((~kept).sum())} slack rows left out, {how}; {slack.zero:.4g}"
-        f" {unit} taken off"
-        f" {answer} (--slack)"
-    )
-    return kept
 
 
 def _speak_of_start(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:

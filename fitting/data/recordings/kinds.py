@@ -152,6 +152,7 @@ ELASTOMER = register(
         Columns(required=("strain", "stress_kPa"), optional=("time_s", "cycle"), outputs=("stress_kPa",)),
         _of_elastomer,
         _elastomer_told,
+        zeros=("strain", "stress_kPa"),
         ranges=(("strain", lambda strain: strain <= -1.0, f"engineering strain stays above -1; {PERCENT}"),),
     )
 )

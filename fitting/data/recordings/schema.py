@@ -67,6 +67,7 @@ class Kind:
         either: two columns of which the steadier one drives the specimen and the other is predicted; empty
             if inputs and outputs are always the same columns.
         ranges: rules for values that only this kind has.
+        zeros: columns whose zero a fit can find: the table `[zero]` holds one standard deviation of each.
         geometry: keys of `[geometry]` that only this kind has: as `GEOMETRY_NUMBERS`.
         channels: quantities that a protocol may prescribe; empty if no protocol is for this kind.
         needed: the column of the channel that every protocol prescribes.
@@ -79,6 +80,7 @@ class Kind:
     told_by: Callable[[Told], str | None] = lambda told: None
     either: tuple[str, ...] = ()
     ranges: tuple[Rule, ...] = ()
+    zeros: tuple[str, ...] = ()
     geometry: Mapping[str, tuple[float, bool]] = field(default_factory=dict)
     channels: tuple[str, ...] = ()
     needed: str = ""
@@ -144,6 +146,11 @@ GEOMETRY_WORDS = {
 }
 
 
+def with_zeros() -> list[str]:
+    """Kinds of recordings some of whose zeros a fit can find."""
+    return [name for name, kind in KINDS.items() if kind.zeros]
+
+
 def geometry_keys() -> tuple[str, ...]:
     """Every key of the [geometry] table."""
     return (*GEOMETRY_NUMBERS, *GEOMETRY_WORDS)
@@ -186,6 +193,8 @@ TOLERANCE_DEFAULTS = {
     "b": 0.02,
 }
 
-SIDECAR_KEYS = ("kind", "role", "specimen", "real", "source", "noise", "geometry", "tolerance", "constant")
-CAMPAIGN_KEYS = ("title", "tolerance", "geometry", "constant")
+SIDECAR_KEYS = (
+    "kind", "role", "specimen", "real", "source", "noise", "geometry", "tolerance", "constant", "zero",
+)  # fmt: skip
+CAMPAIGN_KEYS = ("title", "tolerance", "geometry", "constant", "zero")
 NOT_STATED = "not stated"  # what a sidecar says of a citation or licence that nobody gave
