@@ -21,6 +21,7 @@ class Stretched(Specimen):
     """A tube that stretches in proportion to pressure."""
 
     recording, outputs, letter, noun, law, element = kinds.TUBE, ("length",), "T", "tube", "a line", "actuator"
+    options = ("material",)
 
     def drivers(self, recording):
         return ("pressure",)
@@ -103,17 +104,10 @@ def test_the_command_samples_it_too(campaign, tmp_path, capsys):
 
 @pytest.mark.parametrize(("table", "option"), [("dragon_skin_10_fast", "material"), ("krl35", "base")])
 def test_a_table_of_constants_starts_the_fit_by_its_kind(monkeypatch, table, option):
-    given = []
-
-    class Fit:
-        def __init__(self, campaign, **options):
-            given.append(options)
-
     monkeypatch.setattr(command, "kind_of", lambda campaign: "actuator")
-    monkeypatch.setattr(command, "pipeline_of", lambda campaign: Fit)
-    monkeypatch.setattr(command, "campaign_problem", lambda campaign, **options: options)
-    assert command.problem_for(None, table, None, 3) == {option: table}
-    assert given == [{"seed": 3, option: table}]
+    monkeypatch.setattr(command, "characterise", lambda campaign, **options: options)
+    monkeypatch.setattr(command, "sampling_problem", lambda fit: fit)
+    assert command.problem_for(None, table, None, 3) == {"seed": 3, option: table}
 
 
 def test_a_table_of_what_a_tube_does_not_have_is_refused(campaign):
