@@ -213,7 +213,7 @@ def _contradiction(a: Recording, b: Recording) -> str | None:
             continue
         x, y = _at(a, quantity, time), _at(b, quantity, time)
         there = np.isfinite(x) & np.isfinite(y)
-        if there.sum() < CAMPAIGNS.minimum_shared_rows:
+        if there.sum() < CAMPAIGNS.minimum_rows:
             continue
         apart = np.abs(x - y)[there]
         noise = float(np.hypot(noise_of(a, quantity), noise_of(b, quantity)))

@@ -9,6 +9,7 @@ from fitting.inference.readings import cautions
 from fitting.specimens.reduction import said
 from fitting.specimens.registry import kind_of, specimen_of
 from fitting.specimens.saved_models import AugmentedModel
+from fitting.specimens.zeros import offered
 from pneusma_jax.errors import InputError
 from pneusma_jax.model_discrepancy import EDGE
 
@@ -69,7 +70,8 @@ def diagnose(
     conclusion = conclude(explanation)
     conclusion.start = start
     apart = [one.text for one in explanation.program.outliers]
-    readings = [*cautions(program.recordings), *said(program.recordings)]
+    whole = [recording.whole for recording in program.recordings]
+    readings = [*cautions(program.recordings), *said(program.recordings), *offered(whole)]
     conclusion.notes = [
         *_bodies(conclusion), *start.notes, *notes, *specimen_of(kind).notes(campaign), *readings, *apart,
         *_beyond(conclusion, model), *_at_bounds(conclusion), *conclusion.notes,

@@ -135,6 +135,10 @@ class Model(abc.ABC):
         """Recordings with those decisions as they are at these parameters."""
         return recordings
 
+    def prepared(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
+        """Recordings as a prediction at these parameters takes them."""
+        return self.decided(values, recordings) if self.decides(recordings) else recordings
+
 
 class Specimen(Model):
     """One kind of specimen. The module's docstring says who calls what.

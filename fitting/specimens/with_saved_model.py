@@ -253,7 +253,7 @@ class Augmented(Model):
         """
         if self.acting and self.specimen.latent.inside:
             return self._walking(values, recordings)
-        return self.decided(values, recordings) if self.decides(recordings) else recordings
+        return super().prepared(values, recordings)
 
     def decides(self, recordings: Sequence[Rows]) -> bool:
         """Whether anything changes with the parameters that is not smooth in them, as the kind has it."""

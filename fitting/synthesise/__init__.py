@@ -1,8 +1,9 @@
 """Simulated campaigns with a known truth, labelled as such: for examples, tests and blind cases.
 
->>> from fitting.synthesise import synthesise
->>> made = synthesise("spring", seed=1, truth={"beta_1": 21.0})
->>> made.truth["parameters"]["beta_1"]["value"], made.campaign
+Examples:
+    >>> from fitting.synthesise import synthesise
+    >>> made = synthesise("spring", seed=1, truth={"beta_1": 21.0})
+    >>> made.truth["parameters"]["beta_1"]["value"], made.campaign
 """
 
 from .registry import makers, synthesise, write_synthetic

@@ -27,8 +27,8 @@ def zeros(table: Mapping[str, float], kind: str, where: Path | str, strict: bool
     known = schema.KINDS[kind].zeros
     if not known and table and strict:
         raise refuse(
-            where, f"[zero] is for recordings of kind {', '.join(schema.with_zeros())}; of kind {kind} take a zero"
-            " off on import, with --subtract",
+            where, f"[zero] is for recordings of kind {', '.join(schema.with_zeros())}; of kind {kind} take a"
+            " zero off on import, with --subtract",
         )  # fmt: skip
     found: dict[str, float] = {}
     for key, value in table.items() if known else ():
@@ -95,7 +95,7 @@ def check_noise(table: Mapping[str, Any], kind: str, extra: list[str], where: Pa
 
     Raises:
         InputError: for an unknown column or unit, or a number that is not more than zero (an input may have
-        zero).
+            zero).
     """
     rules = schema.KINDS[kind].columns
     checked: dict[str, float] = {}

@@ -225,8 +225,8 @@ def _at_bound(unknowns: Unknowns, fit: Fit) -> np.ndarray:
     """Indices of base constants that ended at a bound: those absorb no more."""
     base = unknowns.base
     return base[
-        (fit.u[base] <= unknowns.low[base] + OPTIMISER.held_distance)
-        | (fit.u[base] >= unknowns.high[base] - OPTIMISER.held_distance)
+        (fit.u[base] <= unknowns.low[base] + OPTIMISER.negligible_distance)
+        | (fit.u[base] >= unknowns.high[base] - OPTIMISER.negligible_distance)
     ]
 
 

@@ -60,17 +60,14 @@ class Optimiser:
     at_bound_share: float = threshold(
         1e-3, "Maximum distance from a bound for a parameter to be at it, over its range."
     )
-    neutral_share: float = threshold(
-        1e-6, "Maximum part of a typical effect for the effect to be absent.", basis=NUMERICAL
+    negligible_distance: float = threshold(
+        1e-6, "Maximum distance for a scaled number to be at its neutral value, or a bound.", "sd", NUMERICAL
     )
     singular_share: float = threshold(
         1e-14, "Minimum share of the largest variance for a direction to be told.", basis=NUMERICAL
     )
     alike_share: float = threshold(
         1e-12, "Minimum share of the largest for a direction to absorb misfit.", basis=NUMERICAL
-    )
-    held_distance: float = threshold(
-        1e-6, "Maximum distance from a bound for a base constant to absorb nothing.", "sd", NUMERICAL
     )
 
 

@@ -37,7 +37,6 @@ class Campaigns:
         0.2, "Minimum change of a driver for its comparison to count, over the driver's range."
     )
     minimum_rows: int = threshold(16, "Minimum number of rows of a recording for a comparison.", "rows")
-    minimum_shared_rows: int = threshold(8, "Minimum number of shared rows for a comparison.", "rows")
     maximum_rows: int = threshold(400, "Maximum number of rows for a comparison.", "rows")
     repeat_share: float = threshold(
         0.02, "Maximum difference of repeated tests beyond noise, over the output's range."
