@@ -157,7 +157,7 @@ class Unmodelled(Effect):
             return values
         if values.shape[0] < 2:
             return jnp.zeros_like(values)  # a single state is at rest
-        return jnp.gradient(values) / jnp.maximum(jnp.gradient(time), 1e-9)
+        return jnp.asarray(jnp.gradient(values)) / jnp.maximum(jnp.gradient(time), 1e-9)
 
 
 class SoftenedWall(Unmodelled):

@@ -1,12 +1,12 @@
 """The TOML half of a recording, and `campaign.toml`: each key, word, number and unit checked, then merged."""
 
 import math
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from pneusma_jax.calibration import examples
+from pneusma_jax.documents import parse_toml
 from pneusma_jax.errors import InputError, nearest
 
 from . import schema
@@ -23,13 +23,12 @@ def read_toml(path: Path) -> dict[str, Any]:
         InputError: if it cannot be read, is not UTF-8, or is not TOML (with the line).
     """
     try:
-        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+        text = path.read_bytes().decode("utf-8")
     except OSError as error:
         raise refuse(path, f"the file cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:
         raise refuse(path, "this is not UTF-8 text; save it as UTF-8") from None
-    except tomllib.TOMLDecodeError as error:
-        raise refuse(path, f"this is not TOML: {error}") from None
+    return parse_toml(text, path)
 
 
 def check_settings(
