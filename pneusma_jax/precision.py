@@ -16,12 +16,15 @@ from jaxtyping import PyTree
 def enable_float64(cache: bool = True) -> None:
     """Use float64 everywhere and, unless told otherwise, keep compiled programs on disk.
 
+    Programs for the processor also compile in about half the time, see `SOONER`, if none was compiled before.
+
     Args:
         cache: also switch on JAX's persistent compilation cache, so that a second run of the same command
             starts faster. It lives in the user's cache folder, or in `PNEUSMA_CACHE` if that is set
             (`PNEUSMA_CACHE=off` for none). An already configured JAX cache is left alone.
     """
     jax.config.update("jax_enable_x64", True)
+    _compile_sooner()
     place = os.environ.get("PNEUSMA_CACHE", "")
     if not cache or place == "off" or jax.config.jax_compilation_cache_dir:  # type: ignore[attr-defined]
         return
@@ -32,6 +35,23 @@ def enable_float64(cache: bool = True) -> None:
     jax.config.update("jax_compilation_cache_dir", place)
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+
+
+SOONER = {"xla_cpu_use_fusion_emitters": "false", "xla_cpu_parallel_codegen_split_count": "1"}
+"""Settings of XLA under which small programs compile sooner and run as fast. A root-find of 64 rows took 0.71 s
+instead of 1.72 s to compile, and 1.38 ms instead of 1.41 ms to run (jaxlib 0.10.2, processor time)."""
+KNOWN_TO = ((0, 10), (0, 10))
+"""First and last version of jaxlib that `SOONER` was tried with. XLA ends a process whose settings it does not
+know."""
+
+
+def _compile_sooner() -> None:
+    """Add `SOONER` to what the environment says to XLA, which reads it when the first program is compiled."""
+    version = tuple(int(part) for part in jax.lib.__version__.split(".")[:2])
+    given = os.environ.get("XLA_FLAGS", "")
+    if KNOWN_TO[0] <= version <= KNOWN_TO[1]:
+        more = [f"--{name}={value}" for name, value in SOONER.items() if name not in given]
+        os.environ["XLA_FLAGS"] = " ".join([given, *more]).strip()
 
 
 def require_float64() -> None:

@@ -28,6 +28,11 @@ COMMANDS = {
         "workspace_command",
         "Curvature and bend angle over pressure and activation.",
     ),
+    "design": (
+        "fitting.cli.design",
+        "design_command",
+        "Find the dimensions that do best what is wanted.",
+    ),
     "reproduce": (
         "fitting.cli.reproduce",
         "reproduce_command",
@@ -82,6 +87,11 @@ COMMANDS = {
         "fitting.cli.completion",
         "completion_command",
         "Print the script that lets a shell complete commands and options.",
+    ),
+    "propagate": (
+        "fitting.cli.propagate",
+        "propagate_command",
+        "Propagate uncertain inputs through the model, in any number of rows.",
     ),
 }
 UNUSABLE_INPUT = 2  # exit code

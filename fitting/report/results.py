@@ -7,11 +7,16 @@ from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.spring.pipeline import SpringCharacterisation
 from fitting.data.publish import publish
+from fitting.design.result import DesignResult
 from fitting.inference.results import Presenter, Result, register_presenter
 from fitting.plan.plan import Plan
+from fitting.propagate import Propagation
 from fitting.sample.campaign import CampaignPosterior
 
 from . import batch
+from .design import documents as design_documents
+from .design import figures as design_figures
+from .design import words as design_words
 from .elastomer import documents as elastomer_documents
 from .elastomer import figures as elastomer_figures
 from .elastomer import text as elastomer_text
@@ -24,6 +29,9 @@ from .plan import text as plan_text
 from .posterior import documents as posterior_documents
 from .posterior import figures as posterior_figures
 from .posterior import text as posterior_text
+from .propagate import documents as propagate_documents
+from .propagate import figures as propagate_figures
+from .propagate import text as propagate_text
 from .spring import figures as spring_figures
 from .spring import report as spring_report
 from .spring import text as spring_text
@@ -59,6 +67,15 @@ PRESENTERS = {
         posterior_text.text_report,
         posterior_figures.figures,
         posterior_documents.documents,
+    ),
+    DesignResult: Presenter(
+        design_words.verdict, design_words.text, _drawn(design_figures.figures), design_documents.documents
+    ),
+    Propagation: Presenter(
+        propagate_text.verdict,
+        propagate_text.text_report,
+        _drawn(propagate_figures.captioned),
+        propagate_documents.documents,
     ),
     Plan: Presenter(
         plan_text.verdict,

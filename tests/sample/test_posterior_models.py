@@ -66,7 +66,9 @@ def campaign(tmp_path, monkeypatch):
         length = 56.0 + 0.25 * pressure + 0.1 * random.standard_normal(rows)
         columns = {"time_s": np.arange(rows) * 1.0, "pressure_kPa": pressure, "length_mm": length}
         write_recording(
-            Recording(name=name, path=None, kind="tube", role=role, specimen="A", real=False, columns=columns),
+            Recording(
+                name=name, path=None, kind="tube", role=role, specimen="A", real=False, columns=columns
+            ),
             tmp_path / "campaign",
         )
     yield read_campaign(tmp_path / "campaign")
@@ -125,5 +127,7 @@ def test_a_table_of_constants_starts_the_fit_by_its_kind(monkeypatch, table, opt
 
 
 def test_a_table_of_what_a_tube_does_not_have_is_refused(campaign):
-    with pytest.raises(InputError, match="kind is 'alloy', but recordings of kind tube start from .* 'silicone'"):
+    with pytest.raises(
+        InputError, match="kind is 'alloy', but recordings of kind tube start from .* 'silicone'"
+    ):
         command.problem_for(campaign, "krl35", None, 0)

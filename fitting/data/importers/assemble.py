@@ -119,6 +119,7 @@ def assemble(
         real=True,
         source=_source(sample, provenance, facts),
         geometry=geometry,
+        zero=making.zero,
         columns=columns,
         notices=making.notices,
     )

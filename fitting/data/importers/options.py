@@ -33,7 +33,7 @@ GEOMETRY = tuple(schema.GEOMETRY_NUMBERS)
 CIRCUIT = ("adjust_V", "set_ohm", "gain", "offset_V")
 
 
-SLACK_WORDS = ("auto", "keep")
+SLACK_WORDS = ("auto", "fit", "keep")
 
 
 @dataclass
@@ -64,8 +64,9 @@ class Options:
         constants: quantity that did not change during the test -> its value and unit.
         subtracted: quantity -> what is taken off it, with its unit: a zero, the air's pressure.
         compression: whether the specimen was pressed; None leaves it to the file.
-        slack: strain (or elongation in mm) up to which a specimen hung slack; `"auto"` finds it, `"keep"`
-            leaves the start as it is and says nothing; None says what is seen.
+        slack: strain (or elongation in mm) up to which a specimen hung slack; `"auto"` finds it, `"fit"`
+            leaves it and the load cell's zero to every fit, `"keep"` leaves the start as it is and says
+            nothing; None says what is seen.
         sheet: name or number of the only sheet to read.
         interval_s: seconds between samples, for files without a clock.
         licence, citation, specimen, role: go into the sidecar.
@@ -113,7 +114,7 @@ class Options:
             or self.constants
             or self.subtracted
             or self.compression
-            or self.slack not in (None, "keep")
+            or self.slack not in (None, "keep", "fit")
         )
 
     def alone(self) -> "Options":
@@ -209,7 +210,7 @@ def _slack(text: str | None) -> str | float | None:
         value = math.nan
     if not math.isfinite(value) or value < 0.0:
         raise InputError(
-            f"--slack {text}: must be auto, keep, or the strain (mm of a spring) at which it grew taut"
+            f"--slack {text}: must be auto, fit, keep, or the strain (mm of a spring) at which it grew taut"
         )
     return value
 

@@ -62,6 +62,8 @@ COLUMNS = {
     ),
 }
 
+ZEROS = {"elastomer": ("strain", "stress_kPa")}
+"""Columns whose zero a fit can find, by kind: the table `[zero]` holds one standard deviation of each."""
 PLAIN = frozenset({"strain", "cycle"})  # canonical columns that carry no unit
 
 
@@ -139,6 +141,8 @@ TOLERANCE_DEFAULTS = {
     "b": 0.02,
 }
 
-SIDECAR_KEYS = ("kind", "role", "specimen", "real", "source", "noise", "geometry", "tolerance", "constant")
-CAMPAIGN_KEYS = ("title", "tolerance", "geometry", "constant")
+SIDECAR_KEYS = (
+    "kind", "role", "specimen", "real", "source", "noise", "geometry", "tolerance", "constant", "zero",
+)  # fmt: skip
+CAMPAIGN_KEYS = ("title", "tolerance", "geometry", "constant", "zero")
 NOT_STATED = "not stated"  # what a sidecar says of a citation or licence that nobody gave

@@ -92,6 +92,7 @@ def _toml_text(recording: Recording, target: Path) -> str:
     if recording.real is not None:
         document["real"] = recording.real
     tables = {"source": recording.source, "noise": recording.noise, "geometry": _moved(recording, target)}
+    tables["zero"] = recording.zero
     for key, table in tables.items():
         if table:
             document[key] = {name: _one_a_line(value) for name, value in table.items()}

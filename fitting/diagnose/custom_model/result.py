@@ -7,10 +7,10 @@ import numpy as np
 
 from fitting.inference.parameters import format_estimate
 
+from ..settings import DEFAULT
 from .fits import OwnFit, Problem
 
-CLOSE = 3.0
-"""Log Bayes factor within which two terms are not told apart."""
+CUSTOM_MODEL = DEFAULT.custom_model
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,9 @@ class Stage:
         """Candidates that these recordings do not tell from the chosen one."""
         best = next((c.log_bayes_factor for c in self.candidates if c.name == self.chosen), np.inf)
         return [
-            c.name for c in self.candidates if c.name != self.chosen and best - c.log_bayes_factor < CLOSE
+            c.name
+            for c in self.candidates
+            if c.name != self.chosen and best - c.log_bayes_factor < CUSTOM_MODEL.minimum_evidence
         ]
 
 

@@ -58,17 +58,18 @@ def _curves(
     axes: Axes, result: ElastomerCharacterisation, analysis: Analysis, span: tuple[float, float]
 ) -> None:
     samples = result.samples
-    shown = (samples.strain >= span[0]) & (samples.strain <= span[1])
+    strains, stresses = result.best.rested(samples)
+    shown = (strains >= span[0]) & (strains <= span[1])
     for k, curve in enumerate(samples.curves):
         mine = np.flatnonzero(samples.of(k) & shown)
         mine = mine[:: max(len(mine) * len(samples.curves) // MOST_MARKS, 1)]
         label = curve.name + (" (validation)" if curve.role == "validation" else "")
         axes.plot(
-            samples.stretch[mine], samples.stress[mine] / 1e3, MARKERS[k % len(MARKERS)], ms=3.2, mew=0.6,
+            1.0 + strains[mine], stresses[mine] / 1e3, MARKERS[k % len(MARKERS)], ms=3.2, mew=0.6,
             color=BLACK, markerfacecolor="none", zorder=4, label=label if len(samples.curves) <= 6 else None,
         )  # fmt: skip
     strain = np.linspace(*span, POINTS)
-    limits = samples.stress[shown] / 1e3
+    limits = stresses[shown] / 1e3
     room = 0.15 * np.ptp(limits)
     worst = limits.min() - (4.0 * room if span[0] < samples.strain.min() - 0.05 else room)
     for name, fit in analysis.fits.items():

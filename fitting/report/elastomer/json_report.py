@@ -13,6 +13,7 @@ from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation, esti
 from fitting.calibrate.elastomer.samples import Samples
 from fitting.calibrate.result import SCHEMA, Estimate
 from fitting.inference.metrics import metrics
+from pneusma_jax.units import from_si
 
 from . import text as words
 
@@ -76,6 +77,7 @@ def _fitting(result: ElastomerCharacterisation) -> dict[str, Any]:
             for curve in samples.curves
         },
         "specimens": {name: {"factor": value, "sd": sd} for name, (value, sd) in fit.factors.items()},
+        "zeros": _zeros(result),
         "batch_sd": samples.batch,
         "residuals": {
             "rms_over_noise": fit.mean_square**0.5,
@@ -86,6 +88,16 @@ def _fitting(result: ElastomerCharacterisation) -> dict[str, Any]:
             "standard_errors_multiplied_by": fit.inflation,
         },
     }
+
+
+def _zeros(result: ElastomerCharacterisation) -> dict[str, dict[str, Any]]:
+    """Zeros that were fitted, by recording and column."""
+    found: dict[str, dict[str, Any]] = {}
+    for zero, (value, sd) in result.best.zeros.items():
+        column = "strain" if zero.quantity == "strain" else f"stress_{zero.unit}"
+        shown = {"value": float(from_si(value, zero.unit)), "sd": float(from_si(sd, zero.unit))}
+        found.setdefault(result.samples.curves[zero.curve].name, {})[column] = shown | {"unit": zero.unit}
+    return found
 
 
 def _choice(analysis: Analysis) -> dict[str, Any]:

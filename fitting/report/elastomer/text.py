@@ -9,10 +9,12 @@ from fitting.calibrate.elastomer import drift, stability
 from fitting.calibrate.elastomer.analysis import Analysis
 from fitting.calibrate.elastomer.fit import LawFit
 from fitting.calibrate.elastomer.held_out import HeldOut, Transfer
+from fitting.calibrate.elastomer.model import Zero
 from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation, estimates
 from fitting.calibrate.elastomer.samples import RELATIVE_SPREAD
 from fitting.calibrate.identifiability import identifiability
 from fitting.inference.parameters import format_estimate
+from pneusma_jax.units import from_si
 
 from .tables import drift_table, law_table, parameter_table
 
@@ -163,7 +165,7 @@ def warnings(result: ElastomerCharacterisation) -> list[str]:
 def how_it_was_fitted(result: ElastomerCharacterisation) -> list[str]:
     """Weighting, noise, what the standard errors mean, specimens."""
     samples, fit = result.samples, result.best
-    sentences = [_weighting(result), *_noise(result), _errors(fit)]
+    sentences = [_weighting(result), *_noise(result), _errors(fit), *_zeros(result)]
     if fit.factors:
         factors = ", ".join(
             f"{name} {format_estimate(value, sd).replace('+/-', '±')}"
@@ -180,6 +182,30 @@ def how_it_was_fitted(result: ElastomerCharacterisation) -> list[str]:
             f"{percent(samples.batch)} (silicone_stiffness in the material file)."
         )
     return sentences
+
+
+def _zeros(result: ElastomerCharacterisation) -> list[str]:
+    """Zeros that the fit found, a sentence for each recording."""
+    found = []
+    for k, curve in enumerate(result.samples.curves):
+        own = {zero: of for zero, of in result.best.zeros.items() if zero.curve == k}
+        parts = [
+            f"{zero.quantity} {_estimate(zero, *of)}" + ("" if zero.unit == "1" else f" {zero.unit}")
+            for zero, of in own.items()
+        ]
+        if parts:
+            found.append(
+                f"{curve.name}: the zeros were fitted with the law, as its [zero] asks: "
+                f"{' and '.join(parts)}. Strain is counted from there, as (strain - zero) / (1 + zero); the "
+                "constants' errors include those of the zeros."
+            )
+    return found
+
+
+def _estimate(zero: Zero, value: float, sd: float) -> str:
+    """A zero with its standard error, in the unit that it is shown in."""
+    shown = (float(from_si(x, zero.unit)) for x in (value, sd))
+    return format_estimate(*shown).replace("+/-", "±")
 
 
 def _weighting(result: ElastomerCharacterisation) -> str:

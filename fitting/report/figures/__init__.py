@@ -63,6 +63,7 @@ def axis_label(column: str) -> str:
     if column in QUANTITIES:
         return QUANTITIES[column]
     quantity, _, unit = column.rpartition("_")
+    unit = {"1pm": "1/m"}.get(unit, unit)
     return f"{quantity.replace('_', ' ')} [{unit}]" if quantity else column
 
 

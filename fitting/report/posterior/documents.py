@@ -44,7 +44,9 @@ def report(result: CampaignPosterior) -> dict[str, Any]:
         "verdict": result.verdict,
         "parameters": {name: entry(result, name) for name in posterior.summary},
         "sampler": {
-            "library": "emcee",
+            "library": "blackjax" if posterior.settings.sampler == "nuts" else "emcee",
+            "method": posterior.settings.sampler,
+            "why": posterior.why,
             "walkers": posterior.settings.walkers,
             "ensembles": posterior.settings.ensembles,
             "steps": state.steps,
@@ -60,6 +62,7 @@ def report(result: CampaignPosterior) -> dict[str, Any]:
             "acceptance": list(posterior.acceptance),
             "evaluations": posterior.evaluations,
             "without_answer": posterior.failures,
+            **posterior.diagnostics,
         },
         "notes": list(problem.notes),
         "notices": list(problem.notices),

@@ -20,8 +20,10 @@ def predict(
     values: Mapping[str, Array], effects: tuple[Effect, ...], rows: Rows
 ) -> tuple[dict[str, Array], dict[str, Any]]:
     """See `specimens.with_effects.Kind`."""
-    law = silicones.law_with(rows.extra["law"], numbers(values, rows))
-    strain = rows.inputs["strain"]
+    known = numbers(values, rows)
+    law = silicones.law_with(rows.extra["law"], known)
+    strain = elastomer.strain_of(known, rows)
     found = simulate_coupon(law, strain, time=rows.time, effects=effects)
     rate = jnp.gradient(strain) / jnp.maximum(jnp.gradient(rows.time), 1e-9)
-    return found.seen, {"strain": strain, "strain_rate": rate, "max_strain": jnp.maximum.accumulate(strain)}
+    seen = found.seen | {"stress": found.seen["stress"] + known["stress_zero"]}
+    return seen, {"strain": strain, "strain_rate": rate, "max_strain": jnp.maximum.accumulate(strain)}
