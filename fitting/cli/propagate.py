@@ -1,6 +1,6 @@
 """`pneusma propagate`: uncertainty of inputs through the model, in chunks that survive a kill."""
 
-from contextlib import nullcontext, suppress
+from contextlib import suppress
 from pathlib import Path
 
 import click
@@ -28,15 +28,14 @@ def propagate_command(study, out, resume, force, devices, workers, cluster, chec
     that was ended goes on with --resume, and leaves the same bytes. More [sampling] rows in the file and
     --resume add rows.
     """
-    from fitting.cli._common import done, notice
+    from fitting.cli._common import check_places, done, notice, scheduler
 
-    if workers is not None and cluster is not None:
-        raise click.UsageError("--workers starts a cluster here, and --cluster names one; give one of them")
+    check_places(workers, cluster)
     _prepare(1 if workers or cluster else devices)
     from fitting.data.publish import check_free
     from fitting.engine import Rate
     from fitting.propagate import build_problem, propagate, read_study
-    from fitting.report.propagate import plan_text
+    from fitting.report.propagate import plan_text, speed
     from fitting.report.results import save, text
 
     problem = build_problem(read_study(study))
@@ -46,13 +45,13 @@ def propagate_command(study, out, resume, force, devices, workers, cluster, chec
     if check:
         click.echo(plan_text(problem))
         return
-    with _scheduler(workers, cluster) as scheduler:
+    with scheduler(workers, cluster) as place:
         result = propagate(
-            problem, out, scheduler, resume, force, lambda rows, there: Rate("propagating", rows, there)
+            problem, out, place, resume, force, lambda rows, there: Rate("propagating", rows, there)
         )
     files = save(result, out, force=True)
     click.echo(text(result))
-    click.echo()
+    click.echo(f"\n{speed(result)}")
     done([*files, out / "chunks"])
 
 
@@ -69,18 +68,3 @@ def _prepare(devices: int | None) -> None:
         with suppress(RuntimeError):  # this process has computed already, as in tests: its devices stay
             jax.config.update("jax_num_cpu_devices", devices or cores)
     prepare()
-
-
-def _scheduler(workers: int | None, address: str | None):
-    """Where chunks are computed, in a `with` statement."""
-    from fitting.engine import in_this_process
-
-    if workers is None and address is None:
-        return nullcontext(in_this_process)
-    try:
-        from fitting.engine.cluster import Cluster
-    except ImportError:
-        raise click.UsageError(
-            "--workers and --cluster need Dask: pip install 'pneusma-jax[cluster]'"
-        ) from None
-    return Cluster(address, workers or 1)

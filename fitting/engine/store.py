@@ -72,6 +72,16 @@ class Store:
             _forget(draft)
             raise
 
+    @property
+    def holds_any(self) -> bool:
+        """Whether any task has a file."""
+        return self.folder.is_dir() and any(not p.name.startswith(".") for p in self.folder.iterdir())
+
+    def clear(self) -> None:
+        """Remove every finished file: what was computed counts no more."""
+        for path in self.folder.iterdir() if self.folder.is_dir() else ():
+            _forget(path)
+
     def clear_drafts(self) -> None:
         """Remove what killed runs left half-written."""
         for draft in self.folder.glob(f".*{DRAFT}") if self.folder.is_dir() else ():

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Collection, Mapping
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -20,16 +21,27 @@ TOP = (
 )  # fmt: skip
 THROUGH = ("state", "workspace", "protocol", "recording", "chain", "expression")
 METHODS_OF_RARE = ("subset", "form")
+_EXAMPLES = resources.files("calibration_data").joinpath("examples", "studies")
+
+
+def study_examples() -> list[str]:
+    """Names of the studies that come with the package, sorted."""
+    return sorted(e.name.removesuffix(".toml") for e in _EXAMPLES.iterdir() if e.name.endswith(".toml"))
 
 
 def read_study(path: str | Path) -> Study:
     """Read and check a study.
 
+    Args:
+        path: of a file, or the name of a study that comes with the package.
+
     Raises:
         InputError: one line with file, table, key and what would be right.
     """
-    path = Path(path)
-    document = read_document(path, path, "a study", SCHEMA, TOP)
+    shipped = str(path) in study_examples()
+    place = _EXAMPLES.joinpath(f"{path}.toml") if shipped else Path(path)
+    path = Path("calibration_data", "examples", "studies", f"{path}.toml") if shipped else Path(path)
+    document = read_document(place, path, "a study", SCHEMA, TOP)
     model = _table(document, "model", path)
     if "through" not in model:
         raise InputError(f"{path}: [model] needs through, one of {', '.join(THROUGH)}")

@@ -41,12 +41,12 @@ class Sampler:
         random = stream(self.seed, index, 0)
         if self.method == "monte_carlo":
             return random.random((count, self.dimension))
-        return qmc.LatinHypercube(self.dimension, rng=random).random(count)
+        return qmc.LatinHypercube(self.dimension, seed=random).random(count)
 
     def _sobol(self, first: int, count: int) -> np.ndarray:
         sequence = self._sequence
         if sequence is None or sequence.num_generated > first:
-            sequence = qmc.Sobol(self.dimension, scramble=True, rng=np.random.default_rng(self.seed))
+            sequence = qmc.Sobol(self.dimension, scramble=True, seed=np.random.default_rng(self.seed))
         if first > sequence.num_generated:
             sequence.fast_forward(first - sequence.num_generated)
         self._sequence = sequence

@@ -142,18 +142,17 @@ def slow(write):
 def test_killed_ten_times_and_resumed_it_leaves_the_same_bytes(slow, tmp_path):
     whole, broken = tmp_path / "whole", tmp_path / "broken"
     subprocess.run(command(slow, whole), check=True, capture_output=True)
-    kills = 0
-    while kills < 10:
-        process = subprocess.Popen(command(slow, broken, "--resume"), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-        before = len(list(broken.glob("chunks/chunk-*")))
-        deadline = time.monotonic() + 120.0
-        while len(list(broken.glob("chunks/chunk-*"))) < min(before + 1 + kills % 2, 24):
-            assert process.poll() is None, process.stderr.read().decode()
-            assert time.monotonic() < deadline
-            time.sleep(0.001)
-        os.kill(process.pid, signal.SIGKILL)
-        process.wait()
-        kills += 1
+    for kill in range(10):
+        with subprocess.Popen(
+            command(slow, broken, "--resume"), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+        ) as process:
+            before = len(list(broken.glob("chunks/chunk-*")))
+            deadline = time.monotonic() + 120.0
+            while len(list(broken.glob("chunks/chunk-*"))) < min(before + 1 + kill % 2, 24):
+                assert process.poll() is None, process.stderr.read().decode()
+                assert time.monotonic() < deadline
+                time.sleep(0.001)
+            os.kill(process.pid, signal.SIGKILL)
     assert 0 < len(list(broken.glob("chunks/chunk-*"))) < 24, "the last kill was before the end"
     subprocess.run(command(slow, broken, "--resume"), check=True, capture_output=True)
     assert contents(broken) == contents(whole)

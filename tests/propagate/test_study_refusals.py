@@ -7,6 +7,7 @@ from click.testing import CliRunner
 from conftest import ISHIGAMI, PLAIN
 
 from fitting.cli import main
+from fitting.propagate.reading import study_examples
 
 STATE = """
 schema = "pneusma-study/1"
@@ -113,6 +114,13 @@ def test_a_cluster_and_workers_contradict_each_other(tmp_path):
     options = ["--out", str(tmp_path / "out"), "--workers", "2", "--cluster", "tcp://localhost:1"]
     refused = CliRunner().invoke(main, ["propagate", str(path), *options])
     assert refused.exit_code == 2 and "give one of them" in refused.stderr
+
+
+def test_the_shipped_studies_are_read_by_name(tmp_path):
+    for name in study_examples():
+        result = CliRunner().invoke(main, ["propagate", name, "--out", str(tmp_path / "out"), "--check"])
+        assert result.exit_code == 0 and "20,000 rows in 2 chunks" in result.stdout, result.output
+    assert study_examples() == ["pneusma2_band"]
 
 
 def test_check_says_what_would_be_done_and_does_nothing(tmp_path):

@@ -102,7 +102,7 @@ def read_channels(
         name, unit = named
         usual = STEMS[name.partition("_")[0]]
         if dimension_of(unit) != dimension_of(usual):
-            raise InputError(f"{where} {key} must be a {dimension_of(usual)}, such as in {usual}, not in {unit}")
+            raise InputError(f"{where} {key} must be a {dimension_of(usual)}, such as in {usual}")
         values = points_of(entry, f"{where} {key}")
         if np.ndim(values):
             if driver is not None:
@@ -136,7 +136,7 @@ def drive_numbers(channels: Mapping[str, np.ndarray]) -> dict[str, Known]:
     """Numbers by which drives may vary: a channel itself where it is one number, else its offset and gain."""
     found = {}
     for name, values in channels.items():
-        unit = STEMS[name.partition("_")[0]]
+        unit = STEMS[name.rpartition(".")[2].partition("_")[0]]
         if np.ndim(values) == 0:
             found[name] = Known(float(values), unit)
             continue
