@@ -133,6 +133,21 @@ def test_merged_headings_of_a_workbook(tmp_path):
     assert modulus(first) == pytest.approx(MU, rel=1e-6) and second.columns["strain"].max() == pytest.approx(0.9)
 
 
+def test_a_hidden_sheet_is_read_and_said(tmp_path):
+    book = openpyxl.Workbook()
+    for name, factor in (("Run", 1.0), ("Run old", 3.0)):
+        sheet = book.create_sheet(name)
+        sheet.append(["Strain (%)", "Stress (kPa)"])
+        for e, s in zip(STRAIN, STRESS, strict=True):
+            sheet.append([float(100 * e), float(factor * s)])
+    sheet.sheet_state = "hidden"
+    book.save(tmp_path / "a.xlsx")
+    shown, hidden = import_tests(tmp_path / "a.xlsx")
+    assert not any("is hidden" in note for note in shown.notices)
+    assert any("sheet 'Run old' is hidden in the workbook" in note for note in hidden.notices)
+    assert modulus(import_file(tmp_path / "a.xlsx", make_options(sheet="Run"))) == pytest.approx(MU, rel=1e-6)
+
+
 def test_formulas_that_nobody_computed_are_said(tmp_path):
     book = openpyxl.Workbook()
     book.active.append(["Strain (%)", "Stress (kPa)"])
@@ -154,7 +169,7 @@ def test_formulas_that_nobody_computed_are_said(tmp_path):
         (b"\x89HDF\r\n\x1a\n" + b"\0" * 300, "this is an HDF5 file"),
         (b"MATLAB 5.0 MAT-file" + b"\0" * 300, "this is a MATLAB file"),
         (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + b"\0" * 300, "an old Excel file"),
-        (gzip.compress(b"a,b\n1,2\n"), "this is a gzip archive"),
+        (gzip.compress(b"a,b\n1,2\n", mtime=0), "this is a gzip archive"),
         (b"%PDF-1.7\n" + b"x" * 300, "this is a PDF"),
         ('{"strain": [0, 1]}', "this is a JSON file"),
         ("<html><table><tr><td>Time</td></tr></table></html>", "this is a web page"),

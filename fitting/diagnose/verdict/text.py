@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from fitting.specimens import specimen_of
 from pneusma_jax.effects import CATALOGUE
 
 from ..fit.misfit import predictive_chi_square
@@ -71,7 +72,7 @@ def verdict_sentences(conclusion: Conclusion) -> list[str]:
 def unstated(conclusion: Conclusion) -> list[str]:
     """Names of recordings that contradict the model and do not state their specimen where its size counts."""
     recordings = conclusion.explanation.program.recordings if conclusion.mismatch else []
-    return [r.name for r in recordings if not r.geometry and r.kind not in ("elastomer", "wire")]
+    return [r.name for r in recordings if not r.geometry and specimen_of(r.kind).sized]
 
 
 def _verdict(conclusion: Conclusion) -> list[str]:

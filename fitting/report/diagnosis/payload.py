@@ -84,7 +84,7 @@ def _finite(value: float) -> float:
 
 def _score(conclusion: Conclusion, score: HeldOut) -> dict:
     """Errors by canonical column, in that column's unit."""
-    known = schema.COLUMNS[conclusion.explanation.program.kind].outputs
+    known = schema.KINDS[conclusion.explanation.program.kind].columns.outputs
     columns = {schema.quantity_and_unit(name)[0]: name for name in known}
     rmse = {}
     for quantity, value in score.rmse.items():
