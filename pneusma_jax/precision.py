@@ -16,14 +16,17 @@ from jaxtyping import PyTree
 def enable_float64(cache: bool = True) -> None:
     """Use float64 everywhere and, unless told otherwise, keep compiled programs on disk.
 
+    Programs for the processor also compile in about half the time, see `SOONER`, if none was compiled before.
+
     Args:
         cache: also switch on JAX's persistent compilation cache, so that a second run of the same command
             starts faster. It lives in the user's cache folder, or in `PNEUSMA_CACHE` if that is set
             (`PNEUSMA_CACHE=off` for none). An already configured JAX cache is left alone.
     """
     jax.config.update("jax_enable_x64", True)
+    _compile_sooner()
     place = os.environ.get("PNEUSMA_CACHE", "")
-    if not cache or place == "off" or jax.config.jax_compilation_cache_dir:
+    if not cache or place == "off" or jax.config.jax_compilation_cache_dir:  # type: ignore[attr-defined]
         return
     if not place:
         import platformdirs
@@ -34,13 +37,30 @@ def enable_float64(cache: bool = True) -> None:
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
 
 
+SOONER = {"xla_cpu_use_fusion_emitters": "false", "xla_cpu_parallel_codegen_split_count": "1"}
+"""Settings of XLA under which small programs compile sooner and run as fast. A root-find of 64 rows took
+0.7 s instead of 1.7 s to compile, and 1.38 ms instead of 1.41 ms to run (jaxlib 0.10.2, processor time)."""
+KNOWN_TO = ((0, 10), (0, 10))
+"""First and last version of jaxlib that `SOONER` was tried with. XLA ends a process whose settings it does
+not know."""
+
+
+def _compile_sooner() -> None:
+    """Add `SOONER` to what the environment says to XLA, which reads it when the first program is compiled."""
+    version = tuple(int(part) for part in jax.lib.__version__.split(".")[:2])
+    given = os.environ.get("XLA_FLAGS", "")
+    if KNOWN_TO[0] <= version <= KNOWN_TO[1]:
+        more = [f"--{name}={value}" for name, value in SOONER.items() if name not in given]
+        os.environ["XLA_FLAGS"] = " ".join([given, *more]).strip()
+
+
 def require_float64() -> None:
     """Refuse to solve in float32.
 
     Raises:
         RuntimeError: if `enable_float64()` has not been called.
     """
-    if not jax.config.jax_enable_x64:
+    if not jax.config.jax_enable_x64:  # type: ignore[attr-defined]
         raise RuntimeError(
             "The equilibrium is solved to 1e-10, which float32 cannot hold: "
             "call pneusma_jax.enable_float64() before building a model."

@@ -14,6 +14,8 @@ from typing import Any
 
 import click
 
+from ._lock import locked
+
 # name -> (module, function, line in the list of commands)
 COMMANDS = {
     "simulate": (
@@ -96,6 +98,16 @@ COMMANDS = {
         "posterior_command",
         "Sample what a campaign says of its parameters.",
     ),
+    "completion": (
+        "fitting.cli.completion",
+        "completion_command",
+        "Print the script that lets a shell complete commands and options.",
+    ),
+    "propagate": (
+        "fitting.cli.propagate",
+        "propagate_command",
+        "Propagate uncertain inputs through the model, in any number of rows.",
+    ),
 }
 UNUSABLE_INPUT = 2  # exit code
 
@@ -118,7 +130,7 @@ class LazyGroup(click.Group):
         # for a bug report; errors still end in exceptions.
         os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
         module, function, _ = COMMANDS[name]
-        return getattr(importlib.import_module(module), function)
+        return locked(getattr(importlib.import_module(module), function), name)
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple:
         """Find the command that the arguments call; a mistyped one is answered with the nearest."""

@@ -6,13 +6,16 @@ projected on the same basis (virtual work), so that an inextensible fibre's unkn
 opposing springs this is Eqs. 3.35 and 3.36 with the signs of correction 8: sides pull back, pressure pushes.
 """
 
+from collections.abc import Callable
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
 from ..nitinol import SpringResponse, SpringState
-from ..nitinol.spring import Activation, LocatedFraction, Resistance
+from ..nitinol.spring import Activation, LocatedFraction, MartensiteFraction, Resistance, Spring
+from ..numerics.alike import each
 from ..numerics.linear import solve_small
 from ..pipeline import PLAIN, Chain
 from . import Actuator
@@ -46,28 +49,24 @@ class Problem(eqx.Module):
 
 def spring_responses(problem: Problem, delta_centre: Array, bend: Array) -> tuple[SpringResponse, ...]:
     """Response of every spring in a configuration [m, rad]."""
-    body = problem.actuator
-    elongations = delta_centre + body.spring_places @ bend
-    rows = zip(
-        body.spring_numbers, body.springs, elongations, problem.activations, problem.states, strict=True
-    )
-    return tuple(
-        spring.respond(x, activation, state, problem.chain.knowing(number=number))
-        for number, spring, x, activation, state in rows
-    )
+    return _each_spring(Spring.respond, problem, delta_centre, bend)
 
 
 def spring_pulls(problem: Problem, delta_centre: Array, bend: Array) -> tuple[Array, ...]:
     """Pull of every spring in a configuration [N]: `spring_responses` less what balance needs not."""
+    return _each_spring(Spring.pull, problem, delta_centre, bend)
+
+
+def _each_spring(method: Callable, problem: Problem, delta_centre: Array, bend: Array) -> tuple:
+    """What a method makes of every spring, its elongation, activation, state and chain."""
     body = problem.actuator
     elongations = delta_centre + body.spring_places @ bend
-    rows = zip(
-        body.spring_numbers, body.springs, elongations, problem.activations, problem.states, strict=True
-    )
-    return tuple(
-        spring.pull(x, activation, state, problem.chain.knowing(number=number))
-        for number, spring, x, activation, state in rows
-    )
+    rows = list(zip(body.springs, elongations, problem.activations, problem.states, strict=True))
+    if not problem.chain.effects:
+        return tuple(each(method, rows))
+    # effects ask for a spring by its number
+    numbered = zip(body.spring_numbers, rows, strict=True)
+    return tuple(method(*row, problem.chain.knowing(number=number)) for number, row in numbered)
 
 
 def imbalance(
@@ -137,7 +136,7 @@ def residual(unknowns: Array, problem: Problem, orders: int = 3) -> Array:
 
 def freedoms(problem: Problem) -> int:
     """Number of scaled coordinates of the configuration."""
-    return problem.actuator.basis.shape[1]
+    return problem.actuator.freedoms
 
 
 def measured(problem: Problem) -> tuple[int, ...]:
@@ -145,15 +144,24 @@ def measured(problem: Problem) -> tuple[int, ...]:
     return tuple(k for k, a in enumerate(problem.activations) if isinstance(a, Resistance))
 
 
-def at_phases(problem: Problem, phases: Array) -> Problem:
-    """The problem with the fractions of its measured springs given, shape (measured,)."""
+def at_phases(problem: Problem, phases: Array, kind: Callable = LocatedFraction) -> Problem:
+    """The problem with the fractions of its measured springs given.
+
+    Args:
+        problem: one row.
+        phases: fractions, shape (measured,).
+        kind: of activation; a `MartensiteFraction` has no flags of the reading, and balance asks for none.
+    """
     activations = list(problem.activations)
     for k, xi0 in zip(measured(problem), phases, strict=True):
-        activations[k] = LocatedFraction(xi0, activations[k])
+        more = () if kind is MartensiteFraction else (activations[k],)
+        activations[k] = kind(xi0, *more)
     return eqx.tree_at(lambda p: p.activations, problem, tuple(activations))
 
 
-def joint_residual(unknowns: Array, problem: Problem, orders: int = 3) -> Array:
+def joint_residual(
+    unknowns: Array, problem: Problem, orders: int = 3, held: tuple[Array, Array] | None = None
+) -> Array:
     """Scaled imbalance, and for every measured spring what its resistance misses [1].
 
     The unknowns are the scaled configuration and the fractions of the measured springs, held to [0, 1]. So
@@ -164,33 +172,45 @@ def joint_residual(unknowns: Array, problem: Problem, orders: int = 3) -> Array:
         unknowns: shape (freedoms + measured,).
         problem: one row.
         orders: see `imbalance`.
+        held: fractions that are given whatever the resistances: whether each is, and at what, both of shape
+            (measured,).
     """
     actuator, count = problem.actuator, freedoms(problem)
-    unbalanced = residual(unknowns[:count], at_phases(problem, unknowns[count:]), orders)
+    unbalanced = residual(unknowns[:count], at_phases(problem, unknowns[count:], MartensiteFraction), orders)
     if not measured(problem):
         return unbalanced
-    return jnp.concatenate([unbalanced, jnp.stack(_misread(unknowns, problem, actuator, count))])
+    missed = jnp.stack(_misread(unknowns, problem, actuator, count))
+    if held is not None:
+        missed = jnp.where(held[0], unknowns[count:] - held[1], missed)
+    return jnp.concatenate([unbalanced, missed])
 
 
 def _misread(unknowns: Array, problem: Problem, actuator: Actuator, count: int) -> list[Array]:
     """The rows of `joint_residual` of the measured springs."""
     centre, bend = configuration(actuator, unknowns[:count])
     elongations = centre + actuator.spring_places @ bend
-    found = []
-    for k, xi0 in zip(measured(problem), unknowns[count:], strict=True):
-        chain = problem.chain.knowing(number=actuator.spring_numbers[k])
-        spring = actuator.springs[k]
-        excess, contrast = problem.activations[k].excess(spring, elongations[k], xi0, chain)
+
+    def one(spring: Spring, activation: Resistance, elongation: Array, xi0: Array, chain: Chain) -> Array:
+        excess, contrast = activation.excess(spring, elongation, xi0, chain)
         scale = jax.lax.stop_gradient(spring.contrast_at_rest)
         missed = excess / scale
         missed = missed * jax.lax.stop_gradient(jnp.where(contrast < 0.0, -1.0, 1.0))
         surplus = jax.lax.stop_gradient(missed)
-        within = READING + WITHIN * problem.activations[k].noise / scale
+        within = READING + WITHIN * activation.noise / scale
         cold = (xi0 >= 1.0) & (surplus <= within)
         hot = (xi0 <= 0.0) & (surplus >= -within)
         end = jnp.where(cold, 1.0, 0.0)
-        found.append(jnp.where(cold | hot, xi0 - end, missed))
-    return found
+        return jnp.where(cold | hot, xi0 - end, missed)
+
+    which = measured(problem)
+    rows = [
+        (actuator.springs[k], problem.activations[k], elongations[k], xi0)
+        for k, xi0 in zip(which, unknowns[count:], strict=True)
+    ]
+    if not problem.chain.effects:
+        return each(lambda *row: one(*row, problem.chain), rows)
+    chains = [problem.chain.knowing(number=actuator.spring_numbers[k]) for k in which]
+    return [one(*row, chain) for row, chain in zip(rows, chains, strict=True)]
 
 
 def start(actuator: Actuator) -> Array:

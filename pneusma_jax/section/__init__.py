@@ -21,6 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..numerics.alike import each
 from ..numerics.safe import is_concrete, safe_norm
 from .shapes import Disc, Rule, Shape, across, as_numpy, namespace_of
 
@@ -72,12 +73,13 @@ class Section(eqx.Module):
 
     def rule(self, direction: Array, cuts: Array) -> Rule:
         """Joint rule of all shapes along a unit vector, holes with negative weights."""
-        rules = [shape.rule(direction, cuts, self.nodes) for shape in self.shapes]
+        xp = namespace_of(direction, *jax.tree.leaves(self.shapes))
+        of = lambda shape: shape.rule(direction, cuts, self.nodes)  # noqa: E731
+        rules = [of(shape) for shape in self.shapes] if xp is np else each(of, [(s,) for s in self.shapes])
         signed = [
             Rule(r.s, *(sign * weights for weights in r.across))
             for r, sign in zip(rules, self.signs, strict=True)
         ]
-        xp = namespace_of(direction, *jax.tree.leaves(self.shapes))
         return jax.tree.map(lambda *parts: xp.concatenate(parts), *signed)
 
     def sides(self, direction: Array) -> tuple[Array, Array]:

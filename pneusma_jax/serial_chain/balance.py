@@ -16,6 +16,7 @@ one by one, take the place of rest.
 """
 
 import dataclasses
+from collections.abc import Callable
 
 import equinox as eqx
 import jax
@@ -107,16 +108,10 @@ def split(problem: ChainProblem, unknowns: Float[Array, "unknowns"]) -> list[Flo
 
 def _sizes(problem: ChainProblem, total: int) -> list[int]:
     """Unknowns of a segment of each part: its free directions."""
-    sizes = [freedoms(part) for part in problem.parts]
+    sizes = [part.actuator.freedoms for part in problem.parts]
     if sum(size * len(members) for size, members in zip(sizes, problem.members, strict=True)) != total:
         raise ValueError("The unknowns must be the free directions of all segments, but their number is not.")
     return sizes
-
-
-def freedoms(part: Problem) -> int:
-    """Free directions of a segment: its stretch unless a fibre ties it to the bend, and one or two bends."""
-    actuator = part.actuator
-    return (2 - actuator.planar) + (actuator.fibre_place is None or actuator.fibre_stiffness is not None)
 
 
 def held_forces(problem: ChainProblem, unknowns: Float[Array, "unknowns"]) -> Float[Array, "n 3"]:
@@ -167,7 +162,9 @@ def chain_jacobian(
 
         return jax.jacfwd(excess, argnums=(0, 1), has_aux=True)(z, load)
 
-    values, rows, column = [], [], 0
+    values: list[Array] = []
+    rows: list[Array] = []
+    column = 0
     for z, part, members in zip(split(problem, unknowns), problem.parts, problem.members, strict=True):
         index, (count, size) = np.asarray(members), z.shape
         (block, by_load), value = jax.vmap(of_segment)(z, part, held[index])
@@ -191,7 +188,9 @@ def _is_stable(problem: ChainProblem, jacobian: Array) -> Array:
     their product makes them derivatives of one energy, as far as the loads have one.
     """
     energies = [
-        jnp.repeat(jax.vmap(lambda a: a.section.moments()[0] * a.length)(part.actuator), freedoms(part))
+        jnp.repeat(
+            jax.vmap(lambda a: a.section.moments()[0] * a.length)(part.actuator), part.actuator.freedoms
+        )
         for part in problem.parts
     ]
     energy = jnp.concatenate(energies)
@@ -282,12 +281,14 @@ def rest_of(problem: ChainProblem) -> tuple[ChainProblem, Float[Array, "unknowns
     """
     parts = []
     for part in problem.parts:
-        if not all(isinstance(drive, MartensiteFraction) for drive in part.activations):
+        drives = [drive for drive in part.activations if isinstance(drive, MartensiteFraction)]
+        if len(drives) != len(part.activations):
             return None
-        cold = tuple(MartensiteFraction(jnp.ones_like(drive.value)) for drive in part.activations)
+        cold = tuple(MartensiteFraction(jnp.ones_like(drive.value)) for drive in drives)
         parts.append(dataclasses.replace(part, pressure=jnp.zeros_like(part.pressure), activations=cold))
     sizes = [
-        freedoms(part) * len(members) for part, members in zip(problem.parts, problem.members, strict=True)
+        part.actuator.freedoms * len(members)
+        for part, members in zip(problem.parts, problem.members, strict=True)
     ]
     rest = dataclasses.replace(problem, parts=tuple(parts), share=jnp.zeros_like(problem.share))
     return rest, jnp.zeros(sum(sizes))
@@ -298,11 +299,11 @@ def chain_root(rest: ChainProblem, problem: ChainProblem, guess: Float[Array, "u
     held, start = frozen((rest, problem)), jax.lax.stop_gradient(guess)
 
     def find(_: object, start: Array) -> tuple[Array, tuple]:
-        stand = search(*held, start)
+        stand = search(*held, start)  # type: ignore[call-arg]
         told = (stand.steps, stand.found, stand.stable)
         return stand.unknowns, tuple(x.astype(start.dtype) for x in told)  # integers get no tangent
 
-    def tangent(linear: object, vector: Array) -> Array:
+    def tangent(linear: Callable, vector: Array) -> Array:
         return jnp.linalg.solve(jax.jacfwd(linear)(vector), vector)
 
     unknowns, told = jax.lax.custom_root(

@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 from fitting.control.loop import Run
 from fitting.control.sweep import HOLD, STEP, Sweep
 from fitting.data.csv_text import csv_text
-from fitting.report.elastomer.json_report import plain
+from fitting.report.render import plain
 from fitting.report.figures import BLUE, GREEN, GREY, VERMILION, legend_above, png, style
-from fitting.report.text_table import words_table
+from fitting.report.table import Table, table_text
 
 SINCE = 10.0
 """Time from which errors count [s]: five seconds after the step."""
@@ -54,7 +54,7 @@ def text(result: Sweep) -> str:
         f"Knowing it gives back most for {gain.name}: {gain.known.rmse(SINCE):.2f} instead of "
         f"{gain.without.rmse(SINCE):.2f} 1/m.",
         "",
-        words_table(HEADER, rows(result)),
+        table_text(Table(HEADER, rows(result)), indent=0),
     ])  # fmt: skip
 
 
@@ -178,5 +178,5 @@ def documents(result: Sweep) -> dict[str, str | bytes]:
 def text_or_table(result: Sweep) -> str:
     """The whole text where anything can be known, the table alone elsewhere."""
     return (
-        text(result) if any(c.known is not None for c in result.cases) else words_table(HEADER, rows(result))
+        text(result) if any(c.known is not None for c in result.cases) else table_text(Table(HEADER, rows(result)), indent=0)
     )

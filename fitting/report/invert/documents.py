@@ -11,9 +11,9 @@ from fitting.invert.goals import GOALS
 from fitting.invert.lumen import Passage
 from fitting.invert.run import Inversion, spring_name
 from fitting.invert.trajectory import Trajectory
-from fitting.report.elastomer.json_report import plain
+from fitting.report.render import plain
 from fitting.report.figures import png
-from fitting.report.text_table import words_table
+from fitting.report.table import Table, table_text
 from pneusma_jax.units import from_si, unit_of_column
 
 from .figures import passage_figure, targets_figure
@@ -77,7 +77,7 @@ def inversion_text(result: Inversion, notes: list[str] | None = None) -> str:
                 result.held[k],
             ]
         )
-    lines.append(words_table(("target", "drives", "result", "held by"), rows))
+    lines.append(table_text(Table(("target", "drives", "result", "held by"), rows), indent=0))
     if result.met.size > SHOWN:
         lines.append(f"... and {result.met.size - SHOWN} more, in targets.csv")
     for k, ways in enumerate(result.ways[:SHOWN]):

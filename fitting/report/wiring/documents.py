@@ -5,9 +5,9 @@ import json
 import numpy as np
 from matplotlib.figure import Figure
 
-from fitting.report.elastomer.json_report import plain
+from fitting.report.render import plain
 from fitting.report.figures import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, png, style
-from fitting.report.text_table import words_table
+from fitting.report.table import Table, table_text
 from fitting.wiring.choose import Wiring
 from fitting.wiring.circuit import Circuit, crosstalk, heating, sensing
 
@@ -44,7 +44,7 @@ def text(result: Wiring) -> str:
         f"With capacitors that are sold, {100.0 * result.made_crosstalk:.3g} % if the coils are trimmed,",
         f"{100.0 * result.spread_crosstalk:.3g} % if not.",
         "",
-        words_table(header, rows),
+        table_text(Table(header, rows), indent=0),
         "",
         "Heat: at the supply's voltage, in the selected spring. Sensing: relative error of a resistance",
         "for one of the admittances' real parts, each measured at the resonance of one branch.",

@@ -1,0 +1,63 @@
+"""One function of several alike arguments: springs of an actuator, discs of a section.
+
+Traced once and applied side by side, the function is a half or a third of the program that a loop over the
+arguments would be, and compiles in a half or a third of the time.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, PyTree
+
+
+def each(function: Callable, arguments: Sequence[tuple[PyTree, ...]]) -> list[Any]:
+    """What a function makes of several tuples of arguments, one result for each.
+
+    Args:
+        function: of pytrees of arrays, with results of arrays. It must not look at numbers.
+        arguments: where all are alike, as `alike` says, the function is traced once for all of them.
+    """
+    if len(arguments) < 2 or not alike(arguments):
+        return [function(*given) for given in arguments]
+    # each argument by itself: constants stay apart from what differs from row to row
+    packed = [_packed(trees) for trees in zip(*arguments, strict=True)]
+
+    def one(rows: list[Array]) -> Any:
+        return function(*[unpack(row) for row, (_, unpack) in zip(rows, packed, strict=True)])
+
+    together = jax.vmap(one)([rows for rows, _ in packed])
+    return [jax.tree.map(lambda x: x[k], together) for k in range(len(arguments))]  # noqa: B023
+
+
+def alike(trees: Sequence[PyTree]) -> bool:
+    """Whether pytrees have the same structure, and arrays of the same shapes and types."""
+    shapes = [[(jnp.shape(x), jnp.result_type(x)) for x in jax.tree.leaves(tree)] for tree in trees]
+    return all(
+        jax.tree.structure(tree) == jax.tree.structure(trees[0]) and own == shapes[0]
+        for tree, own in zip(trees, shapes, strict=True)
+    )
+
+
+def _packed(trees: Sequence[PyTree]) -> tuple[PyTree, Callable[[PyTree], PyTree]]:
+    """Alike pytrees as rows of arrays, and what makes such a pytree of a row.
+
+    Numbers of one type become one array. A stack for each of some thirty constants of a spring would be a
+    small program of its own.
+    """
+    leaves = [jax.tree.leaves(tree) for tree in trees]
+    structure, shapes = jax.tree.structure(trees[0]), [jnp.shape(x) for x in leaves[0]]
+    if len({jnp.result_type(x) for x in leaves[0]}) != 1:
+        rows = [jnp.stack(parts) for parts in zip(*leaves, strict=True)]
+        return rows, lambda row: jax.tree.unflatten(structure, row)
+    ends = np.cumsum([0, *(math.prod(shape) for shape in shapes)])
+    rows = jnp.concatenate([jnp.ravel(x) for own in leaves for x in own]).reshape(len(trees), -1)
+
+    def unpack(row: Array) -> PyTree:
+        cut = [row[a:b].reshape(shape) for a, b, shape in zip(ends[:-1], ends[1:], shapes, strict=True)]
+        return jax.tree.unflatten(structure, cut)
+
+    return rows, unpack
