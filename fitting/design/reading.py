@@ -52,7 +52,7 @@ TOP = (
     "constraint", "uncertainty", "starts", "seed", "front_points", "optimiser",
 )  # fmt: skip
 OPTIMISERS = ("slsqp", "trust-constr")
-_EXAMPLES = resources.files("calibration_data").joinpath("examples", "studies")
+_EXAMPLES = resources.files("calibration_data").joinpath("examples", "design_studies")
 MOST_CHOICES = 64
 """Maximum of combinations of designs, alloys and silicones: each is a search of its own."""
 

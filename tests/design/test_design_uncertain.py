@@ -5,8 +5,7 @@ import pytest
 from study_files import SMALL, changed, write_study
 
 from fitting.design import read_study, run_study
-from fitting.report.design.documents import documents
-from fitting.report.design.words import text
+from fitting.report.results import text
 
 POWER = (
     '[objective.power]\nquantity = "heating_power"\ngoal = "minimise"\nstate = "hot"\n\n[constraint.length]'
@@ -39,7 +38,7 @@ def test_no_design_of_a_front_beats_another(tmp_path):
         assert not np.any(np.all(others <= one, axis=1) & np.any(others < one, axis=1))
     assert all(d.violation <= 1e-6 for d in result.front.designs)
     assert 0.0 < result.front.hypervolume < 1.0
-    assert "front.csv" in documents(result) and "The front has" in text(result)
+    assert "front.csv" in result.documents() and "The front has" in text(result)
 
 
 @pytest.mark.slow
@@ -49,4 +48,4 @@ def test_a_robust_design_fails_less_often_than_the_nominal_one(tmp_path):
     assert robust.draws == 400 and robust.interval[1] < nominal.interval[0]
     assert 0.3 < nominal.probability < 0.7  # at its limit, as likely beyond it as within
     assert robust.probability < 0.25
-    assert "fails in" in text(result) and "chances.png" in documents(result)
+    assert "fails in" in text(result) and "chances.png" in result.documents()

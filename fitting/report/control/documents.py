@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 from fitting.control.loop import Run
 from fitting.control.sweep import HOLD, STEP, Sweep
 from fitting.data.csv_text import csv_text
-from fitting.report.render import plain
 from fitting.report.figures import BLUE, GREEN, GREY, VERMILION, legend_above, png, style
+from fitting.report.render import plain
 from fitting.report.table import Table, table_text
 
 SINCE = 10.0
@@ -178,5 +178,7 @@ def documents(result: Sweep) -> dict[str, str | bytes]:
 def text_or_table(result: Sweep) -> str:
     """The whole text where anything can be known, the table alone elsewhere."""
     return (
-        text(result) if any(c.known is not None for c in result.cases) else table_text(Table(HEADER, rows(result)), indent=0)
+        text(result)
+        if any(c.known is not None for c in result.cases)
+        else table_text(Table(HEADER, rows(result)), indent=0)
     )

@@ -11,8 +11,8 @@ from fitting.invert.goals import GOALS
 from fitting.invert.lumen import Passage
 from fitting.invert.run import Inversion, spring_name
 from fitting.invert.trajectory import Trajectory
-from fitting.report.render import plain
 from fitting.report.figures import png
+from fitting.report.render import plain
 from fitting.report.table import Table, table_text
 from pneusma_jax.units import from_si, unit_of_column
 

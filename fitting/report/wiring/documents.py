@@ -5,8 +5,8 @@ import json
 import numpy as np
 from matplotlib.figure import Figure
 
-from fitting.report.render import plain
 from fitting.report.figures import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, png, style
+from fitting.report.render import plain
 from fitting.report.table import Table, table_text
 from fitting.wiring.choose import Wiring
 from fitting.wiring.circuit import Circuit, crosstalk, heating, sensing
