@@ -148,7 +148,7 @@ def rare_sentences(rare: RareResult) -> list[str]:
 
 def quantity_rows(result: Propagation) -> tuple[list[str], list[list[str]]]:
     """A short table: one row for each quantity, at the point where it spreads most."""
-    moments = result.summary.moments
+    moments = result.moments
     rows = []
     for quantity in result.problem.columns.quantities:
         k = shown_column(result, quantity.name)
