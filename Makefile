@@ -114,6 +114,7 @@ NOTEBOOKS ?= $(patsubst notebooks/%,out/notebooks/%,$(wildcard notebooks/*.ipynb
 docs: $(DOCS_READY) $(LINT_READY) $(NOTEBOOKS)
 	$(BIN)/ruff check --select D1 pneusma_jax fitting validation
 	$(BIN)/python -m mkdocs build --clean --quiet
+	$(BIN)/python -m pytest -q tests/site
 	@echo "Look at  out/site/index.html"
 
 out/notebooks/%.ipynb: notebooks/%.ipynb $(DOCS_READY)

@@ -54,17 +54,15 @@ def effects_command(effect, plot, kind, values, out) -> None:
 def _write(found, out: Path) -> list[Path]:
     """The figure and its numbers."""
     from fitting.data.csv_text import csv_text
-    from fitting.data.files import result_folder, write_whole
+    from fitting.data.publish import publish
     from fitting.report.effects.figure import signature_figure
-    from fitting.report.figures import save_figure
+    from fitting.report.figures import png
 
-    out = result_folder(out)
     columns = dict(sorted(found.drive.items(), key=lambda item: item[0] != "time_s"))
     for name, values in found.without.items():
         columns |= {name: values, f"{name.rpartition('_')[0] or name}_with_effect": found.present[name]}
     stem = f"{found.slug}_{found.kind}"
     numbers = ", ".join(f"{name} = {value:g}" for name, value in found.parameters.items())
     comment = f"simulated: {found.slug} ({numbers}); *_with_effect in the unit of its neighbour"
-    text = csv_text(columns, [comment])
-    figure = save_figure(signature_figure(found), out / f"{stem}.png")
-    return [figure, write_whole(out / f"{stem}.csv", text)]
+    documents = {f"{stem}.png": png(signature_figure(found)), f"{stem}.csv": csv_text(columns, [comment])}
+    return publish(out, documents, force=True)

@@ -35,7 +35,7 @@ def propagate_command(study, out, resume, force, devices, workers, cluster, chec
     from fitting.data.publish import check_free
     from fitting.engine import Rate
     from fitting.propagate import build_problem, propagate, read_study
-    from fitting.report.propagate import plan_text
+    from fitting.report.propagate import plan_text, speed
     from fitting.report.results import save, text
 
     problem = build_problem(read_study(study))
@@ -51,7 +51,7 @@ def propagate_command(study, out, resume, force, devices, workers, cluster, chec
         )
     files = save(result, out, force=True)
     click.echo(text(result))
-    click.echo()
+    click.echo(f"\n{speed(result)}")
     done([*files, out / "chunks"])
 
 

@@ -10,6 +10,7 @@ from fitting.specimens.reduction import said
 from fitting.specimens.registry import kind_of
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.wire import set_apart
+from fitting.specimens.zeros import offered
 from pneusma_jax.errors import InputError
 from pneusma_jax.model_discrepancy import EDGE
 
@@ -70,7 +71,8 @@ def diagnose(
     conclusion = conclude(explanation)
     conclusion.start = start
     apart = [one.text for one in explanation.program.outliers]
-    readings = [*cautions(program.recordings), *said(program.recordings)]
+    whole = [recording.whole for recording in program.recordings]
+    readings = [*cautions(program.recordings), *said(program.recordings), *offered(whole)]
     conclusion.notes = [
         *_bodies(conclusion), *start.notes, *notes, *_first_heatings(campaign), *readings, *apart,
         *_beyond(conclusion, model), *_at_bounds(conclusion), *conclusion.notes,

@@ -8,7 +8,6 @@ of both packages, the structure and shapes of its arguments, and JAX's version.
 import functools
 import hashlib
 import os
-import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -18,6 +17,8 @@ import jax
 from jax import export
 
 import pneusma_jax
+from pneusma_jax.errors import InputError
+from pneusma_jax.files import write_whole
 
 FOLDER = "traced"
 UNUSED = 90 * 86400.0
@@ -80,13 +81,11 @@ def _write(path: Path, content: bytes) -> None:
     """Whole or not at all; a folder that cannot be written to costs only time."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
-            file.write(content)
-        os.replace(file.name, path)
+        write_whole(path, content)
         for other in path.parent.glob("*.stablehlo"):
             if time.time() - other.stat().st_mtime > UNUSED:
                 other.unlink(missing_ok=True)
-    except OSError:
+    except (OSError, InputError):
         pass
 
 

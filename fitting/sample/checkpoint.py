@@ -14,6 +14,7 @@ from typing import Any
 import h5py
 
 from pneusma_jax.errors import InputError
+from pneusma_jax.files import replacing
 
 SCHEMA = "pneusma-chain/1"
 SAMPLER = "sampler"
@@ -46,8 +47,7 @@ def write(path: Path, header: Header, fill: Callable[[h5py.File], None]) -> None
     Raises:
         InputError: if the place cannot be written.
     """
-    draft = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
+    with replacing(path) as draft:
         path.parent.mkdir(parents=True, exist_ok=True)
         with h5py.File(draft, "w") as file:
             file.attrs["schema"] = SCHEMA
@@ -58,10 +58,6 @@ def write(path: Path, header: Header, fill: Callable[[h5py.File], None]) -> None
             file.flush()
         with open(draft, "rb") as file:
             os.fsync(file.fileno())
-        os.replace(draft, path)
-    except OSError as error:
-        draft.unlink(missing_ok=True)
-        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
 
 
 def header_of(path: Path) -> Header:

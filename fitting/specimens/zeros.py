@@ -4,6 +4,7 @@ A table `[zero]` of a recording says how far off each may be (one standard devia
 numbers: the fit estimates them with everything else, so that their doubt is part of every standard error.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import jax.numpy as jnp
@@ -77,6 +78,23 @@ def zeros_of(recording: Recording) -> Zeros:
     slack = find_slack(strain, recording.si("stress")) if sd else None
     start = {"strain": slack.start, "stress": slack.zero} if slack else {}
     return Zeros(sd, start, float(known[0]), near)
+
+
+def offered(recordings: Sequence[Recording]) -> list[str]:
+    """Where a coupon hung slack and no zero of it is asked for: what `[zero]` would find, a sentence each."""
+    found = []
+    for recording in recordings:
+        if recording.kind not in schema.ZEROS or recording.zero:
+            continue
+        slack = find_slack(recording.columns["strain"], recording.columns["stress_kPa"])
+        if slack:
+            start, zero = 2.0 * abs(slack.start), max(2.0 * abs(slack.zero), 0.1)
+            found.append(
+                f"{recording.name}: stress is flat at {slack.zero:.3g} kPa up to strain {slack.start:.3g}, "
+                "as of a specimen that hung slack; fits take that for its law. A table [zero] in the sidecar "
+                f"(strain = {start:.2g}, stress_kPa = {zero:.2g}) lets them find both zeros"
+            )
+    return found
 
 
 def taut(

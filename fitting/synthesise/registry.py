@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,7 +9,7 @@ import numpy as np
 import tomlkit
 
 from fitting.data.publish import check_free, publish
-from fitting.data.recordings import write_recording
+from fitting.data.recordings.writing import recording_texts
 from pneusma_jax.errors import InputError, nearest
 
 from . import elastomer
@@ -187,14 +186,11 @@ def check_folder(folder: str | Path, force: bool) -> Path:
 
 def _documents(made: Synthetic, folder: Path, reveal: bool) -> dict[str, bytes | str]:
     """Content of every file by name."""
-    documents: dict[str, bytes | str] = {}
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    # beside the folder, so that the relative path of an alloy's table leads to the same file
-    with tempfile.TemporaryDirectory(prefix=f".{folder.name}.", dir=folder.parent) as draft:
-        for recording in made.recordings:
-            written = write_recording(recording, draft)
-            for file in (written, written.with_suffix(".toml")):
-                documents[file.name] = file.read_bytes()
+    documents: dict[str, bytes | str] = {
+        file.name: text
+        for recording in made.recordings
+        for file, text in recording_texts(recording, folder).items()
+    }
     documents["campaign.toml"] = tomlkit.dumps({"title": made.title})
     if reveal:
         documents[TRUTH_FILE] = json.dumps(made.truth, indent=1) + "\n"

@@ -80,6 +80,12 @@ class Actuator(eqx.Module):
         return self.bending_plane is not None
 
     @property
+    def freedoms(self) -> int:
+        """Number of free directions: stretch unless a fibre ties it to the bend, and one or two bends."""
+        tied = self.fibre_place is not None and self.fibre_stiffness is None
+        return (not tied) + (1 if self.planar else 2)
+
+    @property
     def side_direction(self) -> Float[np.ndarray, "2"]:
         """Unit vector from the centre towards side 1: in the bending plane, else along y."""
         return unit_vectors((90.0 if self.bending_plane is None else self.bending_plane,))[0]

@@ -14,7 +14,7 @@ import jax.numpy as jnp
 from jaxtyping import Array
 
 from ..nitinol import SpringResponse, SpringState
-from ..nitinol.spring import Activation, LocatedFraction, Resistance, Spring
+from ..nitinol.spring import Activation, LocatedFraction, MartensiteFraction, Resistance, Spring
 from ..numerics.alike import each
 from ..numerics.linear import solve_small
 from ..pipeline import PLAIN, Chain
@@ -136,7 +136,7 @@ def residual(unknowns: Array, problem: Problem, orders: int = 3) -> Array:
 
 def freedoms(problem: Problem) -> int:
     """Number of scaled coordinates of the configuration."""
-    return problem.actuator.basis.shape[1]
+    return problem.actuator.freedoms
 
 
 def measured(problem: Problem) -> tuple[int, ...]:
@@ -144,15 +144,24 @@ def measured(problem: Problem) -> tuple[int, ...]:
     return tuple(k for k, a in enumerate(problem.activations) if isinstance(a, Resistance))
 
 
-def at_phases(problem: Problem, phases: Array) -> Problem:
-    """The problem with the fractions of its measured springs given, shape (measured,)."""
+def at_phases(problem: Problem, phases: Array, kind: Callable = LocatedFraction) -> Problem:
+    """The problem with the fractions of its measured springs given.
+
+    Args:
+        problem: one row.
+        phases: fractions, shape (measured,).
+        kind: of activation; a `MartensiteFraction` has no flags of the reading, and balance asks for none.
+    """
     activations = list(problem.activations)
     for k, xi0 in zip(measured(problem), phases, strict=True):
-        activations[k] = LocatedFraction(xi0, activations[k])
+        more = () if kind is MartensiteFraction else (activations[k],)
+        activations[k] = kind(xi0, *more)
     return eqx.tree_at(lambda p: p.activations, problem, tuple(activations))
 
 
-def joint_residual(unknowns: Array, problem: Problem, orders: int = 3) -> Array:
+def joint_residual(
+    unknowns: Array, problem: Problem, orders: int = 3, held: tuple[Array, Array] | None = None
+) -> Array:
     """Scaled imbalance, and for every measured spring what its resistance misses [1].
 
     The unknowns are the scaled configuration and the fractions of the measured springs, held to [0, 1]. So
@@ -163,12 +172,17 @@ def joint_residual(unknowns: Array, problem: Problem, orders: int = 3) -> Array:
         unknowns: shape (freedoms + measured,).
         problem: one row.
         orders: see `imbalance`.
+        held: fractions that are given whatever the resistances: whether each is, and at what, both of shape
+            (measured,).
     """
     actuator, count = problem.actuator, freedoms(problem)
-    unbalanced = residual(unknowns[:count], at_phases(problem, unknowns[count:]), orders)
+    unbalanced = residual(unknowns[:count], at_phases(problem, unknowns[count:], MartensiteFraction), orders)
     if not measured(problem):
         return unbalanced
-    return jnp.concatenate([unbalanced, jnp.stack(_misread(unknowns, problem, actuator, count))])
+    missed = jnp.stack(_misread(unknowns, problem, actuator, count))
+    if held is not None:
+        missed = jnp.where(held[0], unknowns[count:] - held[1], missed)
+    return jnp.concatenate([unbalanced, missed])
 
 
 def _misread(unknowns: Array, problem: Problem, actuator: Actuator, count: int) -> list[Array]:

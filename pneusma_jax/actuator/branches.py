@@ -16,6 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int, PyTree
 
+from ..nitinol.spring import MartensiteFraction
 from ..numerics.newton import solve_blocks
 from ..numerics.safe import frozen
 from .balance import Problem, at_phases, freedoms, joint_residual, measured, start
@@ -114,7 +115,7 @@ def _first_paths(begin: PyTree, problem: Problem) -> _Path:
     corners = np.resize(corners, (PATHS, springs))
     corners = jnp.asarray(corners)
     first = start(problem.actuator)
-    begun = jax.vmap(lambda x: newton(at_phases(problem, x), first)[0])(corners)
+    begun = jax.vmap(lambda x: newton(at_phases(problem, x, MartensiteFraction), first).unknowns)(corners)
     begun = jnp.where(jnp.all(jnp.isfinite(begun), axis=1, keepdims=True), begun, first)
     unknowns = jnp.concatenate([begun, corners], axis=1)
     carried = jax.tree.map(lambda x: jnp.broadcast_to(x, (PATHS, *jnp.shape(x))), begin)
@@ -137,7 +138,8 @@ def _grown(
     aside = jnp.where(jnp.isfinite(size) & (size > 0.0), aside / jnp.where(size > 0.0, size, 1.0), 0.0)
     reach = jnp.maximum(2.0 * jnp.max(jnp.abs(path.change)), ASIDE)
     starts = jnp.stack([ahead, ahead + reach * aside, ahead - reach * aside, path.unknowns])
-    roots, steps, good = jax.vmap(lambda y: newton(problem, held(y)))(starts)
+    ended = jax.vmap(lambda y: newton(problem, held(y)))(starts)
+    roots, steps, good = ended.unknowns, ended.steps, ended.good
 
     def on(root: Array, good: Array) -> _Path:
         root = jnp.where(good, root, path.unknowns)

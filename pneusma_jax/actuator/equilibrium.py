@@ -10,36 +10,21 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..nitinol import SpringState
-from ..nitinol.spring import Activation, MartensiteFraction, Resistance, check_fractions
-from ..numerics.safe import frozen, is_concrete
+from ..nitinol.spring import Activation, MartensiteFraction, check_fractions
+from ..numerics.safe import evaluated, frozen, is_concrete
 from ..precision import require_doubles, require_float64
 from . import Actuator
-from .balance import (
-    Problem,
-    all_finite,
-    configuration,
-    freedoms,
-    imbalance,
-    measured,
-    residual,
-    spring_responses,
-    start,
-)
-from .phase_map import PhaseMap, phase_map, start_of
-from .result import Equilibrium, Status, Validity, equilibrium_of, raise_unless_converged
-from .root_find import BALANCED, MOST_ROOTS, all_roots, at_given_phases, attached, newton, stiffness_signs
-from .several import least_heated
+from .balance import Problem, configuration, freedoms, imbalance, measured, residual, spring_responses, start
+from .batches import BLOCK, Rows, is_resistance, solved_at_phases
+from .result import Equilibrium, Status, Validity, at_phases_told, equilibrium_of, raise_unless_converged
+from .root_find import BALANCED, MOST_ROOTS, all_roots, at_given_phases, attached
+from .several import every_root, every_root_at_phases, solved_by_resistance, unusable
+from .traced_batch import finished_rows, traced_batch
 
 __all__ = [
-    "BALANCED", "Equilibrium", "Problem", "Status", "Validity", "configuration", "imbalance", "residual",
+    "BALANCED", "BLOCK", "Equilibrium", "Problem", "Status", "Validity", "configuration", "imbalance", "residual",
     "solve", "solve_all", "solve_batch", "spring_responses", "start",
 ]  # fmt: skip
-
-BLOCK = 64
-"""Number of rows that are solved side by side. Larger blocks leave the processor's cache, and their rows wait
-for the slowest."""
-CHUNK = 4096
-"""Maximum of rows of one call of the compiled program; it bounds the memory."""
 
 
 def solve(
@@ -79,7 +64,14 @@ def solve(
             between 0 and 1.
     """
     problem = _problem(actuator, pressure, activations, states)
-    result = _solve(problem, guess)
+    searched = frozen((problem, guess))
+    if is_concrete(searched):
+        with evaluated():  # numbers are known, though the call may stand in a traced function
+            result, root = _known(*searched)
+        if not is_concrete(problem, guess):
+            result = _finished(problem, root, result.steps, result.equilibria, result.stable)
+    else:
+        result = _solve(problem, guess)
     return raise_unless_converged(result) if throw else result
 
 
@@ -98,7 +90,15 @@ def solve_all(
         An `Equilibrium` whose arrays have a leading axis of `MOST_ROOTS`. Its first `equilibria[0]` entries
         are the configurations; the rest have the status `no_equilibrium` and are NaN.
     """
-    return _solve_all(_problem(actuator, pressure, activations, states))
+    problem = _problem(actuator, pressure, activations, states)
+    searched = frozen(problem)
+    if not is_concrete(searched):
+        return _solve_all(problem)
+    with evaluated():
+        result, roots, real = _all_known(searched)
+    if is_concrete(problem):
+        return result
+    return _all_finished(problem, roots, real, result.steps, result.equilibria, result.stable)
 
 
 def solve_batch(
@@ -110,7 +110,7 @@ def solve_batch(
     """`solve` for many rows at once; a row without solution reports its `status` and stops no other.
 
     Outside of `jax.jit` the rows go through one compiled program, whatever their number, and memory beyond
-    that of the result does not grow with it. Rows that are hard are solved afterwards, by another program.
+    that of the result does not grow with it. By resistance there is a second one, for the grid of starts.
 
     Args:
         actuator: the same for every row.
@@ -122,19 +122,25 @@ def solve_batch(
         An `Equilibrium` whose arrays have a leading axis of rows.
     """
     require_float64()
-    pressure = jnp.asarray(pressure, dtype=float)
+    pressure = _floats(pressure)
     rows = pressure.shape[0]
     activations, states = _filled(actuator, activations, states)
-    spread = lambda tree: jax.tree.map(lambda x: jnp.broadcast_to(x, (rows, *jnp.shape(x)[1:])), tree)  # noqa: E731
+    own = lambda x: np if is_concrete(x) else jnp  # NumPy compiles nothing  # noqa: E731
+    spread = lambda tree: jax.tree.map(lambda x: own(x).broadcast_to(x, (rows, *jnp.shape(x)[1:])), tree)  # noqa: E731
     shared = all(jnp.ndim(leaf) == 0 for leaf in jax.tree.leaves(states))
-    common = states if shared or rows == 0 else jax.tree.map(lambda x: jnp.ravel(x)[0], states)
+    common = states if shared or rows == 0 else jax.tree.map(lambda x: own(x).ravel(x)[0], states)
     each = (pressure, spread(activations), spread(states))
     if rows == 0:
         return _none(actuator, each)
-    if not is_concrete(actuator, each):
-        return _traced(actuator, each, common, shared)
-    with jax.ensure_compile_time_eval():  # numbers are known, though the call may stand in a traced function
-        return _in_chunks(actuator, each, common, shared)
+    searched = frozen((actuator, each, common))
+    if not is_concrete(searched):
+        return traced_batch(actuator, each, common, shared)
+    with evaluated():  # numbers are known, though the call may stand in a traced function
+        result, roots = _batch(*searched, shared)
+        result = jax.device_put(result)
+    if is_concrete(actuator, each):
+        return result
+    return finished_rows(actuator, each, roots, result.steps, result.equilibria, result.stable)
 
 
 def _filled(
@@ -150,8 +156,12 @@ def _filled(
                 f"Argument `{what}` must have one entry per spring, {count} here, but it has {len(given)}."
             )
     check_fractions(actuator.spring_numbers, activations)
-    activations = jax.tree.map(lambda x: jnp.asarray(x, dtype=float), activations)
-    return activations, jax.tree.map(lambda x: jnp.asarray(x, dtype=float), states)
+    return jax.tree.map(_floats, activations), jax.tree.map(_floats, states)
+
+
+def _floats(x: Array) -> Array:
+    """An array in double precision; of NumPy where it is known, which compiles nothing."""
+    return np.asarray(x, dtype=float) if is_concrete(x) else jnp.asarray(x, dtype=float)
 
 
 def _problem(
@@ -161,197 +171,123 @@ def _problem(
     require_float64()
     require_doubles(actuator)
     activations, states = _filled(actuator, activations, states)
-    return Problem(actuator, jnp.asarray(pressure, dtype=float), activations, states)
+    return Problem(actuator, _floats(pressure), activations, states)
+
+
+def _rows_of(problem: Problem) -> Rows:
+    """One row of known numbers as a batch."""
+    row = (problem.pressure, problem.activations, problem.states)
+    return Rows(problem.actuator, jax.tree.map(lambda x: np.asarray(x)[None], row))
+
+
+def _known(problem: Problem, guess: Array | None) -> tuple[Equilibrium, Array]:
+    """`solve` of known numbers, and the joint unknowns."""
+    rows = _rows_of(problem)
+    if not measured(problem):
+        common = jax.tree.map(np.asarray, problem.states)
+        found = solved_at_phases(rows, common, None if guess is None else np.asarray(guess)[None])
+        result, roots = found.result, found.unknowns
+    elif not rows.usable[0]:
+        result, roots = solved_by_resistance(rows, True)
+    else:
+        known, which = every_root(rows), 0
+        if guess is not None:
+            count = freedoms(problem)
+            found = known.every.unknowns[known.which[0]]
+            away = np.max(np.abs(found[:, :count] - np.asarray(guess)[:count]), axis=1)
+            which = int(np.argmin(np.where(known.real[0], away, np.inf)))
+        result, roots = known.result(which)
+    return jax.device_put(jax.tree.map(lambda x: x[0], (result, roots)))
+
+
+def _all_known(problem: Problem) -> tuple[Equilibrium, Array, Array]:
+    """`solve_all` of known numbers, joint unknowns, and which are equilibria."""
+    rows = _rows_of(problem)
+    if measured(problem) and rows.usable[0]:
+        known = every_root(rows)
+    else:
+        known = every_root_at_phases(rows) if not measured(problem) else unusable(rows)
+    parts = [known.result(k) for k in range(known.which.shape[1])]
+    result, roots = jax.tree.map(lambda *x: np.concatenate(x), *parts)
+    real = known.real[0]
+    blank = lambda x: np.where(real.reshape(-1, *[1] * (x.ndim - 1)), x, np.nan) if x.dtype.kind == "f" else x  # noqa: E731
+    status = np.where(real | (result.status != 0), result.status, int(Status.no_equilibrium))
+    count = np.full(len(real), real.sum())
+    result = eqx.tree_at(lambda r: (r.status, r.equilibria), jax.tree.map(blank, result), (status, count))
+    return jax.device_put((result, roots, real))
+
+
+def _batch(actuator: Actuator, each: tuple, common: tuple, shared: bool) -> tuple[Equilibrium, np.ndarray]:
+    """`solve_batch` of known numbers, and the joint unknowns."""
+    require_doubles(actuator)
+    rows = Rows(actuator, jax.tree.map(np.asarray, each))
+    if any(is_resistance(a) for a in each[1]):
+        return solved_by_resistance(rows, shared)
+    found = solved_at_phases(rows, jax.tree.map(np.asarray, common))
+    return found.result, found.unknowns
+
+
+@eqx.filter_jit
+def _finished(problem: Problem, root: Array, steps: Array, count: Array, stable: Array) -> Equilibrium:
+    """The result of a row whose root is known, with derivatives by all its numbers."""
+    return equilibrium_of(problem, attached(problem, root), steps, count, stable)
 
 
 @eqx.filter_jit
 def _solve(problem: Problem, guess: Array | None) -> Equilibrium:
-    """`solve` after its arguments are checked: one compiled program per design."""
-    return _solved(problem, guess)
-
-
-def _solved(problem: Problem, guess: Array | None) -> Equilibrium:
-    """A row, whatever drives it."""
+    """`solve` inside of a transformation: one compiled program per design."""
     if not measured(problem):
-        root, steps, _ = at_given_phases(problem, start(problem.actuator) if guess is None else guess)
-        return _at_phases(problem, root, steps)
-    roots = all_roots(problem)
-    which = jnp.asarray(0)
-    if guess is not None:
-        count = freedoms(problem)
-        away = jnp.max(jnp.abs(roots.unknowns[:, :count] - guess[:count]), axis=1)
-        which = jnp.argmin(jnp.where(roots.real, away, jnp.inf))
-    root = roots.unknowns[which]
-    stable = stiffness_signs(problem, root)[1] > 0.0
-    return equilibrium_of(problem, attached(problem, root), roots.steps, roots.count, stable)
-
-
-def _at_phases(problem: Problem, root: Array, steps: Array) -> Equilibrium:
-    """Result of a root at given phases; under loads it may be one of several, as of a buckled column."""
-    if not problem.actuator.loads:
-        return equilibrium_of(problem, attached(problem, root), steps)
-    stable = stiffness_signs(problem, root)[0] > 0.0
-    return equilibrium_of(problem, attached(problem, root), steps, jnp.where(stable, 1, 3), stable)
+        ended = at_given_phases(problem, start(problem.actuator) if guess is None else guess)
+        root, steps, told = ended.unknowns, ended.steps, at_phases_told(problem, ended)
+    else:
+        roots = all_roots(problem)
+        which = jnp.asarray(0)
+        if guess is not None:
+            count = freedoms(problem)
+            away = jnp.max(jnp.abs(roots.unknowns[:, :count] - guess[:count]), axis=1)
+            which = jnp.argmin(jnp.where(roots.real, away, jnp.inf))
+        root, steps, told = roots.unknowns[which], roots.steps, (roots.count, roots.signs[which] > 0.0)
+    return equilibrium_of(problem, attached(problem, root), steps, *told)
 
 
 @eqx.filter_jit
 def _solve_all(problem: Problem) -> Equilibrium:
-    """`solve_all` after its arguments are checked."""
+    """`solve_all` inside of a transformation; without measured resistances the one of `solve`."""
     if not measured(problem):
-        root, steps, good = at_given_phases(problem, start(problem.actuator))
+        ended = at_given_phases(problem, start(problem.actuator))
         real = jnp.arange(MOST_ROOTS) == 0
-        found, count = jnp.broadcast_to(root, (MOST_ROOTS, root.size)), good.astype(int)
+        found, count = jnp.broadcast_to(ended.unknowns, (MOST_ROOTS, ended.unknowns.size)), ended.good.astype(int)
+        steps, stable = ended.steps, at_phases_told(problem, ended)[1]
+        stable = jnp.broadcast_to(stable, MOST_ROOTS)
     else:
         roots = all_roots(problem)
-        found, real, steps, count = roots.unknowns, roots.real, roots.steps, roots.count
+        found, real, steps, count, stable = (
+            roots.unknowns, roots.real, roots.steps, roots.count, roots.signs > 0.0
+        )  # fmt: skip
+    spread = lambda x: jnp.broadcast_to(x, MOST_ROOTS)  # noqa: E731
+    return _all_finished(problem, found, real, spread(steps), spread(count), stable)
 
-    def one(root: Array, real: Array) -> Equilibrium:
-        stable = stiffness_signs(problem, root)[1] > 0.0
+
+@eqx.filter_jit
+def _all_finished(
+    problem: Problem, roots: Array, real: Array, steps: Array, count: Array, stable: Array
+) -> Equilibrium:
+    """Results of known roots of a row; NaN where one is none."""
+
+    def one(root: Array, real: Array, steps: Array, count: Array, stable: Array) -> Equilibrium:
         root = jnp.where(real, attached(problem, root), jnp.nan)
         return equilibrium_of(problem, root, steps, count, stable)
 
-    return jax.vmap(one)(found, real)
+    return jax.vmap(one)(roots, real, steps, count, stable)
 
 
 def _none(actuator: Actuator, each: tuple) -> Equilibrium:
     """The result of no rows."""
     one = jax.tree.map(lambda x: jax.ShapeDtypeStruct(x.shape[1:], x.dtype), each)
+    unknowns = actuator.freedoms + sum(is_resistance(a) for a in each[1])
 
     def found(row: tuple) -> Equilibrium:
-        root = jnp.zeros(_unknowns(actuator, row))
-        return equilibrium_of(_row_problem(actuator, row), root, jnp.asarray(0))
+        return equilibrium_of(Problem(actuator, *row), jnp.zeros(unknowns), jnp.asarray(0))
 
     shapes = eqx.filter_eval_shape(found, one)
     return jax.tree.map(lambda x: jnp.zeros((0, *x.shape), x.dtype), shapes)
-
-
-def _unknowns(actuator: Actuator, row: tuple) -> int:
-    return actuator.basis.shape[1] + sum(isinstance(a, Resistance) for a in row[1])
-
-
-def _hot(problem: Problem, grid: PhaseMap) -> tuple[Array, Array, Array]:
-    """Joint unknowns of a row from the grid, steps, and whether they are certainly its only equilibrium."""
-    guess, alone = start_of(problem, grid)
-    root, steps, good = newton(problem, guess)
-    return root, steps, good & alone
-
-
-def _row_problem(actuator: Actuator, row: tuple) -> Problem:
-    pressure, activations, states = row
-    return Problem(actuator, pressure, activations, states)
-
-
-@eqx.filter_jit
-def _chunk(actuator: Actuator, each: tuple, grid: PhaseMap, blocks: Array) -> tuple[Equilibrium, Array]:
-    """The first `blocks` blocks of a chunk of `CHUNK` rows, and which of their rows are done."""
-
-    def rows_of(k: Array) -> tuple:
-        return jax.tree.map(lambda x: jax.lax.dynamic_slice_in_dim(x, k * BLOCK, BLOCK), each)
-
-    def one(row: tuple) -> tuple[Equilibrium, Array]:
-        problem = _row_problem(actuator, row)
-        root, steps, done = _hot(problem, grid)
-        return equilibrium_of(problem, root, steps), done
-
-    def advance(k: Array, found: tuple) -> tuple:
-        block = jax.vmap(one)(rows_of(k))
-        put = lambda whole, part: jax.lax.dynamic_update_slice_in_dim(whole, part, k * BLOCK, 0)  # noqa: E731
-        return jax.tree.map(put, found, block)
-
-    shapes = eqx.filter_eval_shape(lambda: jax.vmap(one)(rows_of(0)))
-    blank = jax.tree.map(lambda x: jnp.zeros((CHUNK, *x.shape[1:]), x.dtype), shapes)
-    return jax.lax.fori_loop(0, blocks, advance, blank)
-
-
-@eqx.filter_jit
-def _grid(actuator: Actuator, states: tuple, pressure: Array) -> PhaseMap:
-    return phase_map(actuator, states, pressure)
-
-
-@eqx.filter_jit
-def _hard(actuator: Actuator, row: tuple) -> Equilibrium:
-    """One row that the hot program left over."""
-    return _solved(_row_problem(actuator, row), None)
-
-
-def _in_chunks(actuator: Actuator, each: tuple, common: tuple, shared: bool) -> Equilibrium:
-    """Rows of concrete numbers, a chunk at a time; those left over in groups, the last of them one by one."""
-    require_doubles(actuator)
-    each = jax.tree.map(np.asarray, each)
-    pressure = each[0]
-    finite = pressure[np.isfinite(pressure)]
-    ends = np.array([finite.min(), np.median(finite), finite.max()]) if finite.size else np.zeros(3)
-    grid = _grid(actuator, common, ends)
-    counting = any(isinstance(a, Resistance) for a in each[1])
-    whole = None
-    for first in range(0, len(pressure), CHUNK):
-        part = jax.tree.map(lambda x: x[first : first + CHUNK], each)  # noqa: B023
-        size = len(part[0])
-        padded = jax.tree.map(lambda x: np.concatenate([x, np.repeat(x[-1:], CHUNK - size, axis=0)]), part)  # noqa: B023
-        found, done = _chunk(actuator, padded, grid, jnp.asarray(-(-size // BLOCK)))
-        found, done = jax.tree.map(lambda x: np.asarray(x)[:size].copy(), (found, done))  # noqa: B023
-        left = ~done
-        if counting and not shared:  # the grid is that of other memories, and counts nothing
-            left[:] = True
-        left &= found.status != int(Status.fraction_out_of_range)
-        left &= np.all([np.isfinite(leaf) for leaf in jax.tree.leaves(part)], axis=0)
-        again = np.flatnonzero(left)
-        if counting and shared and again.size:
-            several, sure = least_heated(actuator, jax.tree.map(lambda x: x[again], part), grid)  # noqa: B023
-            jax.tree.map(lambda all_rows, some: all_rows.__setitem__(again, some), found, several)  # noqa: B023
-            again = again[~sure]
-        for k in again:
-            row = jax.tree.map(lambda x: x[k], part)  # noqa: B023
-            one = jax.tree.map(np.asarray, _hard(actuator, row))
-            jax.tree.map(lambda all_rows, one: all_rows.__setitem__(k, one), found, one)  # noqa: B023
-        if whole is None:
-            whole = jax.tree.map(lambda x: np.empty((len(pressure), *x.shape[1:]), x.dtype), found)
-        jax.tree.map(lambda x, some: x.__setitem__(slice(first, first + size), some), whole, found)  # noqa: B023
-    return jax.tree.map(jnp.asarray, whole)
-
-
-@eqx.filter_jit
-def _traced(actuator: Actuator, each: tuple, common: tuple, shared: bool) -> Equilibrium:
-    """Rows inside of a transformation: the same, with the hard rows in a loop of their own."""
-    rows = each[0].shape[0]
-    block = min(BLOCK, max(rows, 1))
-    searched = frozen((actuator, each, common))
-    grid = phase_map(searched[0], searched[2], searched[1][0])
-    counting = any(isinstance(a, Resistance) for a in each[1])
-
-    def hot(row: tuple) -> tuple:
-        return _hot(_row_problem(searched[0], row), grid)
-
-    roots, steps, done = jax.lax.map(hot, searched[1], batch_size=block)
-    possible = jax.vmap(lambda row: all_finite(_row_problem(searched[0], row)))(searched[1])
-    left = possible & (~done if shared or not counting else jnp.ones_like(done))
-    count, stable = jnp.ones(rows, int), jnp.ones(rows, bool)
-
-    def again(carry: tuple) -> tuple:
-        left, roots, steps, count, stable = carry
-        k = jnp.argmax(left)
-        problem = _row_problem(searched[0], jax.tree.map(lambda x: x[k], searched[1]))
-        if counting:
-            found = all_roots(problem)
-            root, more, several = found.unknowns[0], found.steps, found.count
-            firm = stiffness_signs(problem, root)[1] > 0.0
-        else:
-            root, more, _ = at_given_phases(problem, start(problem.actuator))
-            several, firm = 1, True
-        return (
-            left.at[k].set(False), roots.at[k].set(root), steps.at[k].add(more), count.at[k].set(several),
-            stable.at[k].set(firm),
-        )  # fmt: skip
-
-    carry = (left, roots, steps, count, stable)
-    _, roots, steps, count, stable = jax.lax.while_loop(lambda c: jnp.any(c[0]), again, carry)
-
-    def finish(item: tuple) -> Equilibrium:
-        row, root, steps, count, stable = item
-        problem = _row_problem(actuator, row)
-        return equilibrium_of(problem, attached(problem, root), steps, count, stable)
-
-    items = (each, roots, steps, count, stable)
-    if not actuator.springs:  # `lax.map` cannot cut arrays without entries
-        return jax.vmap(finish)(items)
-    return jax.lax.map(finish, items, batch_size=block)

@@ -22,7 +22,7 @@ from .balance import (
     joint_residual,
     spring_responses,
 )
-from .root_find import BALANCED
+from .root_find import BALANCED, Ended
 
 SHORTEST = -0.95  # side strain below which a solution is no tube any more
 
@@ -228,6 +228,18 @@ def equilibrium_of(
     )
     good = solved(status)
     return jax.tree.map(lambda x: jnp.where(good, x, jnp.nan) if eqx.is_inexact_array(x) else x, result)
+
+
+def at_phases_told(problem: Problem, ended: Ended) -> tuple[Array | int, Array | bool]:
+    """Number of equilibria, and whether the one found at given phases is stable.
+
+    Without loads there is one, and it is stable. Under loads, one with a stiffness that is not positive is
+    one of three at least, as of a buckled column.
+    """
+    if not problem.actuator.loads:
+        return 1, True
+    stable = ended.signs[0] > 0.0
+    return jnp.where(stable, 1, 3), stable
 
 
 def _out_of_range(problem: Problem) -> Array:

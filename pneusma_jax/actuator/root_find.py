@@ -20,12 +20,10 @@ from ..numerics.safe import frozen
 from .balance import (
     Problem,
     all_finite,
-    at_phases,
     calm,
     freedoms,
     joint_residual,
     measured,
-    residual,
     start,
 )
 
@@ -43,25 +41,55 @@ NEARLY = 1e-6
 """Maximum of the scaled residual before the last step [1]; that step is at most 1e-8 long."""
 DISTINCT = 1e-5
 """Minimum difference of two equilibria in a scaled unknown [1]; Newton's method ends at 1e-8."""
-NODES = {1: 17, 2: 8, 3: 5}
+NODES = {1: 24, 2: 8, 3: 5}
 """Number of trial fractions of each measured spring, by the number of measured springs. With these, none of
-20,000 random states of PneuSMA1 and PneuSMA2 to 50 kPa is missed."""
+20,000 random states of PneuSMA1 and PneuSMA2 to 50 kPa is missed. At least as many trials as `in_between`
+makes."""
 MOST_ROOTS = 8
 """Maximum of equilibria that are told apart; three is the most that was seen."""
 
 
+class Ended(eqx.Module):
+    """Where an attempt of Newton's method ended.
+
+    Attributes:
+        unknowns: joint unknowns of the row, shape (unknowns,).
+        steps: number of steps.
+        good: whether they are a root.
+        signs: of the determinants before the last step, as of `stiffness_signs`, shape (2,).
+    """
+
+    unknowns: Float[Array, "unknowns"]
+    steps: Array
+    good: Bool[Array, ""]
+    signs: Float[Array, "2"]
+
+
 def newton(
-    problem: Problem, guess: Array, most_steps: int = MOST_STEPS
-) -> tuple[Array, Array, Bool[Array, ""]]:
-    """Root near a guess of the joint unknowns, number of steps, and whether it is one. No derivatives."""
-    problem, guess = frozen((problem, guess))
-    found = optx.root_find(  # type: ignore[var-annotated]
-        lambda y, given: joint_residual(y, given, 1), BoundedNewton(), guess, problem,
-        options={"free": freedoms(problem)}, max_steps=most_steps, throw=False,
+    problem: Problem,
+    guess: Array,
+    most_steps: int = MOST_STEPS,
+    held: tuple[Array, Array] | None = None,
+    before: Array | int = 0,
+) -> Ended:
+    """Root near a guess of the joint unknowns. No derivatives.
+
+    Args:
+        problem: one row.
+        guess: joint unknowns to start from.
+        most_steps: of the attempt.
+        held: whether fractions of measured springs are held, and at what; see `joint_residual`.
+        before: number of steps of an attempt that goes on from the guess.
+    """
+    problem, guess, held = frozen((problem, guess, held))
+    count = freedoms(problem)
+    found = optx.root_find(
+        lambda y, given: joint_residual(y, given[0], 1, given[1]), BoundedNewton(), guess, (problem, held),
+        options={"free": count, "count": before}, max_steps=most_steps, throw=False,
     )  # fmt: skip
     # held at a bound, a step may end without a root
     good = (found.result == optx.RESULTS.successful) & (found.stats["excess"] < NEARLY)
-    return found.value, found.stats["num_steps"], good
+    return Ended(found.value, found.stats["num_steps"], good, _signs(found.stats["slope"], count))
 
 
 def attached(problem: Problem, root: Array) -> Array:
@@ -77,35 +105,7 @@ def attached(problem: Problem, root: Array) -> Array:
     )
 
 
-def from_rest(
-    problem: Problem, root: Array, steps: Array, good: Array, done: Array
-) -> tuple[Array, Array, Bool[Array, ""]]:
-    """Root of a problem whose phases are given, with the load brought on in `LOAD_STEPS` steps from rest.
-
-    Args:
-        problem: one row.
-        root, steps, good: what was found so far; returned where it is `done`.
-        done: whether there is nothing to do. Not a condition around the loop: a batch would run both ways.
-    """
-    rest = _at_rest(problem)
-
-    def attempt(carry: tuple) -> tuple:
-        stage, unknowns, steps, _ = carry
-        share = stage / LOAD_STEPS
-        mix = lambda a, b: a + share * (b - a) if eqx.is_inexact_array(a) else a  # noqa: E731
-        found, more, good = newton(jax.tree.map(mix, rest, problem), unknowns)
-        return stage + 1, jnp.where(good, found, unknowns), steps + more, good
-
-    def unfinished(carry: tuple) -> Array:
-        return carry[0] <= LOAD_STEPS
-
-    begin = jnp.where(done, root, start(problem.actuator))
-    first = (jnp.where(done, LOAD_STEPS + 1, 1), begin, steps, good)
-    _, unknowns, steps, good = jax.lax.while_loop(unfinished, attempt, first)
-    return unknowns, steps, good
-
-
-def _at_rest(problem: Problem) -> Problem:
+def at_rest(problem: Problem) -> Problem:
     """The row without pressure and loads, springs cold."""
     cold = tuple(
         MartensiteFraction(jnp.ones_like(a.value)) if isinstance(a, MartensiteFraction) else a
@@ -115,11 +115,32 @@ def _at_rest(problem: Problem) -> Problem:
     return Problem(unloaded, jnp.zeros_like(problem.pressure), cold, problem.states, problem.chain)
 
 
-def at_given_phases(problem: Problem, guess: Array) -> tuple[Array, Array, Bool[Array, ""]]:
-    """Root of a problem without measured springs: from the guess, else `from_rest`."""
-    problem = frozen(problem)
-    root, steps, good = newton(problem, guess)
-    return from_rest(problem, root, steps, good, good | ~all_finite(problem))
+def loaded_by(share: Array, rest: Problem, problem: Problem) -> Problem:
+    """The row with a share of its pressure, heat and loads."""
+    return jax.tree.map(
+        lambda a, b: jnp.where(share == 1.0, b, a + share * (b - a)) if eqx.is_inexact_array(a) else a,
+        rest, problem,
+    )  # fmt: skip
+
+
+def at_given_phases(problem: Problem, guess: Array) -> Ended:
+    """Root of a problem without measured springs: from the guess, else in `LOAD_STEPS` steps from rest."""
+    problem, guess = frozen((problem, guess))
+    rest, finite = at_rest(problem), all_finite(problem)
+
+    def attempt(carry: tuple) -> tuple:
+        # one loop for both ways, so that Newton's method is compiled once
+        stage, begin, before = carry
+        at_once = stage == 0
+        share = jnp.where(at_once, 1.0, stage / LOAD_STEPS)
+        found = newton(loaded_by(share, rest, problem), begin)
+        found = eqx.tree_at(lambda f: f.steps, found, found.steps + before.steps)
+        begin = jnp.where(at_once, start(problem.actuator), jnp.where(found.good, found.unknowns, begin))
+        ended = at_once & (found.good | ~finite)
+        return jnp.where(ended, LOAD_STEPS + 1, stage + 1), begin, found
+
+    nothing = Ended(guess, jnp.asarray(0), jnp.asarray(False), jnp.zeros(2))
+    return jax.lax.while_loop(lambda c: c[0] <= LOAD_STEPS, attempt, (jnp.asarray(0), guess, nothing))[2]
 
 
 DENSER = 3
@@ -131,17 +152,46 @@ def denser_when_cold(size: int) -> np.ndarray:
     return 1.0 - np.linspace(1.0, 0.0, size) ** DENSER
 
 
+def trial_fractions(springs: int) -> np.ndarray:
+    """Fractions of measured springs at which equilibria are looked for, shape (trials, springs)."""
+    axis = denser_when_cold(NODES[springs])
+    return np.stack(np.meshgrid(*[axis] * springs, indexing="ij"), axis=-1).reshape(-1, springs)
+
+
+WAYS = np.asarray([(a, b) for a in range(4) for b in range(4) if a != b])
+"""Pairs of the first four equilibria."""
+SHARES = (0.5, 1.3)
+"""Between two equilibria lies a third, and beyond the last ones may lie others: where more are looked for, in
+distances of such a pair."""
+
+
+def in_between(roots: Array, real: Array, count: int) -> Array:
+    """Joint unknowns between known equilibria and beyond them; for NumPy and JAX.
+
+    Args:
+        roots, real: see `Roots`; with any leading axes.
+        count: number of unknowns before the fractions.
+    """
+    xp = np if isinstance(roots, np.ndarray) else jnp
+    near = xp.where(real[..., None], roots, roots[..., :1, :])
+    first, second = near[..., WAYS[:, 0], :], near[..., WAYS[:, 1], :]
+    between = xp.concatenate([first + share * (second - first) for share in SHARES], axis=-2)
+    return xp.concatenate([between[..., :count], xp.clip(between[..., count:], 0.0, 1.0)], axis=-1)
+
+
 class Roots(eqx.Module):
     """Equilibria of one row, the least heated first.
 
     Attributes:
         unknowns: of each, shape (MOST_ROOTS, freedoms + measured).
         real: which of them are roots, shape (MOST_ROOTS,).
+        signs: of their stiffness at the measured resistances, shape (MOST_ROOTS,).
         steps: of Newton's method in all.
     """
 
     unknowns: Float[Array, "roots n"]
     real: Bool[Array, "roots"]
+    signs: Float[Array, "roots"]
     steps: Array
 
     @property
@@ -149,58 +199,79 @@ class Roots(eqx.Module):
         """Number of equilibria."""
         return jnp.sum(self.real)
 
+    def joined(self, found: Ended, counted: Array, count: int) -> "Roots":
+        """These and what many attempts found.
+
+        Args:
+            found: where attempts ended, arrays of shape (attempts, ...).
+            counted: whether their roots are equilibria; with fractions held they are not.
+            count: number of unknowns before the fractions.
+        """
+        every = jnp.concatenate([self.unknowns, found.unknowns])
+        best, real = distinct(every, jnp.concatenate([self.real, found.good & counted]), count)
+        signs = jnp.concatenate([self.signs, found.signs[:, 1]])[best]
+        return Roots(every[best], real, signs, self.steps + jnp.sum(found.steps))
+
+
+def no_roots(unknowns: int) -> Roots:
+    """None yet."""
+    none = jnp.zeros((MOST_ROOTS, unknowns))
+    return Roots(none, jnp.zeros(MOST_ROOTS, bool), jnp.zeros(MOST_ROOTS), jnp.asarray(0))
+
 
 def all_roots(problem: Problem) -> Roots:
     """All equilibria of a row with measured springs, ordered by the phase of the hottest one.
 
     At given phases there is one equilibrium. So it is found for a grid of fractions, and Newton's method for
-    configuration and fractions together starts from each of these.
+    configuration and fractions together starts from each of these, and then from between the equilibria.
     """
     problem = frozen(problem)
-    springs = len(measured(problem))
-    axis = denser_when_cold(NODES[springs])
-    grid = jnp.stack(jnp.meshgrid(*[axis] * springs, indexing="ij"), axis=-1).reshape(-1, springs)
-    first = start(problem.actuator)
-    seen, steps_1, there = jax.vmap(lambda x: newton(at_phases(problem, x), first))(grid)
-    begin = jnp.concatenate([jnp.where(there[:, None], seen, first), grid], axis=1)
-    search = jax.vmap(lambda y: newton(problem, y, FEW_STEPS))
-    found, steps_2, good = search(begin)
-    count = freedoms(problem)
-    roots, real = distinct(found, good, count)
-    # between two equilibria lies a third, and beyond the last ones may lie others
-    near = jnp.where(real[:, None], roots, roots[0])
-    ways = jnp.asarray([(a, b) for a in range(4) for b in range(4) if a != b])
-    shares = (0.5, 1.3)
-    between = jnp.concatenate([near[ways[:, 0]] + s * (near[ways[:, 1]] - near[ways[:, 0]]) for s in shares])
-    between = jnp.concatenate([between[:, :count], jnp.clip(between[:, count:], 0.0, 1.0)], axis=1)
-    more, steps_3, better = search(between)
-    roots, real = distinct(jnp.concatenate([roots, more]), jnp.concatenate([real, better]), count)
-    return Roots(roots, real, jnp.sum(steps_1) + jnp.sum(steps_2) + jnp.sum(steps_3))
+    grid = jnp.asarray(trial_fractions(len(measured(problem))))
+    first, count = start(problem.actuator), freedoms(problem)
+    spread = lambda z: jnp.concatenate([jnp.broadcast_to(z, (len(grid), count)), grid], axis=1)  # noqa: E731
+
+    def search(carry: tuple) -> tuple:
+        # one loop for all, so that Newton's method is compiled once
+        stage, begin, known = carry
+        fixed = jnp.full(grid.shape[1], stage == 0)
+        found = jax.vmap(lambda y, at: newton(problem, y, FEW_STEPS, (fixed, at)))(begin, grid)
+        seen = spread(jnp.where(found.good[:, None], found.unknowns[:, :count], first))
+        known = known.joined(found, stage > 0, count)
+        more = in_between(known.unknowns, known.real, count)
+        more = more[np.arange(len(grid)) % len(more)]
+        return stage + 1, jnp.where(stage == 0, seen, more), known
+
+    begun = (jnp.asarray(0), spread(first), no_roots(count + grid.shape[1]))
+    return jax.lax.while_loop(lambda c: c[0] < 3, search, begun)[2]
 
 
 def distinct(found: Array, good: Array, count: int) -> tuple[Array, Array]:
     """Different ones among roots, the least heated first: by the hottest spring, then by all.
 
+    For NumPy and JAX, with any leading axes.
+
     Args:
-        found: candidates, shape (candidates, unknowns); columns from `count` on are fractions.
-        good: which of them are roots.
+        found: candidates, shape (..., candidates, unknowns); columns from `count` on are fractions.
+        good: which of them are roots, shape (..., candidates).
         count: number of unknowns before the fractions.
 
     Returns:
-        `MOST_ROOTS` of them, and which are roots.
+        Which candidates they are, `MOST_ROOTS` at most, and which of these are roots.
     """
-    heats = jnp.sum(1.0 - found[:, count:], axis=1)
-    hottest = jnp.round((1.0 - jnp.min(found[:, count:], axis=1)) / DISTINCT)
-    order = jnp.lexsort((heats, jnp.where(good, hottest, jnp.inf)))
-    found, good = found[order], good[order]
-    apart = jnp.max(jnp.abs(found[:, None] - found[None]), axis=-1) > DISTINCT
-    earlier = np.tril(np.ones((good.size, good.size), bool), -1)
-    new = good & ~jnp.any(earlier & good[None, :] & ~apart, axis=1)
-    first = jnp.argsort(~new, stable=True)[:MOST_ROOTS]
-    return found[first], new[first]
+    xp = np if isinstance(found, np.ndarray) else jnp
+    heats = xp.sum(1.0 - found[..., count:], axis=-1)
+    hottest = xp.round((1.0 - xp.min(found[..., count:], axis=-1, initial=1.0)) / DISTINCT)
+    order = xp.lexsort((heats, xp.where(good, hottest, np.inf)), axis=-1)
+    found = xp.take_along_axis(found, order[..., None], axis=-2)
+    good = xp.take_along_axis(good, order, axis=-1)
+    apart = xp.max(xp.abs(found[..., :, None, :] - found[..., None, :, :]), axis=-1) > DISTINCT
+    earlier = np.tril(np.ones((good.shape[-1],) * 2, bool), -1)
+    new = good & ~xp.any(earlier & good[..., None, :] & ~apart, axis=-1)
+    first = xp.argsort(~new, axis=-1, stable=True)[..., :MOST_ROOTS]
+    return xp.take_along_axis(order, first, axis=-1), xp.take_along_axis(new, first, axis=-1)
 
 
-def stiffness_signs(problem: Problem, root: Array) -> tuple[Array, Array]:
+def stiffness_signs(problem: Problem, root: Array) -> Float[Array, "2"]:
     """Sign of the determinant of the stiffness at the phases, and of the one at the measured resistances.
 
     Args:
@@ -211,13 +282,15 @@ def stiffness_signs(problem: Problem, root: Array) -> tuple[Array, Array]:
         Twice a sign, 1 or -1; 0 where it is singular.
     """
     problem, root = frozen((problem, root))
-    count = freedoms(problem)
-    at = lambda z: residual(z, at_phases(problem, root[count:]), 1)  # noqa: E731
-    own = jax.jacfwd(at)(root[:count])
-    whole = jax.jacfwd(lambda y: joint_residual(y, problem, 1))(root)
-    if root.size == count:
-        return jnp.sign(determinant(own)), jnp.sign(determinant(whole))
-    first, rest = whole[:count], whole[count:]
+    return _signs(jax.jacfwd(lambda y: joint_residual(y, problem, 1))(root), freedoms(problem))
+
+
+def _signs(slope: Float[Array, "n n"], count: int) -> Float[Array, "2"]:
+    """`stiffness_signs` from the slope of the joint residual; `count` of the unknowns are the configuration."""
+    own = determinant(slope[:count, :count])
+    if len(slope) == count:
+        return jnp.sign(jnp.stack([own, own]))
+    first, rest = slope[:count], slope[count:]
     across = jax.vmap(solve_small, (None, 1), 1)(first[:, :count], first[:, count:])
     reduced = rest[:, count:] - rest[:, :count] @ across
-    return jnp.sign(determinant(own)), jnp.sign(determinant(first[:, :count]) * determinant(reduced))
+    return jnp.sign(jnp.stack([own, own * determinant(reduced)]))

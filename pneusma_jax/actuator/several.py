@@ -1,121 +1,268 @@
-"""Rows that may have several equilibria, many at a time.
+"""Rows by resistance, which may have several equilibria; many at a time, in NumPy about one compiled program.
 
-All start in the few cells of the grid of equilibria that may hold one (`phase_map`). At given phases there is
-one equilibrium, so the map of fractions to resistances has degree one: the signs of the stiffness at all
-equilibria of a row add up to one. Rows where they do not have missed one, and get more starts. Two that were
-missed together are not seen by that; `root_find.all_roots` found none such in 175 rows of 3,000.
+A row starts in the cells of the grid of equilibria that may hold one (`cells`). Where only one may, it is the
+only equilibrium. At given phases there is one equilibrium, so the map of fractions to resistances has degree
+one: the signs of the stiffness at all equilibria of a row add up to one. Rows where they do not have missed
+one, and get more starts, at last those of `root_find.all_roots`. Two that were missed together are not seen by
+that; `all_roots` found none such in 175 rows of 3,000.
 """
 
 import itertools
-from collections.abc import Callable
-from typing import Any
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array
 
-from . import Actuator
-from .balance import Problem, freedoms
-from .phase_map import MOST_CELLS, PhaseMap, starts_of
-from .result import Equilibrium, equilibrium_of
-from .root_find import MOST_ROOTS, distinct, newton, stiffness_signs
+from ..nitinol.spring import MartensiteFraction
+from .batches import (
+    Rows,
+    Solved,
+    fractions_of,
+    is_resistance,
+    map_of,
+    put,
+    solved_at_phases,
+    solved_from,
+    starts_at,
+    taken,
+)  # fmt: skip
+from .cells import CellRanges, Reading, examined, fractions_beside, starts_in
+from .result import Equilibrium, Status
+from .root_find import MOST_ROOTS, distinct, in_between, trial_fractions
 
-GROUP = 64
-"""Number of rows, or of starts, that go through a program side by side."""
-FEW_STEPS = 12
-"""Maximum of Newton steps from a start. Of those that end at a root at all, 2 % need more than 10."""
-
-
-@eqx.filter_jit
-def _starts(actuator: Actuator, rows: tuple, grid: PhaseMap, share: Array, shift: Array) -> tuple:
-    return jax.vmap(lambda row: starts_of(Problem(actuator, *row), grid, share, shift))(rows)
-
-
-@eqx.filter_jit
-def _roots(actuator: Actuator, rows: tuple, starts: Array) -> tuple:
-    """Roots with the sign of their stiffness in front, number of steps, and whether they are some."""
-
-    def one(row: tuple, start: Array) -> tuple:
-        problem = Problem(actuator, *row)
-        root, steps, good = newton(problem, start, FEW_STEPS)
-        sign = stiffness_signs(problem, root)[1]
-        return jnp.concatenate([sign[None], root]), steps, good & (sign != 0.0)
-
-    return jax.vmap(one)(rows, starts)
+MOST_CELLS = 16
+"""Maximum of cells in which equilibria of a row are looked for; rows with more get all starts."""
+WORTHWHILE = 20
+"""Number of rows from which on a grid of some 1,300 equilibria is made for them; fewer get all starts, some 150
+each."""
+TOGETHER = 64
+"""Number of rows that are searched at a time with all starts; it bounds the memory."""
 
 
-@eqx.filter_jit
-def _least_heated(
-    actuator: Actuator, rows: tuple, found: Array, good: Array, steps: Array
-) -> tuple[Equilibrium, Array]:
-    """Of all equilibria of a row the least heated, and whether the signs of all add up."""
+class Known(NamedTuple):
+    """Equilibria of rows that were found, those of a row the least heated first.
 
-    def one(row: tuple, found: Array, good: Array, steps: Array) -> tuple:
-        problem = Problem(actuator, *row)
-        roots, real = distinct(found, good, freedoms(problem) + 1)
-        signs, root, count = roots[:, 0], roots[0, 1:], jnp.sum(real)
-        whole = (jnp.sum(jnp.where(real, signs, 0.0)) == 1.0) & (count < MOST_ROOTS)
-        return equilibrium_of(problem, root, steps, count, signs[0] > 0.0), whole
+    Attributes:
+        every: attempts, one after the other.
+        which: of them for each row, shape (rows, roots).
+        real: which of these are equilibria.
+        whole: whether the signs of all of a row add up to one.
+    """
 
-    return jax.vmap(one)(rows, found, good, steps)
+    every: Solved
+    which: np.ndarray
+    real: np.ndarray
+    whole: np.ndarray
+
+    def result(self, root: np.ndarray | int = 0) -> tuple[Equilibrium, np.ndarray]:
+        """One equilibrium of every row, and its joint unknowns."""
+        at = self.which[np.arange(len(self.which)), root]
+        found = taken(self.every.result, at)
+        count = self.real.sum(axis=1)
+        count = np.maximum(count, found.equilibria)
+        several = (found.status == int(Status.converged)) & (count > 1)
+        status = np.where(several, int(Status.several_equilibria), found.status)
+        found = eqx.tree_at(lambda f: (f.status, f.equilibria), found, (status, count))
+        return found, self.every.unknowns[at]
 
 
-def least_heated(actuator: Actuator, rows: tuple, grid: PhaseMap) -> tuple[Equilibrium, np.ndarray]:
-    """The least heated equilibrium of rows with measured resistances, as `equilibrium.solve` chooses it.
+def solved_by_resistance(rows: Rows, shared: bool) -> tuple[Equilibrium, np.ndarray]:
+    """The least heated equilibrium of every row, and its joint unknowns.
 
     Args:
-        actuator: the same for all rows.
-        rows: pressures, activations and states, arrays of shape (rows,).
-        grid: of the actuator and of what its springs remember, the same in all rows.
-
-    Returns:
-        Equilibria, and in which rows all were found. What the others have is not to be used.
+        rows: at least one, with a measured resistance.
+        shared: whether what springs remember is the same in all rows.
     """
-    count, number = len(rows[0]), len(actuator.springs)
-    shifts = [(1.0, np.zeros(number))]
-    shifts += [(0.0, np.asarray(shift)) for shift in itertools.product((-1.0, 1.0), repeat=number)]
-    found: Any = None
-    good: Any = None
-    steps: Any = None
-    result: Any = None
-    sure, left = np.zeros(count, bool), np.arange(count)
-    for stage in (shifts[:1], shifts[1:]):
-        at = _taken(rows, left)
-        for share, shift in stage:
-            begin = grid, jnp.asarray(share), jnp.asarray(shift)
-            starts, real, few = _in_groups(_starts, actuator, (at,), *begin)
-            row, cell = np.nonzero(real & few[:, None])
-            if found is None:
-                width = MOST_CELLS * len(shifts)
-                found = np.zeros((count, width, starts.shape[2] + 1))
-                good, steps, filled = np.zeros((count, width), bool), np.zeros(count, int), 0
-            if len(row):
-                roots, more, there = _in_groups(_roots, actuator, (_taken(at, row), starts[row, cell]))
-                found[left[row], filled + cell], good[left[row], filled + cell] = roots, there
-                np.add.at(steps, left[row], more)
-            filled += MOST_CELLS
-        best, whole = _in_groups(_least_heated, actuator, (at, found[left], good[left], steps[left]))
-        if result is None:
-            result = best
+    usable = rows.usable
+    found = None
+    for group, alike in [*_groups(rows, usable, shared), (np.flatnonzero(~usable), False)]:
+        if not group.size:
+            continue
+        one = rows.taken(group)
+        if not usable[group[0]]:
+            part = unusable(one).result()
         else:
-            jax.tree.map(lambda all_rows, some: all_rows.__setitem__(left, some), result, best)  # noqa: B023
-        sure[left] = whole
-        left = left[~whole]
-        if not len(left):
-            break
-    return result, sure
+            part = _by_cells(one) if alike else _by_all_starts(one)
+        if found is None:
+            found = jax.tree.map(lambda x: np.empty((len(rows), *x.shape[1:]), x.dtype), part)
+        jax.tree.map(lambda whole, some: put(whole, group, some), found, part)  # noqa: B023
+    return found
 
 
-def _taken(tree: tuple, rows: np.ndarray) -> tuple:
-    return jax.tree.map(lambda x: x[rows], tree)
+def _groups(rows: Rows, usable: np.ndarray, shared: bool) -> list[tuple[np.ndarray, bool]]:
+    """Rows whose springs remember the same, each with whether a grid is worth its while; and all others."""
+    left = np.flatnonzero(usable)
+    if shared:
+        return [(left, len(left) >= WORTHWHILE)]
+    memories = np.stack([np.asarray(x)[left] for x in jax.tree.leaves(rows.each[2])], axis=1)
+    _, kind, count = np.unique(memories, axis=0, return_inverse=True, return_counts=True)
+    kind = kind.ravel()
+    groups = [(left[kind == k], True) for k in np.flatnonzero(count >= WORTHWHILE)]
+    return [*groups, (left[count[kind] < WORTHWHILE], False)]
 
 
-def _in_groups(program: Callable, actuator: Actuator, given: tuple, *same: object) -> tuple:
-    """What a program makes of rows, `GROUP` at a time; the last group is filled up with its last row."""
-    size, parts = len(jax.tree.leaves(given)[0]), []
-    for first in range(0, size, GROUP):
-        rows = np.minimum(np.arange(first, first + GROUP), size - 1)
-        parts.append(program(actuator, *_taken(given, rows), *same))
-    return jax.tree.map(lambda *x: np.concatenate(x)[:size], *parts)
+def _unknowns(rows: Rows) -> int:
+    return rows.actuator.freedoms + sum(is_resistance(a) for a in rows.each[1])
+
+
+def _readings(rows: Rows) -> tuple[Reading, ...]:
+    """Of every spring."""
+    springs = rows.actuator.springs
+    found = []
+    for k, activation in enumerate(rows.each[1]):
+        if is_resistance(activation):
+            found.append(Reading(activation.value, True))
+        else:
+            part = eqx.tree_at(
+                lambda a: (a.springs, a.spring_numbers), rows.actuator,
+                (springs[k : k + 1], rows.actuator.spring_numbers[k : k + 1]),
+            )  # fmt: skip
+            alone = Rows(part, (rows.each[0], (activation,), rows.each[2][k : k + 1]))
+            found.append(Reading(fractions_of(alone)[0], False))
+    return tuple(found)
+
+
+def _by_cells(rows: Rows) -> tuple[Equilibrium, np.ndarray]:
+    """Rows of springs that remember the same; see the module."""
+    pressure, readings = rows.each[0], _readings(rows)
+    grid = map_of(rows, taken(rows.each[2], 0))
+    ranges = CellRanges(grid, tuple(r.measured for r in readings))
+    row, cell = ranges.met(pressure, readings)
+    order = np.argsort(row, kind="stable")
+    row, cells = row[order], ranges.cells[:, cell[order]]
+    seen = examined(grid, pressure[row], tuple(Reading(r.value[row], r.measured) for r in readings), cells)
+    possible, size = seen.holds | seen.turned, len(rows)
+    count = np.bincount(row[possible], minlength=size)
+    turned = np.bincount(row[seen.turned], minlength=size) > 0
+    held = np.bincount(row[seen.holds], minlength=size) > 0
+    sound = grid.holds(pressure) & (count > 0) & (count <= MOST_CELLS)
+    alone = sound & held & ~turned
+    # of a row that is alone the cell whose own slopes put the zero nearest to its middle
+    near = np.flatnonzero(seen.holds & alone[row])
+    near = near[np.lexsort((seen.away[near], row[near]))]
+    first = near[np.unique(row[near], return_index=True)[1]]
+    some = np.flatnonzero(possible & (sound & ~alone)[row])
+    measured = np.asarray([r.measured for r in readings])
+    tried = np.concatenate([first, some])
+
+    def solved(at: np.ndarray, fractions: np.ndarray) -> Solved:
+        begin = np.concatenate([starts_at(grid, pressure[row[at]], fractions), fractions[measured].T], axis=1)
+        return solved_from(rows.taken(row[at]), begin)
+
+    of = tuple(Reading(r.value[row[tried]], r.measured) for r in readings)
+    every = solved(tried, starts_in(grid, pressure[row[tried]], of, cells[:, tried], seen.step[:, tried]))
+    # most rows are alone: one attempt each, and nothing to compare
+    found = jax.tree.map(lambda x: np.empty((size, *x.shape[1:]), x.dtype), (every.result, every.unknowns))
+    sure = np.zeros(size, bool)
+    single, several = np.arange(len(first)), np.arange(len(first), len(tried))
+
+    def kept(which: np.ndarray, part: tuple, good: np.ndarray) -> None:
+        jax.tree.map(lambda whole, one: put(whole, which, one), found, part)
+        sure[which] = good
+
+    kept(row[first], taken((every.result, every.unknowns), single), every.good[single])
+    doubtful = np.unique(row[some])
+    if doubtful.size:
+        known = _known(rows.taken(doubtful), np.searchsorted(doubtful, row[some]), taken(every, several))
+        kept(doubtful, known.result(), known.whole)
+    again = np.flatnonzero(sound & ~sure)
+    if again.size:
+        missed = np.flatnonzero(possible & np.isin(row, again))
+        before = np.isin(row[tried], again)
+        more, whose = [taken(every, before)], [row[tried][before]]
+        for shift in itertools.product((-1.0, 1.0), repeat=len(readings)):
+            more.append(solved(missed, fractions_beside(grid, cells[:, missed], np.asarray(shift)[:, None])))
+            whose.append(row[missed])
+        known = _known(rows.taken(again), np.searchsorted(again, np.concatenate(whose)), _joined(more))
+        kept(again, known.result(), known.whole)
+    left = np.flatnonzero(~sure)
+    if left.size:
+        kept(left, _by_all_starts(rows.taken(left)), np.ones(len(left), bool))
+    return found
+
+
+def _joined(parts: list[Solved]) -> Solved:
+    return jax.tree.map(lambda *x: np.concatenate(x), *parts)
+
+
+def _known(rows: Rows, owner: np.ndarray, every: Solved) -> Known:
+    """What attempts found of every row.
+
+    Args:
+        rows: of which some may have no attempt.
+        owner: row of each attempt, in any order.
+        every: attempts.
+    """
+    size, total = len(rows), len(owner)
+    order = np.argsort(owner, kind="stable")
+    place = np.arange(total) - np.searchsorted(owner[order], owner[order])
+    width = max(int(place.max()) + 1, 1)
+    which = np.zeros((size, width), int)
+    there = np.zeros((size, width), bool)
+    which[owner[order], place], there[owner[order], place] = order, True
+    good = there & (every.good & (every.sign != 0.0))[which]
+    best, real = distinct(every.unknowns[which], good, rows.actuator.freedoms)
+    which = np.take_along_axis(which, best, axis=1)
+    signs = np.where(real, every.sign[which], 0.0).sum(axis=1)
+    return Known(every, which, real, (signs == 1.0) & (real.sum(axis=1) < MOST_ROOTS))
+
+
+def every_root(rows: Rows) -> Known:
+    """All equilibria of rows by resistance, as `root_find.all_roots` finds those of one; all must be usable."""
+    pressure, activations, states = rows.each
+    count, size = rows.actuator.freedoms, len(rows)
+    measured = [k for k, a in enumerate(activations) if is_resistance(a)]
+    grid = trial_fractions(len(measured))
+    owner = np.repeat(np.arange(size), len(grid))
+    fractions = np.tile(grid, (size, 1))
+    many = rows.taken(owner)
+    held = list(many.each[1])
+    for k, own in zip(measured, fractions.T, strict=True):
+        held[k] = jax.tree.map(np.asarray, MartensiteFraction(own))
+    none = np.full((len(owner), count), np.nan)
+    seen = solved_from(Rows(rows.actuator, (many.each[0], tuple(held), many.each[2])), none)
+    first = np.where(seen.good[:, None], seen.unknowns, np.nan)
+    every = solved_from(many, np.concatenate([first, fractions], axis=1))
+    known = _known(rows, owner, every)
+    roots = every.unknowns[known.which]
+    between = in_between(np.where(known.real[..., None], roots, np.nan_to_num(roots)), known.real, count)
+    others = np.repeat(np.arange(size), between.shape[1])
+    more = solved_from(rows.taken(others), between.reshape(len(others), -1))
+    return _known(rows, np.concatenate([owner, others]), _joined([every, more]))
+
+
+def every_root_at_phases(rows: Rows) -> Known:
+    """Equilibria of rows without measured resistances: without loads one each, under loads from `TRIALS`."""
+    found = solved_at_phases(rows, taken(rows.each[2], 0))
+    owner = np.arange(len(rows))
+    if not rows.actuator.loads:
+        return _known(rows, owner, found)
+    directions = rows.actuator.freedoms
+    stretched = directions > 1 and rows.actuator.freedoms != 2 - rows.actuator.planar
+    axes = [STRETCHES] * stretched + [BENDS] * (directions - stretched)
+    trials = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, directions)
+    others = np.repeat(owner, len(trials))
+    more = solved_from(rows.taken(others), np.tile(trials, (len(rows), 1)))
+    return _known(rows, np.concatenate([owner, others]), _joined([found, more]))
+
+
+STRETCHES = np.linspace(-0.2, 0.4, 3)
+BENDS = np.linspace(-0.6, 0.6, 9)
+"""Scaled unknowns from which equilibria under loads are looked for [1]: a stretch of -20 to 40 %, and bends to
+a full turn of the source's actuators, whose length is nine radii."""
+
+
+def unusable(rows: Rows) -> Known:
+    """Rows that cannot be solved, with the status that says why."""
+    found = solved_from(rows, np.full((len(rows), _unknowns(rows)), np.nan))
+    which = np.arange(len(rows))[:, None]
+    return Known(found, which, np.zeros_like(which, bool), np.zeros(len(rows), bool))
+
+
+def _by_all_starts(rows: Rows) -> tuple[Equilibrium, np.ndarray]:
+    """The least heated equilibrium of rows, each searched with all starts."""
+    parts = []
+    for first in range(0, len(rows), TOGETHER):
+        parts.append(every_root(rows.taken(slice(first, first + TOGETHER))).result())
+    return jax.tree.map(lambda *x: np.concatenate(x), *parts)

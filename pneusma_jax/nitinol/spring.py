@@ -94,8 +94,7 @@ class Resistance(eqx.Module):
         chain, alloy, length = chain.knowing(spring=spring), spring.alloy, spring.geometry.wire_length
         gamma = spring.shear_strain(chain.through("elongation", elongation))
         wire = chain.knowing(elongation=elongation, gamma=gamma).through("wire_resistance", self.value)
-        contrast = (alloy.rho_m(gamma) - alloy.rho_a(gamma)) * length
-        return alloy.resistivity(xi0, gamma) * length - wire, contrast
+        return alloy.resistivity(xi0, gamma) * length - wire, spring.contrast(gamma)
 
 
 class LocatedFraction(eqx.Module):
@@ -120,8 +119,8 @@ class SpringResponse(eqx.Module):
 
     Attributes:
         force: pull [N]; stress: shear stress [Pa]; gamma: shear strain [1]; xi0: martensite fraction [1];
-        gamma_R: residual strain [1]; resistance: as the instrument shows it, of the active wire in the base
-        model [ohm];
+        gamma_R: residual strain [1].
+        resistance: as the instrument shows it, of the active wire in the base model [ohm].
         clipped, degenerate: see `PhaseReading`.
     """
 
@@ -154,6 +153,10 @@ class Spring(eqx.Module):
         """Size of the difference between the phases' resistances at zero strain [ohm]."""
         zero = jnp.zeros(())
         return jnp.abs(self.alloy.rho_m(zero) - self.alloy.rho_a(zero)) * self.geometry.wire_length
+
+    def contrast(self, gamma: Array) -> Array:
+        """By how much full martensite has more resistance than austenite at a shear strain [ohm]."""
+        return (self.alloy.rho_m(gamma) - self.alloy.rho_a(gamma)) * self.geometry.wire_length
 
     def shear_strain(self, elongation: Array) -> Array:
         """Shear strain of the wire at an elongation from the attached length [m] -> [1]."""

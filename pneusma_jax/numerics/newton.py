@@ -13,10 +13,12 @@ from .linear import solve_small
 
 
 class _State(eqx.Module):
-    """Of `BoundedNewton`: length of the last step [1], largest residual before it [1], and steps so far."""
+    """Of `BoundedNewton`: length of the last step [1], largest residual and slope before it [1], and steps so
+    far."""
 
     moved: Array
     excess: Array
+    slope: Float[Array, "n n"]
     count: Int[Array, ""]
 
 
@@ -26,7 +28,8 @@ class BoundedNewton(optx.AbstractRootFinder):
     The function must be of one flat array. Its value and Jacobian come from one pass. `options["free"]` is
     the number of unknowns without bounds, which come first (all, where it is absent). The linear system is
     solved block by block: the first block of an equilibrium is its stiffness at given phases, which is
-    regular.
+    regular. `options["count"]` is the number of steps that were made before, 0 where it is absent. `stats` of the solution has the largest residual `excess` and the Jacobian `slope` before the
+    last step.
 
     Attributes:
         rtol, atol: not used for ending; optimistix asks for them.
@@ -54,7 +57,7 @@ class BoundedNewton(optx.AbstractRootFinder):
     ) -> _State:
         """See optimistix."""
         far = jnp.asarray(jnp.inf, y.dtype)
-        return _State(far, far, jnp.asarray(0))
+        return _State(far, far, jnp.eye(y.size, dtype=y.dtype), jnp.asarray(options.get("count", 0)))
 
     def step(
         self, fn: Callable, y: Array, args: Any, options: dict, state: _State, tags: Any
@@ -74,13 +77,14 @@ class BoundedNewton(optx.AbstractRootFinder):
         if free < y.size:
             after = jnp.concatenate([after[:free], jnp.clip(after[free:], 0.0, 1.0)])
         moved = jnp.max(jnp.abs(after - y))
-        return after, _State(moved, jnp.max(jnp.abs(value)), state.count + 1), aux
+        return after, _State(moved, jnp.max(jnp.abs(value)), slope, state.count + 1), aux
 
     def terminate(
         self, fn: Any, y: Array, args: Any, options: dict, state: _State, tags: Any
     ) -> tuple[Bool[Array, ""], optx.RESULTS]:
         """End after a short step, or where numbers are no longer finite."""
-        lost = (state.count > 0) & ~jnp.isfinite(state.moved + state.excess)
+        # both are infinite before the first step
+        lost = jnp.isnan(state.moved + state.excess) | (jnp.isfinite(state.moved) & jnp.isinf(state.excess))
         result = optx.RESULTS.where(lost, optx.RESULTS.nonlinear_divergence, optx.RESULTS.successful)
         return (state.moved <= self.close) | lost, result
 
@@ -88,7 +92,7 @@ class BoundedNewton(optx.AbstractRootFinder):
         self, fn: Any, y: Array, aux: Any, args: Any, options: dict, state: _State, tags: Any, result: Any
     ) -> tuple[Array, Any, dict]:
         """Nothing more to do."""
-        return y, aux, {"excess": state.excess}
+        return y, aux, {"excess": state.excess, "slope": state.slope}
 
 
 def solve_blocks(

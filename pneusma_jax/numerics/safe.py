@@ -4,6 +4,8 @@ Each uses the double-`where`: the argument is made harmless first, the result is
 no branch that is not taken can leak a NaN into a gradient.
 """
 
+import contextlib
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -91,3 +93,13 @@ def frozen(tree: PyTree) -> PyTree:
 def is_concrete(*values: object) -> bool:
     """Whether none of the values is being traced, so that a check may look at them."""
     return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(values))
+
+
+def evaluated() -> contextlib.AbstractContextManager:
+    """A context in which operations on known numbers are carried out, also inside of a traced function.
+
+    `jax.ensure_compile_time_eval` does so, but where nothing is traced it only makes compiling slow: constants
+    within a program are then computed one by one, by some hundred programs of their own.
+    """
+    staged = not is_concrete(jax.lax.add(0.0, 0.0))
+    return jax.ensure_compile_time_eval() if staged else contextlib.nullcontext()

@@ -108,16 +108,10 @@ def split(problem: ChainProblem, unknowns: Float[Array, "unknowns"]) -> list[Flo
 
 def _sizes(problem: ChainProblem, total: int) -> list[int]:
     """Unknowns of a segment of each part: its free directions."""
-    sizes = [freedoms(part) for part in problem.parts]
+    sizes = [part.actuator.freedoms for part in problem.parts]
     if sum(size * len(members) for size, members in zip(sizes, problem.members, strict=True)) != total:
         raise ValueError("The unknowns must be the free directions of all segments, but their number is not.")
     return sizes
-
-
-def freedoms(part: Problem) -> int:
-    """Free directions of a segment: its stretch unless a fibre ties it to the bend, and one or two bends."""
-    actuator = part.actuator
-    return (2 - actuator.planar) + (actuator.fibre_place is None or actuator.fibre_stiffness is not None)
 
 
 def held_forces(problem: ChainProblem, unknowns: Float[Array, "unknowns"]) -> Float[Array, "n 3"]:
@@ -194,7 +188,7 @@ def _is_stable(problem: ChainProblem, jacobian: Array) -> Array:
     their product makes them derivatives of one energy, as far as the loads have one.
     """
     energies = [
-        jnp.repeat(jax.vmap(lambda a: a.section.moments()[0] * a.length)(part.actuator), freedoms(part))
+        jnp.repeat(jax.vmap(lambda a: a.section.moments()[0] * a.length)(part.actuator), part.actuator.freedoms)
         for part in problem.parts
     ]
     energy = jnp.concatenate(energies)
@@ -291,7 +285,7 @@ def rest_of(problem: ChainProblem) -> tuple[ChainProblem, Float[Array, "unknowns
         cold = tuple(MartensiteFraction(jnp.ones_like(drive.value)) for drive in drives)
         parts.append(dataclasses.replace(part, pressure=jnp.zeros_like(part.pressure), activations=cold))
     sizes = [
-        freedoms(part) * len(members) for part, members in zip(problem.parts, problem.members, strict=True)
+        part.actuator.freedoms * len(members) for part, members in zip(problem.parts, problem.members, strict=True)
     ]
     rest = dataclasses.replace(problem, parts=tuple(parts), share=jnp.zeros_like(problem.share))
     return rest, jnp.zeros(sum(sizes))

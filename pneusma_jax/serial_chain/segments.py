@@ -27,7 +27,7 @@ from ..numerics.safe import is_concrete
 from ..precision import require_float64
 from ..section import Section
 from ..simulate.history import History, simulate_history
-from .balance import ChainProblem, chain_root, described, freedoms, rest_of
+from .balance import ChainProblem, chain_root, described, rest_of
 from .history import check_course, loaded_history
 from .loads import ChainLoad, own_loads
 from .shape import ChainShape, place_segments
@@ -232,7 +232,7 @@ def _unloaded(problem: ChainProblem) -> tuple[ChainProblem, Array]:
     alone = lambda part: solve(  # noqa: E731
         part.actuator, part.pressure, part.activations, part.states, throw=False
     )
-    unknowns = [jax.vmap(alone)(part).unknowns[:, : freedoms(part)].ravel() for part in problem.parts]
+    unknowns = [jax.vmap(alone)(part).unknowns[:, : part.actuator.freedoms].ravel() for part in problem.parts]
     return dataclasses.replace(problem, share=jnp.zeros_like(problem.share)), jnp.concatenate(unknowns)
 
 

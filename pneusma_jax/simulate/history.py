@@ -16,7 +16,7 @@ from jaxtyping import Array, Float
 from ..actuator import Actuator
 from ..actuator.balance import Problem, start
 from ..actuator.branches import follow
-from ..actuator.result import Equilibrium, equilibrium_of
+from ..actuator.result import Equilibrium, at_phases_told, equilibrium_of
 from ..actuator.root_find import at_given_phases, attached, stiffness_signs
 from ..nitinol import MartensiteFraction, Spring, SpringResponse, SpringState
 from ..nitinol.spring import Activation, Resistance, check_fractions
@@ -193,8 +193,10 @@ def _simulate(
         row, way = row
         problem, temperatures = problem_of(carry, row)
         if way is None:
-            root, steps, _ = at_given_phases(problem, carry.unknowns)
-            found = equilibrium_of(problem, attached(problem, root), steps)
+            ended = at_given_phases(problem, carry.unknowns)
+            found = equilibrium_of(
+                problem, attached(problem, ended.unknowns), ended.steps, *at_phases_told(problem, ended)
+            )
         else:
             root = jnp.where(way.good, attached(problem, way.unknowns), jnp.nan)
             firm = stiffness_signs(problem, way.unknowns)[1] > 0.0

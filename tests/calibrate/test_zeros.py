@@ -5,12 +5,14 @@ import pytest
 
 from fitting.calibrate.elastomer.engine import Engine
 from fitting.calibrate.elastomer.laws import LAWS
+from fitting.calibrate.elastomer.pipeline import characterise_elastomer
 from fitting.calibrate.elastomer.samples import stack
 from fitting.data.importers import import_file, make_options
 from fitting.data.recordings import Campaign, Recording, read_campaign, read_recording, write_recording
 from fitting.inference.parameters import Prior
+from fitting.sample.elastomer import problem_of
 from fitting.specimens import elastomer
-from fitting.specimens.zeros import zeros_of
+from fitting.specimens.zeros import offered, zeros_of
 from pneusma_jax.errors import InputError
 
 MU = 120.0
@@ -64,6 +66,13 @@ def test_without_zeros_the_same_numbers_give_a_wrong_modulus():
     assert none == {} and abs(wrong.values[0] / 1e3 - MU) > 1.0 > abs(right.values[0] / 1e3 - MU) / 0.3
 
 
+def test_fits_offer_to_find_them_where_slack_is_seen():
+    slack, none = coupon(*read_off(0.05, 4.0, 1), {}), coupon(*read_off(0.0, 4.0, 2), {}, "s")
+    (notice,) = (text for text in stack([slack, none]).notices if "[zero]" in text)
+    assert notice.startswith("r: stress is flat at 4") and "(strain = 0.099, stress_kPa = 8)" in notice
+    assert offered([coupon(*read_off(0.05, 4.0, 1))]) == []  # it was taken up
+
+
 def test_each_recording_has_zeros_of_its_own_and_those_that_ask_for_none_have_none():
     first, second = read_off(0.04, -3.0, 1), read_off(0.0, 2.5, 2)
     recordings = [coupon(*first, name="one"), coupon(*second, {"stress_kPa": 4.0}, name="two")]
@@ -80,6 +89,17 @@ def test_a_law_with_more_constants_finds_them_too():
     fit, zeros = fitted([coupon(*read_off(0.05, 4.0, 5, rows=200))], "yeoh")
     assert fit.shear_modulus()[0] / 1e3 == pytest.approx(MU, rel=0.02)
     assert zeros["r", "strain"][0] == pytest.approx(0.05, abs=0.002)
+
+
+def test_a_posterior_has_them_too(tmp_path):
+    recording = coupon(*read_off(0.05, 4.0, 1))
+    result = characterise_elastomer(Campaign("c", [recording], tmp_path), law="neo_hookean")
+    problem = problem_of(result)
+    values = {name: float(result.best.result.values[name]) for name in ("mu", "strain_zero_1", "stress_zero_1")}
+    assert set(problem.parameters) == set(values) and problem.parameters["strain_zero_1"].prior is not None
+    predicted = np.asarray(problem.predict(values, problem.data))
+    assert predicted == pytest.approx(result.best.predict(result.samples) / 1e3, abs=1e-6)
+    assert np.std(predicted - problem.data["stress"] / 1e3) == pytest.approx(0.2, rel=0.25)
 
 
 def test_diagnosis_has_them_in_its_base_model(tmp_path):

@@ -1,10 +1,12 @@
-"""Every command has an example in docs/commands.md, and every example runs as it is printed."""
+"""Every command has an example in docs/commands.md, every example runs as it is printed, no figure is cut."""
 
 import re
 import shlex
 from pathlib import Path
 
 import pytest
+from borders import cut_at, cut_pictures
+from matplotlib.figure import Figure
 
 from fitting.cli import COMMANDS
 
@@ -47,3 +49,21 @@ def test_the_short_examples_run(run, tmp_path, monkeypatch):
 def test_all_examples_run(run, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     run_all(run, [command for command, _ in examples()])
+    pictures = list(tmp_path.rglob("*.png"))
+    assert len(pictures) > 15
+    assert not cut_pictures(tmp_path)
+
+
+@pytest.mark.parametrize(("place", "borders"), [(0.5, []), (1.0, ["right"]), (0.0, ["left"])])
+def test_text_that_is_cut_at_a_border_is_seen(tmp_path, place, borders):
+    figure = Figure(figsize=(2, 1))
+    figure.text(place, 0.5, "stress [kPa]", ha="center", va="center")
+    figure.savefig(tmp_path / "a.png")
+    assert cut_at(tmp_path / "a.png") == borders
+
+
+@pytest.mark.slow
+def test_the_figure_of_an_effect_is_not_cut(run, tmp_path):
+    result = run("effects", "mullins_softening", "--plot", "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.stderr
+    assert list((tmp_path / "out").glob("*.png")) and not cut_pictures(tmp_path)

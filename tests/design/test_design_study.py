@@ -12,8 +12,8 @@ import pneusma_jax as pj
 from fitting.cli import main
 from fitting.design import read_study, run_study
 from fitting.design.program import Model
-from fitting.report.design.documents import documents, tables
-from fitting.report.design.words import text
+from fitting.report.design.documents import tables
+from fitting.report.results import text
 from pneusma_jax.errors import InputError
 
 
@@ -66,7 +66,7 @@ def test_the_report_says_what_limits_the_design(small):
     said = re.sub(r"\s+", " ", text(result))
     assert "It is limited by constraint 'length'" in said
     assert "Rounding to what can be made costs" in said and "0.1 mm" in said
-    files = documents(result)
+    files = result.documents()
     assert {"report.html", "report.json", "design.toml", "shapes.png", "sensitivities.png"} <= set(files)
 
 

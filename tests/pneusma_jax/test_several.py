@@ -1,14 +1,12 @@
 """Batched rows with several equilibria: the same as one by one, and what was missed is noticed."""
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 
 import pneusma_jax as pj
-from pneusma_jax.actuator import equilibrium, several
-from pneusma_jax.actuator.balance import Problem
-from pneusma_jax.actuator.root_find import all_roots, stiffness_signs
+from pneusma_jax.actuator import several
+from pneusma_jax.actuator.batches import Rows, taken
 
 ROWS = 400
 
@@ -44,7 +42,7 @@ def test_several_equilibria_are_those_that_one_row_alone_has(batch):
 
 def test_no_row_of_known_numbers_is_left_to_the_slow_search(batch, monkeypatch):
     body, pressure, drive, *_, found = batch
-    monkeypatch.setattr(equilibrium, "_hard", lambda *row: pytest.fail("a row was solved alone"))
+    monkeypatch.setattr(several, "_by_all_starts", lambda rows: pytest.fail("rows got all starts"))
     again = pj.solve_batch(body, pressure, drive)
     np.testing.assert_array_equal(again.curvature, found.curvature)
 
@@ -54,12 +52,42 @@ def test_an_equilibrium_that_was_missed_is_noticed(batch):
     *_, found = batch
     k = int(np.flatnonzero(np.asarray(found.equilibria) == 3)[0])
     body, pressure, drive = row_of(batch, k)
-    states = jax.tree.map(lambda x: jnp.asarray(x, dtype=float), body.fresh_states())
-    problem = Problem(body, jnp.asarray(pressure), drive, states)
-    roots = all_roots(problem)
-    signed = [jnp.append(stiffness_signs(problem, root)[1], root) for root in roots.unknowns[:3]]
-    signed = jnp.concatenate([signed[0][None], signed[1][None], signed[2][None]])
-    rows = jax.tree.map(lambda x: jnp.asarray(x)[None], (pressure, drive, states))
-    for kept in ([True, True, True], [False, True, True], [True, False, True], [True, True, False]):
-        args = rows, signed[None], jnp.asarray([kept]), jnp.zeros(1, int)
-        assert bool(several._least_heated(body, *args)[1][0]) == all(kept)
+    states = jax.tree.map(np.asarray, body.fresh_states())
+    rows = Rows(body, jax.tree.map(lambda x: np.asarray(x)[None], (pressure, drive, states)))
+    known = several.every_root(rows)
+    assert known.real[0].sum() == 3 and known.whole[0]
+    three = known.which[0, :3]
+    for kept in ([0, 1, 2], [1, 2], [0, 2], [0, 1]):
+        part = several._known(rows, np.zeros(len(kept), int), taken(known.every, three[kept]))
+        assert bool(part.whole[0]) == (len(kept) == 3)
+
+
+def test_rows_whose_springs_remember_different_things_are_those_solved_alone(batch):
+    body, pressure, drive, *_ = batch
+    some = slice(0, 60)
+    remembered = tuple(
+        pj.SpringState(np.where(np.arange(60) < 40, 0.19, 0.15), np.ones(60)) for _ in body.springs
+    )
+    given = tuple(pj.Resistance(a.value[some]) for a in drive)
+    found = pj.solve_batch(body, pressure[some], given, remembered)
+    for k in (3, 20, 41, 59):
+        own = tuple(jax.tree.map(lambda x: x[k], state) for state in remembered)  # noqa: B023
+        alone = pj.solve(body, pressure[k], tuple(pj.Resistance(a.value[k]) for a in given), own, throw=False)
+        assert int(alone.status) == int(found.status[k])
+        np.testing.assert_allclose(found.curvature[k], alone.curvature, atol=1e-7)
+
+
+def test_under_loads_every_equilibrium_is_listed_and_batches_say_so():
+    """An actuator under a force of 1 N along it buckles: straight it is unstable, and bends to either side."""
+    body = pj.make_actuator("pneusma2").with_loads(pj.TipForce([0.0, 0.0, -1.0]))
+    cold = tuple(pj.MartensiteFraction(np.ones(3)) for _ in body.springs)
+    every = pj.solve_all(body, 0.0)
+    count = int(every.equilibria[0])
+    curvature = np.asarray(every.curvature[:count])
+    assert count == 3
+    np.testing.assert_allclose(np.sort(curvature), [-max(curvature), 0.0, max(curvature)], atol=1e-6)
+    assert max(curvature) > 10.0
+    np.testing.assert_array_equal(every.stable[:3], np.abs(curvature) > 1.0)
+    found, one = pj.solve_batch(body, np.zeros(3), cold), pj.solve(body, 0.0)
+    assert set(np.asarray(found.status)) == {int(one.status)}
+    assert set(np.asarray(found.stable)) == {bool(one.stable)}

@@ -9,7 +9,7 @@ import numpy as np
 from fitting.data.recordings import Recording
 from fitting.inference.noise import robust_noise
 from fitting.inference.readings import cautions, readings_of
-from fitting.specimens.zeros import Zeros, taut, zeros_of
+from fitting.specimens.zeros import Zeros, offered, taut, zeros_of
 from pneusma_jax.errors import InputError
 
 FEWEST_SAMPLES = 12  # a law of six constants needs some samples over
@@ -163,7 +163,7 @@ def stack(
         parts.append((strain, stress, spread, np.full(len(strain), len(curves)), flat))
         curves.append(curve)
     strain, stress, spread, owner, flat = (np.concatenate(column) for column in zip(*parts, strict=True))
-    notices += cautions(recordings)
+    notices += cautions(recordings) + offered(recordings)
     batch = max(recording.full_tolerance().get("silicone_stiffness", 0.0) for recording in recordings)
     stated = [recording.real for recording in recordings]
     real = False if False in stated else None if None in stated else True

@@ -11,7 +11,7 @@ from .channels import numbered
 from .format import Format
 from .options import Options
 from .parts import Sample
-from .strain_unit import FARTHEST_STRETCH
+from .strain_unit import FARTHEST_STRETCH, unit_assumed
 
 NAME = "stress-stretch"
 DEFAULT_UNIT = "MPa"
@@ -44,12 +44,6 @@ def _orders(sample: Sample) -> list[tuple[str, str]]:
     return orders + ([("stretch", "stress")] if _agree(first, second) else [])
 
 
-def _modulus(stretch: np.ndarray, stress: np.ndarray) -> float:
-    """Stress over strain where the stretch is farthest from one."""
-    far = int(np.argmax(np.abs(stretch - 1.0)))
-    return float(stress[far] / (stretch[far] - 1.0))
-
-
 def recognises(sample: Sample) -> bool:
     """Two columns of numbers, one of which is a stretch and the other a stress of matching sign."""
     return bool(_orders(sample))
@@ -75,11 +69,7 @@ def read(sample: Sample, options: Options) -> Recording:
         )
     if "stress" not in options.units:
         channels["stress"] = replace(channels["stress"], unit=DEFAULT_UNIT)
-        notices.append(
-            f"check: the unit of stress is not stated: taken as {DEFAULT_UNIT}, by which the material is of"
-            f" {_modulus(channels['stretch'].values, channels['stress'].values):.3g} {DEFAULT_UNIT} (stress"
-            " over strain at the farthest stretch); --unit stress=... if it is another"
-        )
+        notices.append(unit_assumed(channels, DEFAULT_UNIT))
     specimen = slug("_".join(path.parts[-3:-1])) if path.parent.name in ("UT", "UC") else slug(path.stem)
     return assemble(
         sample,

@@ -172,7 +172,7 @@ def written_unit(name: str, canonical: str) -> str:
 
     Raises:
         InputError: if the unit is absent, unknown, or of another dimension; the message does not name the
-        place.
+            place.
     """
     quantity, wanted = schema.quantity_and_unit(canonical)
     if name == quantity:

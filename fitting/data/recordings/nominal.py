@@ -58,7 +58,7 @@ def nominal_geometry(kind: str, stated: dict[str, Any]) -> dict[str, Any]:
     Args:
         kind: of the recording.
         stated: checked [geometry]; its `design` picks the table, and lengths that follow from others follow
-        from it.
+            from it.
 
     Returns:
         Canonical keys in canonical units. `tip_to_base_clearance_deg` has no nominal value.

@@ -95,7 +95,7 @@ def check_noise(table: Mapping[str, Any], kind: str, extra: list[str], where: Pa
 
     Raises:
         InputError: for an unknown column or unit, or a number that is not more than zero (an input may have
-        zero).
+            zero).
     """
     rules = schema.COLUMNS[kind]
     checked: dict[str, float] = {}

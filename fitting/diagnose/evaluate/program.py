@@ -87,7 +87,7 @@ class Program:
             slugs: effects to try; all of the kind if None.
             model: base model to start from: its numbers are nominal, its effects are always there.
             tables: to start from where an alloy or material is to be identified, as the kind's `rows_for`
-            takes them.
+                takes them.
 
         Raises:
             InputError: if the recordings cannot be used together.

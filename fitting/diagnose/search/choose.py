@@ -30,18 +30,17 @@ def choice(
     """
     first, before = not current.slugs, None
     enough = EVIDENCE.minimum_first if first else EVIDENCE.minimum_further
-    behind = EVIDENCE.behind_first if first else EVIDENCE.behind_further
     best = None
     for candidate in step.candidates:
         best = candidate.bayes if best is None else best
         if candidate.bayes < enough or (not first and candidate.at_a_bound):
             continue
-        if best - candidate.bayes > max(EVIDENCE.minimum_difference, behind * best):
+        if best - candidate.bayes > max(EVIDENCE.minimum_difference, EVIDENCE.behind * best):
             break
         if before is None:
             before = scores(current)
             step.left_out = float(before.sum())
-        if step.left_out < (ENTRY.minimum_at_bound if candidate.at_a_bound else ENTRY.minimum_left):
+        if candidate.at_a_bound and step.left_out < ENTRY.minimum_at_bound:
             continue
         candidate.explained_by_instruments = drift_evidence(program, current, candidate.fit)
         if candidate.bayes - candidate.explained_by_instruments < enough:
@@ -53,9 +52,7 @@ def choice(
         if log_likelihood(program, gained, inflation) < ENTRY.minimum_gain:
             continue
         taken = _taken(program, current, candidate.fit, base)
-        if share < (
-            ENTRY.minimum_share if first or taken >= ENTRY.large_share else ENTRY.minimum_further_share
-        ):
+        if not first and taken < ENTRY.large_share and share < ENTRY.minimum_further_share:
             continue
         if (
             not first

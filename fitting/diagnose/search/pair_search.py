@@ -117,11 +117,11 @@ def _believable(explanation: Explanation, pair: Fit) -> bool:
     """
     program, base = explanation.program, explanation.final
     before, left = explanation.scores(base), explanation.scores(pair)
-    if before.sum() < ENTRY.minimum_left or not _leaves_more(program, base, float(before.sum())):
+    if not _leaves_more(program, base, float(before.sum())):
         return False
     if any(at_its_bound(pair, slug) for slug in pair.slugs):
         return False
-    return gain(before, left)[1] >= ENTRY.minimum_share and not _leaves_more(program, pair, float(left.sum()))
+    return gain(before, left)[1] > 0.0 and not _leaves_more(program, pair, float(left.sum()))
 
 
 def _foreseen(search: StepwiseSearch, explanation: Explanation) -> list[_Ahead]:

@@ -114,9 +114,6 @@ class Verdict:
     gross: float = threshold(
         4.0, "Minimum reduced chi-square for a mismatch without a score that stands out."
     )
-    noticed: float = threshold(
-        2.0, "Minimum reduced chi-square of validation recordings for a word beside an agreement."
-    )
     minimum_weight: float = threshold(
         0.02, "Minimum probability for an explanation to enter averaged predictions."
     )

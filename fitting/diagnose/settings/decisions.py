@@ -53,12 +53,7 @@ class Evidence:
     minimum_difference: float = threshold(
         4.0, "Minimum difference of log Bayes factors for two explanations to be told apart.", "nat"
     )
-    behind_first: float = threshold(
-        0.2, "Maximum share of the best evidence for a first effect to be behind it."
-    )
-    behind_further: float = threshold(
-        0.1, "Maximum share of the best evidence for a further effect to be behind it."
-    )
+    behind: float = threshold(0.2, "Maximum share of the best evidence for an effect to be behind it.")
     minimum_better: float = threshold(
         1.0, "Minimum log-likelihood for a better fit of the same effects to replace one.", "nat"
     )
@@ -94,13 +89,12 @@ class Entry:
         5.0, "Minimum held-out log-likelihood for an effect, or for a discrepancy against a name.", "nat",
         "13th run: of 24 right names none was outdone by as much, of four wrong ones three",
     )  # fmt: skip
-    minimum_share: float = threshold(0.1, "Minimum share of the held-out misfit for a first effect.")
     minimum_further_share: float = threshold(
         0.45, "Minimum share of the held-out misfit for a further effect.",
         basis="a prototype on 34 actuators: imperfect forms of true effects breed second ones below 0.6",
     )  # fmt: skip
     large_share: float = threshold(
-        0.2, "Minimum share of the base misfit for a further effect to need only the first's share."
+        0.2, "Minimum share of the base misfit for a further effect to need no share of the held-out misfit."
     )
     minimum_of_base: float = threshold(
         0.025, "Minimum share of the base model's held-out misfit for a further effect."
@@ -115,7 +109,6 @@ class Entry:
         0.05, "Maximum such loss for an effect, over what left-out recordings gain."
     )
     minimum_at_bound: float = threshold(1.2, "Minimum held-out reduced chi-square for an effect at a bound.")
-    minimum_left: float = threshold(0.75, "Minimum held-out reduced chi-square for any effect.")
     astray_factor: float = threshold(
         2.0, "Minimum ratio of a fold's misfits for a model to have gone astray without it."
     )

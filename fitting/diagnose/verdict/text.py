@@ -179,7 +179,7 @@ def went(before: float, after: float) -> str:
 def _not_fitted(conclusion: Conclusion) -> list[str]:
     """Sentences on validation recordings that an accepted base model misses, and why."""
     program, left = conclusion.explanation.program, conclusion.before.reduced_chi2
-    if program.fitted.all() or not left > VERDICT.noticed:
+    if program.fitted.all() or not left > VERDICT.faint:
         return []
     less = predictive_chi_square(program, conclusion.explanation.base, program.unseen)
     missed = f"Recordings kept for validation are missed by more than noise (reduced chi-square {left:.3g}),"

@@ -1,16 +1,12 @@
-"""Files of a design study: the page, numbers, figures, and the table that `simulate --design` takes."""
+"""Files of a design study beside its report: numbers, and the table that `simulate --design` takes."""
 
 import dataclasses
-import json
 from pathlib import Path
 from typing import Any
 
 import pneusma_jax as pj
 from fitting.data.csv_text import csv_text
 from fitting.design.result import Design, DesignResult
-from fitting.report import html
-from fitting.report.elastomer.json_report import plain
-from fitting.report.figures import png
 from pneusma_jax.actuator.designs import GEOMETRY_KEYS
 from pneusma_jax.calibration import Calibration, named_table
 from pneusma_jax.calibration.records import Quantity
@@ -18,21 +14,15 @@ from pneusma_jax.calibration.toml import render_calibration
 from pneusma_jax.serial_chain.designs import KEYS, NUMBERS, SCHEMA
 from pneusma_jax.units import INTERNAL_UNITS, from_si
 
-from .figures import figures
-from .words import sections, verdict
+from .words import verdict
 
 RESULT_SCHEMA = "pneusma-design/1"
 
 
-def documents(result: DesignResult) -> dict[str, str | bytes]:
-    """Content of every file of the result, by file name."""
-    drawn = figures(result)
-    content = json.dumps(plain(summary(result)), indent=1, ensure_ascii=False, allow_nan=False)
-    found: dict[str, str | bytes] = {**tables(result, result.made), "report.html": _page(result, drawn)}
-    if result.front is not None:
-        found["front.csv"] = _front_csv(result)
-    found |= {f"{name}.png": png(figure) for name, (figure, _) in drawn.items()}
-    return found | {"report.json": content + "\n"}
+def files(result: DesignResult) -> dict[str, str]:
+    """Content of the files beside the report, by file name."""
+    front = {} if result.front is None else {"front.csv": _front_csv(result)}
+    return tables(result, result.made) | front
 
 
 def summary(result: DesignResult) -> dict[str, Any]:
@@ -121,19 +111,6 @@ def _front_csv(result: DesignResult) -> str:
     )
 
 
-def _page(result: DesignResult, drawn: dict) -> str:
-    parts = [html.heading(f"Design study {result.study.name}", 1), html.verdict(verdict(result))]
-    parts += [html.paragraph(sentence, "warning") for sentence in result.notes]
-    for section in sections(result):
-        parts += [html.heading(section.title), html.bullets(section.sentences)]
-        if section.table:
-            parts.append(
-                html.table(section.table.header, section.table.rows, section.note, section.table.chosen)
-            )
-        parts += [html.figure(*drawn[name]) for name in section.figures if name in drawn]
-    return html.page(f"{result.study.name}: design study", parts, f"pneusma design, seed {result.study.seed}")
-
-
 def tables(result: DesignResult, design: Design) -> dict[str, str]:
     """Tables of a design as TOML by file name; `design.toml` is the one for `simulate --design`."""
     plan, source = result.model.plan, f"pneusma design {result.study.name}"
@@ -204,4 +181,4 @@ def _chain(plan: Any, design: Design, source: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-__all__ = ["Quantity", "documents", "summary", "tables"]
+__all__ = ["Quantity", "files", "summary", "tables"]

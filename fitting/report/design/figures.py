@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from fitting.design.bodies import Solved
 from fitting.design.result import DesignResult
 from fitting.report.figures import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, legend_above, style
+from fitting.report.report import Picture
 from pneusma_jax.serial_chain.kinematics import arc_points
 from pneusma_jax.units import from_si
 
@@ -19,25 +20,36 @@ MOST_SHAPES = 6
 POINTS = 60
 
 
-def figures(result: DesignResult) -> dict[str, tuple[Figure, str]]:
-    """Figures with their captions, by name."""
-    found = {
-        "shapes": (
-            shapes_figure(result),
+def pictures(result: DesignResult) -> dict[str, Picture]:
+    """Figures by name."""
+    found = [
+        Picture(
+            "shapes",
             "Shapes to one scale. Grey: the tables' own dimensions; colours: the design, by state.",
+            lambda: shapes_figure(result),
         ),
-        "sensitivities": (sensitivity_figure(result), "What a small step of each parameter changes."),
-    }
+        Picture(
+            "sensitivities",
+            "What a small step of each parameter changes.",
+            lambda: sensitivity_figure(result),
+        ),
+    ]
     if result.model.states.sweeps:
-        found["workspace"] = (workspace_figure(result), "Places that the tip can reach in its plane.")
+        caption = "Places that the tip can reach in its plane."
+        found.append(Picture("workspace", caption, lambda: workspace_figure(result)))
     if result.front is not None:
-        found["front"] = (front_figure(result), "The front. Ringed: the design of this report.")
-    if result.chances:
-        found["chances"] = (
-            chance_figure(result),
-            "The first objective over fresh draws, with how often each fails.",
+        found.append(
+            Picture("front", "The front. Ringed: the design of this report.", lambda: front_figure(result))
         )
-    return found
+    if result.chances:
+        found.append(
+            Picture(
+                "chances",
+                "The first objective over fresh draws, with how often each fails.",
+                lambda: chance_figure(result),
+            )
+        )
+    return {picture.name: picture for picture in found}
 
 
 def _states_shown(result: DesignResult) -> list[int]:

@@ -7,9 +7,10 @@ import numpy as np
 from fitting.design.result import Design, DesignResult
 from fitting.design.run import limit_words
 from fitting.design.study import Free
-from fitting.report.elastomer.tables import TextTable
-from fitting.report.report import Section
 from pneusma_jax.units import UNITS, from_si, to_si
+
+from ..cells import joined, with_unit
+from ..table import Table
 
 STEPS = {"length": (0.1, "mm"), "pressure": (1.0, "kPa")}
 """Step of which sensitivities tell, by dimension: what a workshop or a regulator errs by."""
@@ -44,7 +45,7 @@ def verdict(result: DesignResult) -> list[str]:
     sentences = [first + _against_base(result)]
     limits = _limiting(result)
     sentences.append(
-        f"It is limited by {_listed(limits)}." if limits else "Nothing limits it: no constraint is active."
+        f"It is limited by {joined(limits)}." if limits else "Nothing limits it: no constraint is active."
     )
     if result.made is not result.ideal and any(f.discrete for f in study.free):
         sentences.append(rounding_words(result))
@@ -56,10 +57,6 @@ def verdict(result: DesignResult) -> list[str]:
         )
     sentences += chance_words(result)
     return sentences
-
-
-def _listed(words: list[str]) -> str:
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
 
 
 def _against_base(result: DesignResult) -> str:
@@ -121,6 +118,13 @@ def step_of(free: Free) -> tuple[float, str]:
     return size, f"{size:g}"
 
 
+def other_table(result: DesignResult) -> Table:
+    """The best designs of other choices."""
+    one = result.study.objectives[0]
+    rows = [[d.choice.words(result.study), shown(d.objectives[0], one.unit)] for d in result.others]
+    return Table(["choice", one.name], rows)
+
+
 def sensitivities(result: DesignResult, design: Design) -> np.ndarray:
     """Change of every objective [SI, own sign] for a step of every parameter, shape (parameters,
     objectives)."""
@@ -131,7 +135,7 @@ def sensitivities(result: DesignResult, design: Design) -> np.ndarray:
     return slopes * steps[:, None] * signs
 
 
-def parameter_table(result: DesignResult) -> TextTable:
+def parameter_table(result: DesignResult) -> Table:
     """Every parameter: its value, its range, what a step of it changes."""
     study, made = result.study, result.made
     steps = sensitivities(result, made)
@@ -146,7 +150,7 @@ def parameter_table(result: DesignResult) -> TextTable:
         ]
         values = [shown(d.parameters[free.name], free.unit) for d in (made, result.ideal)]
         rows.append([free.name, free.made, *values, ends, step_of(free)[1], *changes])
-    return TextTable(header, rows)
+    return Table(header, rows)
 
 
 def _bound(bound: object, unit: str) -> str:
@@ -155,7 +159,7 @@ def _bound(bound: object, unit: str) -> str:
     return f"{bound.times:g} {bound.parameter} {from_si(bound.value, unit):+.4g}"
 
 
-def limit_table(result: DesignResult) -> TextTable:
+def limit_table(result: DesignResult) -> Table:
     """Every constraint: its limit, its room, and what giving way would be worth."""
     study, model = result.study, result.model
     groups, first = model.groups, study.objectives[0]
@@ -185,17 +189,16 @@ def limit_table(result: DesignResult) -> TextTable:
                 worth,
             ]
         )
-    return TextTable(
-        ["constraint", "limit", "tightest in", "room, of the limit", f"worth of 1 % in {first.name}"], rows
-    )
+    header = ["constraint", "limit", "tightest in", "room, of the limit", f"worth of 1 % in {first.name}"]
+    return Table(header, rows, "A room of 0 % is an active constraint.")
 
 
-def front_table(result: DesignResult) -> TextTable:
+def front_table(result: DesignResult) -> Table:
     """Designs of the front."""
     study = result.study
     header = [
-        *(f"{o.name} [{o.unit}]" for o in study.objectives),
-        *(f"{f.name} [{f.unit}]" for f in study.free),
+        *(with_unit(o.name, o.unit) for o in study.objectives),
+        *(with_unit(f.name, f.unit) for f in study.free),
     ]
     rows = [
         [
@@ -207,10 +210,10 @@ def front_table(result: DesignResult) -> TextTable:
     chosen = next(
         (k for k, d in enumerate(result.front.designs) if d.evaluation is result.made.evaluation), None
     )
-    return TextTable(header, rows, chosen)
+    return Table(header, rows, chosen=chosen)
 
 
-def chance_table(result: DesignResult) -> TextTable:
+def chance_table(result: DesignResult) -> Table:
     """What fresh draws say, design by design."""
     study, first = result.study, result.study.objectives[0]
     header = ["design", "draws", "fails", "95 % interval", "without equilibrium", f"median of {first.name}"]
@@ -231,30 +234,11 @@ def chance_table(result: DesignResult) -> TextTable:
                 *each,
             ]
         )
-    return TextTable(header, rows)
+    return Table(header, rows)
 
 
-def sections(result: DesignResult) -> list[Section]:
-    """The report in parts."""
-    found = [
-        Section(
-            "The design", table=parameter_table(result), figures=("shapes", "workspace", "sensitivities")
-        ),
-        Section("What limits it", table=limit_table(result), note="A room of 0 % is an active constraint."),
-    ]
-    if result.front is not None:
-        found.append(Section("The front", table=front_table(result), figures=("front",)))
-    if result.chances:
-        found.append(Section("How often it fails", table=chance_table(result), figures=("chances",)))
-    if result.others:
-        one = result.study.objectives[0]
-        rows = [[d.choice.words(result.study), shown(d.objectives[0], one.unit)] for d in result.others]
-        found.append(Section("Other choices", table=TextTable(["choice", one.name], rows)))
-    found.append(Section("How it was found", tuple(_how(result))))
-    return found
-
-
-def _how(result: DesignResult) -> list[str]:
+def how_it_was_found(result: DesignResult) -> list[str]:
+    """Starts, effort and how nearly the design is an optimum."""
     first = result.study.objectives[0]
     kept = [value for value, violation in result.starts if violation <= 1e-6]
     ends = [shown(x, first.unit) for x in (min(kept, default=math.nan), max(kept, default=math.nan))]
@@ -266,10 +250,3 @@ def _how(result: DesignResult) -> list[str]:
         "limits the "
         "design; none would be at an exact optimum.",
     ]
-
-
-def text(result: DesignResult) -> str:
-    """The whole result as plain text."""
-    parts = [Section("Verdict", tuple(verdict(result)))]
-    parts += [Section("Warnings", tuple(result.notes))] if result.notes else []
-    return "\n\n".join([f"Design study {result.study.name}", *(p.text for p in [*parts, *sections(result)])])

@@ -1,22 +1,21 @@
 """The catalogue and its entries in words, for a terminal."""
 
 import inspect
+import math
 import textwrap
 
 from fitting.simulate.effect_signature import KINDS
 from pneusma_jax.effects import CATALOGUE, Effect, find_effect
 
-WIDTH = 100
+from ..table import WIDTH, Table, table_text
 
 
 def catalogue_table() -> str:
     """Every effect: its name, the kinds of recording that can show it, where a report puts it, what it is."""
-    widths = [max(len(slug) for slug in CATALOGUE), 5, max(len(e.component) for e in CATALOGUE.values())]
-    rows = [("effect", "kinds", "where", "what was left out")]
-    rows += [(slug, effect.kinds, effect.component, effect.sentence) for slug, effect in CATALOGUE.items()]
-    lines = ["  ".join(cell.ljust(n) for cell, n in zip(row, (*widths, 0), strict=True)) for row in rows]
+    rows = [(slug, effect.kinds, effect.component, effect.sentence) for slug, effect in CATALOGUE.items()]
+    table = Table(("effect", "kinds", "where", "what was left out"), rows)
     letters = ", ".join(f"{letter} {word}" for letter, word in KINDS.items())
-    return "\n".join([*lines, "", f"kinds: {letters}"])
+    return f"{table_text(table, indent=0, width=math.inf)}\n\nkinds: {letters}"
 
 
 def described(slug: str) -> str:

@@ -9,7 +9,8 @@ from fitting.calibrate.elastomer.held_out import RangeFit
 from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation
 from fitting.calibrate.elastomer.stability import ACTUATOR_STRAIN
 
-from ..figures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, axis_label, style
+from ..figures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, axis_label
+from ..report import Picture
 
 COLOURS = {
     "polynomial": GREY,
@@ -26,14 +27,35 @@ POINTS = 300
 MOST_MARKS = 90  # of all recordings together; more are a smear
 
 
-def figures(result: ElastomerCharacterisation) -> dict[str, Figure]:
-    """All figures by name."""
-    with style():
-        drawn = {"fit": fit_figure(result), "residuals": residual_figure(result)}
-        if len(next(iter(result.whole.held.values())).ranges) > 1:
-            drawn["drift"] = drift_figure(result.whole)
-            drawn["held_out"] = held_out_figure(result.whole)
-    return drawn
+def pictures(result: ElastomerCharacterisation) -> dict[str, Picture]:
+    """Every figure by name; those over ranges only if there are several ranges."""
+    drawn = [
+        Picture(
+            "fit",
+            "Measured engineering stress with every law; the one taken is drawn thick. Right: an actuator's "
+            "strains, where the laws part in compression that was not tested.",
+            lambda: fit_figure(result),
+        ),
+        Picture(
+            "residuals",
+            "What each law leaves of the curve. Noise would scatter around zero; slow waves are its shape.",
+            lambda: residual_figure(result),
+        ),
+        Picture(
+            "drift",
+            "Shear modulus at rest over the range that was fitted. A law of the right shape gives one "
+            "number.",
+            lambda: drift_figure(result.whole),
+        ),
+        Picture(
+            "held_out",
+            "Left and middle: relative error where a law was fitted, and on the next stretch, which it had "
+            "not seen. Right: error in gaps of the curve that were left out of the fit.",
+            lambda: held_out_figure(result.whole),
+        ),
+    ]
+    several = len(next(iter(result.whole.held.values())).ranges) > 1
+    return {picture.name: picture for picture in (drawn if several else drawn[:2])}
 
 
 def _axes(columns: int, width: float = 9.6, height: float = 4.2, **kwargs) -> tuple[Figure, np.ndarray]:

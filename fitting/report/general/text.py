@@ -30,17 +30,16 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
     count = sum(recording.role == "fit" for recording in fit.recordings)
     what = "identified from" if result.identify else "adjusted within its tolerances to"
     plural = "" if count == 1 else "s"
-    said = [f"The {WHAT[result.kind]} was {what} {count} recording{plural}{_missed(result)}."]
+    said = [f"The {WHAT[result.kind]} was {what} {count} recording{plural}.{_missed(result)}"]
     said += untold(result)[:1] + (wires.verdict(result) if result.kind == "wire" else [])
     if fit.reduced_chi_square > MISFIT:
         law = law_of(result)
         worst = max((s for s in result.scores if s.role == "fit"), key=lambda s: s.rms_over_noise)
         said.append(
-            f"{law[0].upper()}{law[1:]} leaves more than noise (reduced "
-            f"chi-square {fit.reduced_chi_square:.3g}; {worst.name} is missed by "
-            f"{worst.rms_over_noise:.2g} times its noise): the numbers are the nearest that it comes, not "
-            f"constants of nature, and their standard errors were multiplied by {fit.inflation:.2g}. "
-            "`pneusma diagnose` looks for the cause."
+            f"{law[0].upper()}{law[1:]} leaves more than noise: the reduced chi-square is "
+            f"{fit.reduced_chi_square:.3g}, and {worst.name} is missed by {worst.rms_over_noise:.2g} times "
+            "its noise. The numbers are the nearest that this law comes, not constants of nature. Their "
+            f"standard errors were multiplied by {fit.inflation:.2g}. `pneusma diagnose` looks for the cause."
         )
     elif fit.inflation > 1.0:
         said.append(lasting_sentence(fit.correlation_time, fit.inflation))
@@ -54,8 +53,9 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
 def lasting_sentence(time: float, inflation: float) -> str:
     """Errors that last, in words."""
     return (
-        f"What is left lasts about {time:.0f} samples (an instrument that drifts, or a law that is not quite "
-        f"followed), so that fewer count: standard errors were multiplied by {inflation:.2g}."
+        f"Residuals are correlated over about {time:.0f} samples, so that fewer samples count. The cause is "
+        "an instrument that drifts, or a law that is not quite followed. Standard errors were multiplied by "
+        f"{inflation:.2g}."
     )
 
 
@@ -90,9 +90,9 @@ def untold(result: GeneralCharacterisation) -> list[str]:
     return [
         "No resistance was recorded, so the martensite fraction follows the temperature on one curve (T_mid, "
         "T_width).",
-        "A resistance would have told the fraction itself, row by row: how far the metal lags behind the "
-        "thermometer, and whether it heats on another branch than it cools on. Here such a lag or hysteresis "
-        "is left over as misfit.",
+        "A resistance would have told the fraction itself, row by row. It would have shown how far the metal "
+        "lags behind the thermometer, and whether heating and cooling differ. Here such a lag or hysteresis "
+        "remains as misfit.",
         "It would also have told the constants of the resistivity "
         f"({', '.join(spring_by_temperature.ELECTRICAL)}). They are the table's, so alloy.toml does not turn "
         "a measured resistance into a phase.",
@@ -120,22 +120,22 @@ def about_the_model(result: GeneralCharacterisation) -> list[str]:
 
 def _missed(result: GeneralCharacterisation) -> str:
     parts = []
-    for role, word in (("fit", "fitted"), ("validation", "held-out")):
+    for role, word in (("fit", "Fitted"), ("validation", "Held-out")):
         found = overall(result.scores, role)
         texts = [
-            f"{axis_label(column).rsplit(' [', 1)[0]} by {m['rmse']:.3g} {_unit(column)} RMS "
+            f"{axis_label(column).rsplit(' [', 1)[0]} by {m['rmse']:.3g}{_unit(column)} RMS "
             f"({100.0 * m['rpd']:.2g} %)"
             for column, m in found.items()
         ]
         if texts:
             parts.append(f"{word} recordings are missed in {', '.join(texts)}")
-    return "; " + "; ".join(parts) if parts else ""
+    return "".join(f" {part}." for part in parts)
 
 
 def _unit(column: str) -> str:
     label = axis_label(column)
     unit = label[label.rindex("[") + 1 : -1] if "[" in label else ""
-    return "" if unit == "1" else unit
+    return "" if unit == "1" else f" {unit}"
 
 
 def warnings(result: GeneralCharacterisation) -> list[str]:
@@ -205,6 +205,6 @@ def _priors(result: GeneralCharacterisation) -> str:
     if result.model is None:
         return said
     return (
-        "Base numbers have the prior of the model's file, or the tolerance that the recordings state; "
-        "parameters of effects are flat between their physical bounds where the file has no prior."
+        "Base numbers have the prior of the model's file, or the tolerance that the recordings state. "
+        "Parameters of effects without a prior in the file have a flat one between their physical bounds."
     )

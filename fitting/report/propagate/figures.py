@@ -1,5 +1,7 @@
 """Figures of a propagated study: bands, distributions, tornado, failure over the driver, failed rows."""
 
+from functools import partial
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -7,33 +9,48 @@ from fitting.propagate import Propagation
 from fitting.propagate.statistics.failures import BINS
 
 from ..figures import BLACK, BLUE, GREY, ORANGE, SKY, VERMILION, axis_label, legend_above, style
+from ..report import Picture
 from .numbers import exceedances, shown_column
 
+FAILED_ROWS = (
+    "Where in the inputs rows have no result; level lines are inputs that do not matter for it."
+)
 MOST_BANDS = 6
 MOST_BARS = 15
 """Bars of a tornado: the smallest of more are zero on any scale."""
-Captioned = dict[str, tuple[Figure, str]]
 
 
-def captioned(result: Propagation) -> Captioned:
-    """Figures with their captions, by name."""
-    found: Captioned = {}
-    columns = result.problem.columns
+def pictures(result: Propagation) -> list[Picture]:
+    """Every figure; nothing is drawn."""
+    found, columns = [], result.problem.columns
     for quantity in columns.quantities[:MOST_BANDS]:
-        draw = band if columns.along(quantity.name) else distribution
-        found[f"{'band' if columns.along(quantity.name) else 'distribution'}_{_file(quantity.name)}"] = draw(
-            result, quantity.name
-        )
+        name = quantity.name
+        if columns.along(name):
+            caption = f"{name}: median, central 68 and 90 % of rows, and the model at nominal values."
+            found.append(Picture(f"band_{_file(name)}", caption, partial(band, result, name)))
+        else:
+            caption = f"{name}: distribution over rows (0.2 to 99.8 %)."
+            found.append(Picture(f"distribution_{_file(name)}", caption, partial(distribution, result, name)))
     if result.summary.indices is not None:
-        for name in (result.problem.study.indices.of or [q.name for q in columns.quantities])[:MOST_BANDS]:
-            found[f"tornado_{_file(name)}"] = tornado(result, name)
-            if columns.along(name):
-                found[f"indices_{_file(name)}"] = indices_along(result, name)
-    for found_limit in exceedances(result):
-        if len(found_limit.probability) > 1:
-            found[f"failure_{_file(found_limit.limit)}"] = failure(result, found_limit)
+        found += _of_indices(result)
+    for limit in exceedances(result):
+        if len(limit.probability) > 1:
+            caption = f"Share of rows in which {limit.limit} held at this point or before."
+            found.append(Picture(f"failure_{_file(limit.limit)}", caption, partial(failure, result, limit)))
     if result.summary.failures.count:
-        found["failed_rows"] = failed_rows(result)
+        found.append(Picture("failed_rows", FAILED_ROWS, partial(failed_rows, result)))
+    return found
+
+
+def _of_indices(result: Propagation) -> list[Picture]:
+    columns, found = result.problem.columns, []
+    for name in (result.problem.study.indices.of or [q.name for q in columns.quantities])[:MOST_BANDS]:
+        label = columns.labels[shown_column(result, name)]
+        caption = f"What the variance of {label} comes from, with 95 % intervals of the bootstrap."
+        found.append(Picture(f"tornado_{_file(name)}", caption, partial(tornado, result, name)))
+        if columns.along(name):
+            caption = f"What {name} depends on, along the driver; bands are 95 % intervals."
+            found.append(Picture(f"indices_{_file(name)}", caption, partial(indices_along, result, name)))
     return found
 
 
@@ -41,7 +58,7 @@ def _file(name: str) -> str:
     return "".join(c if c.isalnum() else "_" for c in name).strip("_")
 
 
-def band(result: Propagation, name: str) -> tuple[Figure, str]:
+def band(result: Propagation, name: str) -> Figure:
     """Quantiles along the driver, the nominal in them."""
     columns = result.problem.columns
     part, driver = columns.of(name), columns.driver
@@ -62,10 +79,10 @@ def band(result: Propagation, name: str) -> tuple[Figure, str]:
                         axes.axhline(value, color=VERMILION, linewidth=1.2, label="limit")
         axes.set(xlabel=axis_label(driver.name), ylabel=axis_label(name), xlim=driver.values[[0, -1]])
         legend_above(axes, 5)
-    return figure, f"{name}: median, central 68 and 90 % of rows, and the model at nominal values."
+    return figure
 
 
-def distribution(result: Propagation, name: str) -> tuple[Figure, str]:
+def distribution(result: Propagation, name: str) -> Figure:
     """Density of a single number, from its quantiles."""
     k = result.problem.columns.of(name).start
     levels = np.linspace(0.002, 0.998, 61)
@@ -86,10 +103,10 @@ def distribution(result: Propagation, name: str) -> tuple[Figure, str]:
         axes.set(xlabel=axis_label(name), ylabel="probability density")
         axes.set_ylim(bottom=0.0)
         legend_above(axes, 4)
-    return figure, f"{name}: distribution over rows (0.2 to 99.8 %)."
+    return figure
 
 
-def tornado(result: Propagation, name: str) -> tuple[Figure, str]:
+def tornado(result: Propagation, name: str) -> Figure:
     """Indices of a quantity with intervals, the largest on top."""
     problem, sums = result.problem, result.summary.indices
     column = shown_column(result, name)
@@ -115,11 +132,10 @@ def tornado(result: Propagation, name: str) -> tuple[Figure, str]:
         axes.set(xlabel="share of the variance [1]", ylabel="input or group")
         axes.grid(False, axis="y")
         legend_above(axes)
-    label = problem.columns.labels[column]
-    return figure, f"What the variance of {label} comes from, with 95 % intervals of the bootstrap."
+    return figure
 
 
-def indices_along(result: Propagation, name: str) -> tuple[Figure, str]:
+def indices_along(result: Propagation, name: str) -> Figure:
     """Total indices or Shapley effects along the driver, of the groups that matter most anywhere."""
     problem, sums = result.problem, result.summary.indices
     part, driver = problem.columns.of(name), problem.columns.driver
@@ -140,10 +156,10 @@ def indices_along(result: Propagation, name: str) -> tuple[Figure, str]:
         words = "total Sobol index [1]" if kind == "total" else "Shapley effect [1]"
         axes.set(xlabel=axis_label(driver.name), ylabel=words, xlim=driver.values[[0, -1]])
         legend_above(axes, 3)
-    return figure, f"What {name} depends on, along the driver; bands are 95 % intervals."
+    return figure
 
 
-def failure(result: Propagation, found: object) -> tuple[Figure, str]:
+def failure(result: Propagation, found: object) -> Figure:
     """Probability of having failed up to each point of the driver."""
     driver = result.problem.columns.driver
     with style():
@@ -157,10 +173,10 @@ def failure(result: Propagation, found: object) -> tuple[Figure, str]:
                  xlim=driver.values[[0, -1]])  # fmt: skip
         axes.set_ylim(bottom=0.0)
         legend_above(axes)
-    return figure, f"Share of rows in which {found.limit} held at this point or before."
+    return figure
 
 
-def failed_rows(result: Propagation) -> tuple[Figure, str]:
+def failed_rows(result: Propagation) -> Figure:
     """Share of rows without a result over the quantile of the inputs that tell them apart most."""
     failures, names = result.summary.failures, result.problem.inputs.names
     order = np.argsort(-failures.uneven)[:4]
@@ -176,7 +192,4 @@ def failed_rows(result: Propagation) -> tuple[Figure, str]:
         axes.set(xlabel="quantile of the input [%]", ylabel="rows without a result [%]", xlim=(0.0, 100.0))
         axes.set_ylim(bottom=0.0)
         legend_above(axes, 3)
-    return (
-        figure,
-        "Where in the inputs rows have no result; level lines are inputs that do not matter for it.",
-    )
+    return figure

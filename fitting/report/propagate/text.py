@@ -1,7 +1,5 @@
 """A propagated study as text: the verdict first, then tables."""
 
-import textwrap
-
 import numpy as np
 
 from fitting.inference.progress import duration
@@ -10,12 +8,9 @@ from fitting.propagate.problem import Problem
 from fitting.propagate.rare import RareResult
 from fitting.propagate.responses import SENTENCES
 
-from ..text_table import words_table
-from .numbers import exceedances, index_table, lost, shown_column
+from ..table import Table, table_text
+from .numbers import column_table, exceedances, lost, shown_column
 
-WIDTH = 100
-MOST_SHOWN = 12
-"""Rows of a table of indices; the files have all."""
 TELLING = 0.2
 """Distance of two distributions from which an input is named as one that tells failed rows apart: of 100
 failed
@@ -146,59 +141,15 @@ def rare_sentences(rare: RareResult) -> list[str]:
     return [*said, f"{spent}{lost_rows}."]
 
 
-def quantity_rows(result: Propagation) -> tuple[list[str], list[list[str]]]:
-    """A short table: one row for each quantity, at the point where it spreads most."""
-    moments = result.moments
-    rows = []
-    for quantity in result.problem.columns.quantities:
-        k = shown_column(result, quantity.name)
-        low, middle, high = result.quantiles([0.05, 0.5, 0.95])[:, k]
-        numbers = (result.nominal[k], moments.mean[k], moments.sd[k], low, middle, high)
-        rows.append([result.problem.columns.labels[k], *(f"{x:.4g}" for x in numbers)])
-    return ["output", "nominal", "mean", "sd", "5 %", "50 %", "95 %"], rows
-
-
-def index_rows(result: Propagation) -> tuple[list[str], list[list[str]]]:
-    """The largest indices of every quantity, at the point where it spreads most."""
-    if result.summary.indices is None:
-        return [], []
-    wanted = result.problem.study.indices.of or [q.name for q in result.problem.columns.quantities]
-    labels = result.problem.columns.labels
-    shown = {labels[shown_column(result, name)] for name in wanted}
-    found: dict[tuple[str, str], dict[str, list]] = {}
-    for group, column, name, *numbers in index_table(result)[1]:
-        if column in shown:
-            found.setdefault((column, group), {})[name] = numbers
-    kinds, left_out = list(next(iter(found.values()))), result.summary.indices.left_out
-    order = sorted(found, key=lambda key: (key[0], -np.nan_to_num(found[key][kinds[-1]][0], nan=-1.0)))
-    rows = []
-    for column in sorted(shown):
-        for key in [key for key in order if key[0] == column][:MOST_SHOWN]:
-            cells = []
-            for kind in kinds:
-                value, low, high, least, most = found[key][kind]
-                cells.append(f"{value:.3f} ± {high - value:.3f}")
-                cells += [f"{least:.2f} to {most:.2f}"] if left_out else []
-            rows.append([f"{key[1]} on {column}", *cells])
-    header = [cell for kind in kinds for cell in (kind, *(("whatever failed",) if left_out else ()))]
-    return ["input or group", *header], rows
-
-
-def text_report(result: Propagation) -> str:
-    """The whole result as plain text."""
-    wrapped = [textwrap.fill(s, WIDTH, initial_indent="  ", subsequent_indent="  ") for s in verdict(result)]
-    parts = [f"{result.problem.study.name}", "\n".join(["Verdict", *wrapped])]
-    parts.append("Outputs\n" + words_table(*quantity_rows(result), 2))
-    header, rows = index_rows(result)
-    if rows:
-        parts.append("Indices (95 % intervals)\n" + words_table(header, rows, 2))
-    if result.computed:
-        rate = result.computed / max(result.seconds, 1e-9)
-        parts.append(
-            f"{result.computed:,} rows computed in {duration(result.seconds)}, {rate:,.0f} a second with "
-            "compiling"
-        )
-    return "\n\n".join(parts)
+def speed(result: Propagation) -> str:
+    """How many rows this session computed, and how fast; empty where it computed none."""
+    if not result.computed:
+        return ""
+    rate = result.computed / max(result.seconds, 1e-9)
+    return (
+        f"{result.computed:,} rows computed in {duration(result.seconds)}, {rate:,.0f} a second with "
+        "compiling"
+    )
 
 
 def plan_text(problem: Problem) -> str:
@@ -213,10 +164,23 @@ def plan_text(problem: Problem) -> str:
     if problem.inputs.draws is not None:
         draws = problem.inputs.draws
         rows.append(["posterior", f"{len(draws.table):,} joint draws of {', '.join(draws.names)}"])
-    return "\n".join([*lines, words_table(["input", "distribution"], rows, 4)])
+    return "\n".join([*lines, table_text(Table(["input", "distribution"], rows), 4)])
 
 
 def _bytes(problem: Problem) -> str:
     rows = problem.rows * (8 * problem.columns.total + 1) if problem.study.sampling.keep == "outputs" else 0
     sums = len(problem.tasks) * 16_000 * problem.columns.total
     return f"{(rows + sums) / 1e6:,.0f} MB"
+
+
+def left_open(result: Propagation) -> str:
+    """What failed rows leave open of the first quantity."""
+    header, rows = column_table(result)
+    row = dict(zip(header, rows[0], strict=True))
+    low, high = (np.format_float_positional(row[k], 4, fractional=False) for k in ("mean_least", "mean_most"))
+    return (
+        f"If every row without a result lay within what was seen, the mean of {row['column']} would be "
+        "between"
+        f" {low} and {high}, and 90 % of rows between {row['q5_least']:.4g} and {row['q95_most']:.4g} at "
+        "the widest."
+    )

@@ -1,37 +1,15 @@
-"""The files of a posterior: page, report, summary, draws for ArviZ, figures."""
+"""The content of `report.json` of a posterior."""
 
-import csv
-import io
-import json
-import math
-from collections.abc import Mapping
 from typing import Any
-
-import numpy as np
 
 from fitting.sample.campaign import CampaignPosterior
 
-from ..figures import png
-from .netcdf import netcdf
-from .page import html_page
+from . import text
 
 SCHEMA = "pneusma-posterior/1"
 
 
-def documents(result: CampaignPosterior) -> dict[str, str | bytes]:
-    """Content of every file, by file name."""
-    drawn = result.plot()
-    return {
-        "summary.csv": _summary_csv(result),
-        "posterior.nc": netcdf(result),
-        **{f"{name}.png": png(figure) for name, figure in drawn.items()},
-        "report.html": html_page(result, drawn),
-        "report.json": json.dumps(_plain(report(result)), indent=1, ensure_ascii=False, allow_nan=False)
-        + "\n",
-    }
-
-
-def report(result: CampaignPosterior) -> dict[str, Any]:
+def content(result: CampaignPosterior) -> dict[str, Any]:
     """The content of `report.json`; parameters in the units of files."""
     posterior, problem = result.posterior, result.problem
     state = posterior.convergence
@@ -41,10 +19,10 @@ def report(result: CampaignPosterior) -> dict[str, Any]:
         "title": problem.title,
         "real": problem.real,
         "converged": posterior.converged,
-        "verdict": result.verdict,
+        "verdict": text.verdict(result),
         "parameters": {name: entry(result, name) for name in posterior.summary},
         "sampler": {
-            "library": "blackjax" if posterior.settings.sampler == "nuts" else "emcee",
+            "library": text.library_of(posterior.settings),
             "method": posterior.settings.sampler,
             "why": posterior.why,
             "walkers": posterior.settings.walkers,
@@ -93,29 +71,3 @@ def entry(result: CampaignPosterior, name: str) -> dict[str, Any]:
         "prior_mean": None if prior is None else float(problem.shown(name, prior.mean)),
         "prior_sd": None if prior is None else float(problem.shown(name, prior.sd, spread=True)),
     }
-
-
-def _summary_csv(result: CampaignPosterior) -> str:
-    stream = io.StringIO()
-    entries = {name: _plain(entry(result, name)) for name in result.posterior.summary}
-    columns = ["parameter", *next(iter(entries.values()))]
-    writer = csv.DictWriter(stream, columns, lineterminator="\n")
-    writer.writeheader()
-    for name, values in entries.items():
-        cells = {key: "" if value is None else value for key, value in values.items()}
-        cells = {k: f"{v:.10g}" if isinstance(v, float) else v for k, v in cells.items()}
-        writer.writerow({"parameter": name, **cells})
-    return stream.getvalue()
-
-
-def _plain(value: Any) -> Any:
-    """Nested content as JSON knows it: no NumPy numbers, null for what is not finite."""
-    if isinstance(value, Mapping):
-        return {key: _plain(inner) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(inner) for inner in value]
-    if isinstance(value, bool | np.bool_):
-        return bool(value)
-    if isinstance(value, float | np.floating):
-        return float(value) if math.isfinite(value) else None
-    return value.item() if isinstance(value, np.generic) else value

@@ -1,7 +1,5 @@
 """The content of `report.json`: everything that was found, as numbers with units and as sentences."""
 
-import math
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,14 +9,15 @@ from fitting.calibrate.elastomer.fit import LawFit
 from fitting.calibrate.elastomer.held_out import HeldOut, Score, Transfer
 from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation, estimates
 from fitting.calibrate.elastomer.samples import Samples
-from fitting.calibrate.result import SCHEMA, Estimate
+from fitting.calibrate.result import SCHEMA
 from fitting.inference.metrics import metrics
 from pneusma_jax.units import from_si
 
-from . import text as words
+from ..characterisation import estimates_json
+from . import text
 
 
-def report(result: ElastomerCharacterisation) -> dict[str, Any]:
+def content(result: ElastomerCharacterisation) -> dict[str, Any]:
     """The content of `report.json`; stresses and moduli in the unit beside them."""
     fit, samples = result.best, result.samples
     return {
@@ -26,7 +25,7 @@ def report(result: ElastomerCharacterisation) -> dict[str, Any]:
         "kind": "elastomer",
         "title": result.title,
         "real": samples.real,
-        "verdict": result.verdict,
+        "verdict": text.verdict(result),
         "law": fit.law.law,
         "law_label": fit.law.label,
         "strain_min": result.whole.strain_min,
@@ -37,9 +36,9 @@ def report(result: ElastomerCharacterisation) -> dict[str, Any]:
             curve.name: {"role": curve.role, **_metrics(samples, fit, samples.of(k))}
             for k, curve in enumerate(samples.curves)
         },
-        "identifiability": words.identifiability_of(fit),
+        "identifiability": text.identifiability_of(fit),
         "next_test": _next_test(result),
-        "warnings": words.warnings(result),
+        "warnings": text.warnings(result),
         "fitting": _fitting(result),
         "choice": _choice(result.whole),
         "laws": {name: _law(result, result.whole, name) for name in result.whole.fits},
@@ -49,12 +48,8 @@ def report(result: ElastomerCharacterisation) -> dict[str, Any]:
     }
 
 
-def _estimates(fit: LawFit) -> dict[str, dict]:
-    return {name: _estimate(estimate) for name, estimate in estimates(fit).items()}
-
-
-def _estimate(estimate: Estimate) -> dict[str, Any]:
-    return {"value": estimate.value, "sd": estimate.sd, "unit": estimate.unit, "at_bound": estimate.at_bound}
+def _estimates(fit: LawFit) -> dict[str, dict[str, Any]]:
+    return estimates_json(estimates(fit))
 
 
 def _metrics(samples: Samples, fit: LawFit, mask: np.ndarray) -> dict[str, float]:
@@ -71,7 +66,7 @@ def _fitting(result: ElastomerCharacterisation) -> dict[str, Any]:
     samples, fit = result.samples, result.best
     return {
         "weighting": samples.weighting,
-        "text": words.how_it_was_fitted(result),
+        "text": text.how_it_was_fitted(result),
         "noise": {
             curve.name: {"sigma_kPa": curve.noise / 1e3, "stated": curve.noise_stated}
             for curve in samples.curves
@@ -129,7 +124,7 @@ def _law(result: ElastomerCharacterisation, analysis: Analysis, name: str) -> di
         "monotone_where_tested": analysis.tested[name].monotone,
         "monotone_over_actuator": analysis.actuator[name].monotone,
         "status": fit.result.status.value,
-        "identifiability": words.identifiability_of(fit),
+        "identifiability": text.identifiability_of(fit),
         "held_out": _held_out(held),
         "drift": [
             {
@@ -214,13 +209,3 @@ def _next_test(result: ElastomerCharacterisation) -> dict[str, Any]:
         ],
     }
 
-
-def plain(value: Any) -> Any:
-    """Nested content as JSON knows it: no NumPy numbers, null for what is not finite."""
-    if isinstance(value, Mapping):
-        return {key: plain(inner) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(inner) for inner in value]
-    if isinstance(value, float | np.floating):
-        return float(value) if math.isfinite(value) else None
-    return value.item() if isinstance(value, np.generic) else value

@@ -1,0 +1,286 @@
+"""In which cells of a grid of equilibria a row by resistance may have an equilibrium.
+
+At given phases there is one equilibrium (`phase_map`). So the equilibria of a row are zeros of a map from the
+fractions of its springs to what their resistances miss. The grid shows in which of its cells this map may
+vanish. Where there are several zeros, the map is turned over in the cell of one of them.
+
+All functions take NumPy and JAX arrays alike.
+"""
+
+import itertools
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Array
+
+from ..numerics.linear import determinant
+from .phase_map import (
+    FRACTIONS,
+    PRESSURES,
+    PhaseMap,
+    contracted,
+    cubic,
+    cubic_slope,
+    four_nearest,
+    fraction_at,
+    namespace_of,
+    patch,
+    place_of,
+)
+
+MARGIN = 0.1
+"""Minimum ratio of the smallest to the largest slope determinant of a cell's corners. Below it a fold may lie
+within the cell."""
+WIDER = 0.25
+"""Part of its range over a cell by which a curved map may miss zero at all corners, yet cross it between [1].
+Of 10,000 random rows of PneuSMA2 one took another equilibrium without a word with 0, none with 0.1 to 1."""
+SPARE = 0.1
+"""Part of its range by which a cell is counted in before it is looked at: its range between pressures of the
+grid is told from `SAMPLES` of them [1]."""
+SAMPLES = 5
+"""Number of pressures at which the range of a cell between two pressures of the grid is looked at."""
+
+
+class Reading(NamedTuple):
+    """What is known of one spring in rows: its resistance [ohm], or its fraction; shape (rows,)."""
+
+    value: Array
+    measured: bool
+
+
+class Cells(NamedTuple):
+    """What cells say, arrays of shape (n,).
+
+    Attributes:
+        holds: whether the map has both signs at the corners, for every spring.
+        turned: whether it has, or misses that by `WIDER`, and is turned over at a corner.
+        away: of the zero that the slopes promise, from the middle of the cell in its widths.
+        step: to that zero, held to the cell, in its widths, shape (springs, n).
+    """
+
+    holds: Array
+    turned: Array
+    away: Array
+    step: Array
+
+
+def examined(grid: PhaseMap, pressure: Array, readings: tuple[Reading, ...], cells: Array) -> Cells:
+    """What the corners of cells say.
+
+    Args:
+        grid: of the actuator.
+        pressure: of the row of each cell [Pa], shape (n,).
+        readings: of every spring, in the row of each cell.
+        cells: index of each on every axis, shape (springs, n). A cell lies before the point of its index; the
+            first and last one lie beyond the ends, where a fraction stays while its resistance lies beyond.
+    """
+    xp, count = namespace_of((grid, pressure, readings, cells)), len(readings)
+    ups = list(itertools.product((0, 1), repeat=count))
+    first, x = grid.slabs(pressure)
+    corners = {up: _misses(grid, (first, cubic(x)), readings, cells, up) for up in ups}
+    every = xp.stack(list(corners.values()))
+    lowest, highest = every.min(axis=0), every.max(axis=0)
+    spare = WIDER * (highest - lowest)
+    holds = xp.all((lowest <= 0.0) & (highest >= 0.0), axis=0)
+    near = xp.all((lowest <= spare) & (highest >= -spare), axis=0)
+
+    def slope_at(up: tuple[int, ...]) -> Array:
+        """Slopes along the edges at a corner, shape (misses, axes, n)."""
+        other = lambda axis, end: (*up[:axis], end, *up[axis + 1 :])  # noqa: E731
+        return xp.stack([corners[other(k, 1)] - corners[other(k, 0)] for k in range(count)], axis=1)
+
+    slopes = xp.stack([slope_at(up) for up in ups])
+    dets = xp.stack([determinant(slope) for slope in slopes])
+    turned = near & ~(dets.min(axis=0) > MARGIN * dets.max(axis=0))
+    step = _newton_step(slopes.mean(axis=0), every.mean(axis=0))
+    step = xp.where(xp.isfinite(step), step, 1e3)
+    return Cells(holds, turned, abs(step).max(axis=0), xp.clip(step, -0.5, 0.5))
+
+
+def _newton_step(slope: Array, level: Array) -> Array:
+    """Minus the solution of `slope @ step = level` by Cramer's rule, over a trailing axis."""
+    xp, count = namespace_of((slope, level)), len(level)
+    whole = determinant(slope)
+    whole = xp.where(whole == 0.0, xp.nan, whole)
+    columns = [[slope[:, j] if j != k else level for j in range(count)] for k in range(count)]
+    return xp.stack([-determinant(xp.stack(column, axis=1)) / whole for column in columns])
+
+
+def _misses(
+    grid: PhaseMap, at: tuple[Array, Array], readings: tuple[Reading, ...], cells: Array, up: tuple[int, ...]
+) -> Array:
+    """What every spring misses at one corner of cells, shape (springs, n).
+
+    A fraction at its end stays there while its resistance lies beyond, so that beyond the ends its miss grows
+    until it changes sign. `at` is the first of four pressures, and their weights.
+    """
+    xp, last = namespace_of((grid, at, readings, cells)), grid.size - 1
+    nodes = tuple(xp.clip(cells[k] + end - 1, 0, last) for k, end in enumerate(up))
+    between = lambda table: sum(w * table[(at[0] + j, *nodes)] for j, w in enumerate(at[1]))  # noqa: E731
+    found = []
+    for k, reading in enumerate(readings):
+        if reading.measured:
+            miss = _signs(grid, k, between) * (between(grid.ohms[k]) - reading.value) / grid.units[k]
+        else:
+            miss = fraction_at(nodes[k].astype(float), grid.size) - reading.value
+        outer = cells[k] + up[k]
+        miss = xp.where(outer == 0, xp.minimum(miss, 0.0) - 1.0, miss)
+        found.append(xp.where(outer == last + 2, xp.maximum(miss, 0.0) + 1.0, miss))
+    return xp.stack(found)
+
+
+def _signs(grid: PhaseMap, k: int, between: Callable) -> Array:
+    """Whether resistance rises with the fraction, 1 or -1; on a known grid mostly everywhere the same."""
+    xp = namespace_of(grid)
+    if xp is np:
+        signs = np.where(grid.contrasts[k] < 0.0, -1.0, 1.0)
+        if np.all(signs == signs.flat[0]):
+            return signs.flat[0]
+    return xp.where(between(grid.contrasts[k]) < 0.0, -1.0, 1.0)
+
+
+REFINEMENTS = 3
+"""Newton steps within a cell, on cubics through the points of the grid. A joint root-find of PneuSMA2 then takes
+two steps less."""
+
+
+def starts_in(
+    grid: PhaseMap, pressure: Array, readings: tuple[Reading, ...], cells: Array, step: Array
+) -> Array:
+    """Fractions at which cubics through the points of the grid promise a zero, shape (springs, n).
+
+    Args:
+        grid, pressure, readings, cells: as of `examined`.
+        step: to where the search begins, see `Cells`. It stays within half a cell of the cell.
+    """
+    xp, count, last = namespace_of((grid, pressure, readings, cells)), len(readings), grid.size - 1
+    low, high = xp.clip(cells - 1.5, 0, last), xp.clip(cells + 0.5, 0, last)
+    place = xp.clip(cells - 0.5 + step, low, high)
+    firsts = [four_nearest(xp.clip(cells[k] - 0.5, 0, last), grid.size)[0] for k in range(count)]
+    slab, x = grid.slabs(pressure)
+    weights = cubic(x)
+    patches = [
+        contracted(patch(grid.ohms[k], (slab, *firsts)), weights, 1 + count) if r.measured else None
+        for k, r in enumerate(readings)
+    ]
+    outer = (cells == 0) | (cells == last + 1)
+    for _ in range(REFINEMENTS):
+        parts = [place[k] - firsts[k] for k in range(count)]
+        plain, risen = [cubic(part) for part in parts], [cubic_slope(part) for part in parts]
+        level, slope = [], []
+        for k, reading in enumerate(readings):
+            if reading.measured:
+                miss = (_summed(patches[k], plain) - reading.value) / grid.units[k]
+                rise = [
+                    _summed(patches[k], [risen[j] if j == axis else plain[j] for j in range(count)])
+                    / grid.units[k]
+                    for axis in range(count)
+                ]
+            else:
+                miss = place[k] - place_of(reading.value, grid.size)
+                rise = [xp.full_like(miss, float(axis == k)) for axis in range(count)]
+            # a fraction at its end stays there
+            level.append(xp.where(outer[k], 0.0, miss))
+            slope.append([xp.where(outer[k], float(j == k), one) for j, one in enumerate(rise)])
+        move = _newton_step(xp.stack([xp.stack(one) for one in slope]), xp.stack(level))
+        place = xp.clip(place + xp.where(xp.isfinite(move), move, 0.0), low, high)
+    return fraction_at(place, grid.size)
+
+
+def _summed(values: Array, weights: list[Array]) -> Array:
+    for left, one in zip(range(len(weights), 0, -1), weights, strict=True):
+        values = contracted(values, one, left)
+    return values
+
+
+def all_cells(springs: int) -> np.ndarray:
+    """Indices of all cells of a grid, shape (springs, cells)."""
+    axes = [np.arange(FRACTIONS[springs] + 1)] * springs
+    return np.stack(np.meshgrid(*axes, indexing="ij")).reshape(springs, -1)
+
+
+def fractions_beside(grid: PhaseMap, cells: Array, shift: Any) -> Array:
+    """Fractions of all springs beside the middle of cells, shape (springs, n).
+
+    Args:
+        grid: of the actuator.
+        cells: index of each on every axis, shape (springs, n).
+        shift: from the middle, in widths of a cell [1].
+    """
+    return fraction_at(cells - 0.5 + shift, grid.size)
+
+
+# --- which cells to look at, for many rows; NumPy only ----------------------------------------------------
+
+
+class CellRanges:
+    """Ranges of resistances over every cell and between neighbouring pressures of a grid.
+
+    A row looks only at cells whose ranges its readings meet, of some 170 about five.
+    """
+
+    def __init__(self, grid: PhaseMap, measured: tuple[bool, ...]) -> None:
+        """Look at the grid once for all rows.
+
+        Args:
+            grid: of NumPy arrays.
+            measured: which springs have a resistance.
+        """
+        self.grid, self.cells = grid, all_cells(len(measured))
+        ranges = [self._range(k, own) for k, own in enumerate(measured)]
+        self.low, self.high = (np.stack(ends) for ends in zip(*ranges, strict=True))
+
+    def _range(self, k: int, measured: bool) -> tuple[np.ndarray, np.ndarray]:
+        """Smallest and largest reading of a spring with which a cell may be near a zero.
+
+        Shape (pressures of the grid less one, cells).
+        """
+        grid, last, slabs = self.grid, self.grid.size - 1, PRESSURES - 1
+        if measured:
+            shares = np.arange(slabs)[:, None] + np.linspace(0.0, 1.0, SAMPLES)
+            first, x = grid.slabs(grid.low + shares.ravel() / slabs * (grid.high - grid.low))
+            table = sum(
+                w.reshape(-1, *[1] * len(self.cells)) * grid.ohms[k][first + j] for j, w in enumerate(cubic(x))
+            )
+            table = table.reshape(slabs, SAMPLES, *table.shape[1:])
+            least, most, unit = table.min(axis=1), table.max(axis=1), grid.units[k]
+        else:
+            axis = fraction_at(np.arange(last + 1.0), grid.size)
+            axis = axis.reshape([-1 if j == k else 1 for j in range(len(self.cells))])
+            least = most = np.broadcast_to(axis, (slabs, *[last + 1] * len(self.cells)))
+            unit = 1.0
+        corners = [
+            (slice(None), *(np.clip(c + end - 1, 0, last) for c, end in zip(self.cells, up, strict=True)))
+            for up in itertools.product((0, 1), repeat=len(self.cells))
+        ]
+        low = np.min([least[at] for at in corners], axis=0)
+        high = np.max([most[at] for at in corners], axis=0)
+        outer = (self.cells[k] == 0) | (self.cells[k] == last + 1)
+        # beyond the ends the map is continued by one unit
+        spare = (WIDER + SPARE) * (high - low + np.where(outer, unit, 0.0))
+        low, high = low - spare, high + spare
+        signs = np.where(grid.contrasts[k] < 0.0, -1.0, 1.0)
+        if measured and not np.all(signs == signs.flat[0]):
+            return np.full_like(low, -np.inf), np.full_like(high, np.inf)
+        upwards = not measured or signs.flat[0] > 0.0
+        below, beyond = (0, last + 1) if upwards else (last + 1, 0)
+        return np.where(self.cells[k] == below, -np.inf, low), np.where(self.cells[k] == beyond, np.inf, high)
+
+    def met(self, pressure: np.ndarray, readings: tuple[Reading, ...]) -> tuple[np.ndarray, np.ndarray]:
+        """Rows and cells that may have an equilibrium, or may be turned over near one: pairs of indices."""
+        slabs = self.low.shape[1]
+        span = max(float(self.grid.high - self.grid.low), 1e-9)
+        slab = np.clip((pressure - self.grid.low) / span * slabs, 0, slabs - 1).astype(int)
+        order = np.argsort(slab, kind="stable")
+        rows, cells = [], []
+        for one in np.unique(slab):
+            own = order[np.searchsorted(slab[order], one) : np.searchsorted(slab[order], one, side="right")]
+            met = np.ones((len(own), self.cells.shape[1]), bool)
+            for k, reading in enumerate(readings):
+                value = reading.value[own, None]
+                met &= (value >= self.low[k, one]) & (value <= self.high[k, one])
+            row, cell = np.nonzero(met)
+            rows.append(own[row])
+            cells.append(cell)
+        return np.concatenate(rows), np.concatenate(cells)
