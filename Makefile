@@ -8,12 +8,12 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 LINT_READY := $(VENV)/.ready-lint
 PYTHONS := $(PYTHON) python3 python3.14 python3.13 python3.12 python3.11 python
-EXAMPLE := calibration_data/examples/elastomer
+CONCEALED := calibration_data/examples/pulled_silicone
 PNEUSMA_RECORDINGS ?= $(wildcard ../shared/recordings)
 RAW := soft_robotics_materials/Dragon Skin 10 MEDIUM.csv
 
 help:
-	@echo "make demo       the main job on simulated data that ships with the package -> out/demo"
+	@echo "make demo       what a model misses in simulated data that ship with the package, then the material -> out/demo"
 	@echo "make real       the main job on real recordings -> out/real"
 	@echo "make real-proof other laboratories' recordings, names hidden, diagnosed: one table -> out/real_proof"
 	@echo "make proof      blind trial of the diagnosis on 24 sealed campaigns, minutes -> out/proof"
@@ -21,7 +21,12 @@ help:
 	@echo "make test       the tests (warnings are errors)"
 	@echo "make test-slow  the long ones, too"
 	@echo "make bench      speed of the core: ratios, compile times, memory; half an hour -> out/bench (BENCH=--quick: less)"
-	@echo "make lint       style of the code"
+	@echo "make docs       the site: tutorials, how-to, explanation, reference -> out/site"
+	@echo "make fuzz       20,000 damaged files: read rightly or refused in one line -> out/fuzz.json"
+	@echo "make soak       commands killed at random moments, resumed and compared -> out/soak.json"
+	@echo "make lint       style and types of the code"
+	@echo "make wheel-check the built wheel and sdist, each installed alone and checked"
+	@echo "make test-oldest the tests with the oldest supported Python, jax and NumPy"
 	@echo "make clean      remove .venv and out"
 
 $(READY): pyproject.toml constraints.txt
@@ -43,16 +48,14 @@ $(LINT_READY): $(READY)
 	@touch $@
 
 demo: $(READY)
-	@echo "== Simulated data that ship with the package ($(EXAMPLE)); nothing here was measured =="
-	$(BIN)/pneusma characterise $(EXAMPLE) --out out/demo/elastomer --force
-	$(BIN)/pneusma simulate $(EXAMPLE)/pull_4.csv --material out/demo/elastomer/material.toml --out out/demo/held_out_pull
-	$(BIN)/pneusma simulate --design pneuflex_s --pressure-kPa 20 --material out/demo/elastomer/material_actuator.toml
-	$(BIN)/pneusma simulate --design pneusma2 --pressure-kPa 30 --xi0-2 0.4
-	$(BIN)/pneusma workspace --out out/demo/workspace
+	@echo "== Simulated pulls of a silicone ($(CONCEALED)): their physics is not in the model, and the tool is not told =="
+	$(BIN)/pneusma diagnose $(CONCEALED) --out out/demo/diagnosis --force
+	$(BIN)/pneusma characterise $(CONCEALED) --model out/demo/diagnosis/augmented.toml --out out/demo/material --force
+	$(BIN)/pneusma simulate --design pneuflex_s --pressure-kPa 20 --model out/demo/material/augmented.toml
 	@echo
-	@echo "Look at  out/demo/elastomer/report.html       the material, in words, figures and numbers"
-	@echo "         out/demo/held_out_pull/model.png     its prediction of a pull that it was not fitted to"
-	@echo "         out/demo/workspace/workspace.png     where the three actuators can bend"
+	@echo "Look at  out/demo/diagnosis/report.html   what the model misses, where, the fit with it, what to measure next"
+	@echo "         out/demo/material/report.html    the material, in words, figures and numbers"
+	@echo "The truth was $(CONCEALED)_truth.json. Your own file: pneusma import RAW.csv --out my_campaign"
 
 real: $(READY)
 	@if [ -f "$(PNEUSMA_RECORDINGS)/$(RAW)" ]; then $(MAKE) --no-print-directory real-run; else \
@@ -99,8 +102,62 @@ test-slow: $(READY)
 bench: $(READY)
 	$(BIN)/python -m benchmarks.core_speed --out out/bench $(BENCH)
 
-lint: $(LINT_READY)
+DOCS_READY := $(VENV)/.ready-docs
+$(DOCS_READY): $(READY)
+	@$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
+	@touch $@
+
+# strict: a broken link, or a public name without docstring, fails. Notebooks are executed once for each change;
+# NOTEBOOKS= leaves them as they are
+NOTEBOOKS ?= $(patsubst notebooks/%,out/notebooks/%,$(wildcard notebooks/*.ipynb))
+.PHONY: docs
+docs: $(DOCS_READY) $(LINT_READY) $(NOTEBOOKS)
+	$(BIN)/ruff check --select D1 pneusma_jax fitting validation
+	$(BIN)/python -m mkdocs build --clean --quiet
+	$(BIN)/python -m pytest -q tests/site
+	@echo "Look at  out/site/index.html"
+
+out/notebooks/%.ipynb: notebooks/%.ipynb $(DOCS_READY)
+	@mkdir -p out/notebooks
+	$(BIN)/python -m nbconvert --to notebook --execute --ExecutePreprocessor.timeout=1800 --output-dir out/notebooks $<
+
+.PHONY: fuzz soak
+FUZZ ?= 20000
+fuzz: $(READY)
+	$(BIN)/python tests/reliability/fuzz.py --count $(FUZZ) --out out/fuzz.json
+
+SOAK ?= 200
+soak: $(READY)
+	OPENBLAS_NUM_THREADS=1 NPROC=1 $(BIN)/python tests/reliability/soak.py --kills $(SOAK) --out out/soak.json
+
+.PHONY: types wheel-check test-oldest
+lint: $(LINT_READY) types
 	$(BIN)/ruff check .
+
+types: $(LINT_READY)
+	$(BIN)/mypy
+
+# built files as a user gets them: each installed in an environment that has nothing else, then checked there
+wheel-check: $(LINT_READY)
+	rm -rf out/dist
+	$(BIN)/python -m build --outdir out/dist . >/dev/null
+	@ls -l out/dist
+	@for file in out/dist/*.whl out/dist/*.tar.gz; do \
+	  echo "== $$file, alone in a new environment"; rm -rf out/bare; \
+	  $(BIN)/python -c 'import sys; print(sys._base_executable)' | xargs -I PYTHON PYTHON -m venv out/bare && \
+	  out/bare/bin/pip install --quiet --disable-pip-version-check -c constraints.txt "$$file" && \
+	  (cd out/bare && bin/pneusma check) || exit 1; done
+
+# OLDEST_PYTHON: the oldest that is supported. OLDEST_TESTS: all of them take as long as make test
+OLDEST_PYTHON ?= python3.11
+OLDEST_TESTS ?= tests/test_units.py tests/test_calibration.py tests/pneusma_jax tests/inference tests/recordings tests/cli
+test-oldest: out/oldest/.ready
+	OPENBLAS_NUM_THREADS=1 NPROC=1 out/oldest/bin/python -m pytest -m "not slow" -n 2 --dist loadfile $(OLDEST_TESTS)
+
+out/oldest/.ready: pyproject.toml constraints-oldest.txt
+	$(OLDEST_PYTHON) -m venv out/oldest
+	@out/oldest/bin/pip install --quiet --disable-pip-version-check -c constraints-oldest.txt '.[test]'
+	@touch $@
 
 clean:
 	rm -rf $(VENV) out .pytest_cache .ruff_cache

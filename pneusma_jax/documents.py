@@ -8,6 +8,24 @@ from typing import Any
 from .errors import InputError, nearest
 
 
+def parse_toml(text: str, path: Path | str) -> dict[str, Any]:
+    """Parse TOML that anybody may have written.
+
+    Args:
+        text: of the file; a byte-order mark at its beginning is left out.
+        path: for messages.
+
+    Raises:
+        InputError: if it is not TOML, or is nested more deeply than any document of ours.
+    """
+    try:
+        return tomllib.loads(text.removeprefix("\ufeff"))
+    except ValueError as error:  # also of an integer with thousands of digits
+        raise InputError(f"{path}: not a TOML file: {error}") from None
+    except RecursionError:
+        raise InputError(f"{path}: not a TOML file of ours: it is nested too deeply") from None
+
+
 def read_document(
     place: Path | Traversable, path: Path, what: str, schema: str, top: tuple[str, ...]
 ) -> dict[str, Any]:
@@ -24,13 +42,12 @@ def read_document(
         InputError: if it cannot be read, is no TOML, states another schema or has a key that is unknown.
     """
     try:
-        document = tomllib.loads(place.read_text(encoding="utf-8"))
+        text = place.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file") from None
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: cannot be read as a text file ({error})") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: not a TOML file: {error}") from None
+    document = parse_toml(text, path)
     if document.get("schema") != schema:
         raise InputError(f"{path}: schema is {document.get('schema')!r}, but {what} has {schema!r}")
     for key in document:

@@ -11,6 +11,10 @@ class InputError(ValueError):
     """
 
 
+MOST_LISTED = 48
+"""Maximum of names that a message lists in full: more do not fit on a screen's two or three lines."""
+
+
 def nearest(name: str, known: Iterable[str]) -> str:
     """Sentence fragment that offers the known names closest to a mistyped one.
 
@@ -19,10 +23,13 @@ def nearest(name: str, known: Iterable[str]) -> str:
         known: the names that exist.
 
     Returns:
-        `"did you mean 'x'?"`, or a list of all known names if none is close.
+        `"did you mean 'x'?"`, or a list of known names if none is close.
     """
     known = sorted(known)
     close = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
     if close:
         return f"did you mean {close[0]!r}?"
+    if len(known) > MOST_LISTED:
+        some = difflib.get_close_matches(name, known, n=MOST_LISTED // 3, cutoff=0.0)
+        return f"known are {len(known)} names, such as {', '.join(sorted(some))}"
     return "known: " + ", ".join(known)

@@ -213,7 +213,7 @@ def _chosen(acting: list[Effect | Switched], act: Callable, idle: Callable, *val
         return idle(*values)
     if not all(isinstance(effect, Switched) for effect in acting):
         return act(*values)
-    on = jnp.any(jnp.stack([effect.on for effect in acting]))
+    on = jnp.any(jnp.stack([effect.on for effect in acting if isinstance(effect, Switched)]))
     return jax.lax.cond(on, act, idle, *jax.tree.map(jnp.asarray, values))
 
 

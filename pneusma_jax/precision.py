@@ -26,7 +26,7 @@ def enable_float64(cache: bool = True) -> None:
     jax.config.update("jax_enable_x64", True)
     _compile_sooner()
     place = os.environ.get("PNEUSMA_CACHE", "")
-    if not cache or place == "off" or jax.config.jax_compilation_cache_dir:
+    if not cache or place == "off" or jax.config.jax_compilation_cache_dir:  # type: ignore[attr-defined]
         return
     if not place:
         import platformdirs
@@ -60,7 +60,7 @@ def require_float64() -> None:
     Raises:
         RuntimeError: if `enable_float64()` has not been called.
     """
-    if not jax.config.jax_enable_x64:
+    if not jax.config.jax_enable_x64:  # type: ignore[attr-defined]
         raise RuntimeError(
             "The equilibrium is solved to 1e-10, which float32 cannot hold: "
             "call pneusma_jax.enable_float64() before building a model."

@@ -1,28 +1,35 @@
-"""Many campaigns, one after the other: a table over specimens and what they say together.
+"""Many campaigns: a table over specimens and what they say together.
 
 A campaign that cannot be used, or whose fit fails in any way, is reported beside the others and stops none.
+With
+a store each campaign is a task of the engine: what is done stays after a kill, and other processes may help.
 """
 
-from collections.abc import Callable, Sequence
+import copyreg
+import hashlib
+import importlib
+import pickle
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from importlib.metadata import version
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 
-from fitting.data.recordings import read_campaign
+from fitting.data.recordings import read_campaign, schema
+from fitting.engine import Scheduler, Store, Task, in_this_process, run_tasks
 from fitting.inference.results import Result
-from fitting.specimens import spring, tube
+from fitting.specimens.priors import quantity_of
 from fitting.specimens.rows import MARK
 from pneusma_jax.errors import InputError
+from pneusma_jax.precision import enable_float64
 from pneusma_jax.units import from_si
 
 from .pooling import Pooled, pool, without_priors
 from .registry import characterise
 from .result import Characterisation
-
-OWN = {*tube.GEOMETRY, *spring.GEOMETRY, "prestrain"}
-"""Constants of a specimen; all others are of the material, whose prior every specimen shares."""
 
 
 @dataclass(frozen=True)
@@ -69,28 +76,34 @@ def characterise_batch(
     campaigns: Sequence[str | Path],
     finished: Callable[[Member], None] = lambda _: None,
     progress: Callable[[str], None] = lambda _: None,
+    store: Store | None = None,
+    scheduler: Scheduler = in_this_process,
+    kept: Callable[[Member], None] | None = None,
     **options: Any,
 ) -> Batch:
-    """Characterise campaigns one after the other; float64 must be on.
+    """Characterise campaigns; float64 must be on.
 
     Args:
         campaigns: folders or single CSVs.
         finished: called with each member as it is done, such as to save it.
-        progress: called with a word for each step of each fit.
+        progress: called with a word for each step of each fit that runs in this process.
+        store: keeps what was fitted; members whose campaign and options are the same are taken from it.
+        scheduler: where campaigns are fitted, if there is a store.
+        kept: called in place of `finished` with members that come from the store.
         **options: of the pipelines; those that a kind does not know are left out for it.
 
     Raises:
         InputError: if none could be characterised; names the first reason.
     """
-    names = _names([Path(path) for path in campaigns])
-    members = []
-    for name, path in zip(names, campaigns, strict=True):
-        member = _member(name, Path(path), progress, options)
-        try:
-            finished(member)
-        except Exception as error:  # noqa: BLE001  what cannot be written of one stops no other
-            member = replace(member, problem=f"its files could not be written: {_line(error)}")
-        members.append(member)
+    paths = tuple(Path(path) for path in campaigns)
+    names = tuple(_names(paths))
+    if store is None:
+        pairs = zip(names, paths, strict=True)
+        members = [_told_of(finished, _member(name, path, progress, options)) for name, path in pairs]
+    else:
+        members = _from_store(
+            BatchJob(names, paths, options), store, scheduler, finished, kept or finished, progress
+        )
     if not any(member.result is not None for member in members):
         raise InputError(
             f"none of {len(members)} campaigns could be characterised; {members[0].path}: "
@@ -98,6 +111,89 @@ def characterise_batch(
         )
     pooled, left_out = _pooled([member for member in members if member.result is not None])
     return Batch(tuple(members), pooled, tuple(left_out))
+
+
+def _told_of(finished: Callable[[Member], None], member: Member) -> Member:
+    try:
+        finished(member)
+    except Exception as error:  # noqa: BLE001  what cannot be written of one stops no other
+        return replace(member, problem=f"its files could not be written: {_line(error)}")
+    return member
+
+
+# results name modules of their kind
+copyreg.pickle(ModuleType, lambda module: (importlib.import_module, (module.__name__,)))
+
+
+@dataclass(frozen=True)
+class BatchJob:
+    """Fits campaigns by number; small enough to be sent to any worker, who must see the same paths."""
+
+    names: tuple[str, ...]
+    paths: tuple[Path, ...]
+    options: dict[str, Any]
+
+    def __call__(self, number: int) -> bytes:
+        """The member as bytes."""
+        enable_float64()
+        return _packed(_member(self.names[number], self.paths[number], lambda _: None, self.options))
+
+    def tasks(self) -> list[Task]:
+        """A file for each campaign, named by its content, the options and the program's version."""
+        return [Task(f"{n}-{self._digest(p)}.member") for n, p in zip(self.names, self.paths, strict=True)]
+
+    def _digest(self, path: Path) -> str:
+        found = hashlib.sha256(repr((version("pneusma-jax"), sorted(self.options.items()))).encode())
+        beside = sorted(path.parent.glob("*.toml")) if path.is_file() else []
+        files = [path, *beside] if path.is_file() else sorted(p for p in path.rglob("*") if p.is_file())
+        for file in files:
+            found.update(file.name.encode() + file.read_bytes())
+        return found.hexdigest()[:16]
+
+
+def _packed(member: Member) -> bytes:
+    """A member as bytes; one whose result cannot be kept says so, and is fitted again by a later run."""
+    try:
+        return pickle.dumps(member)
+    except (pickle.PicklingError, TypeError, AttributeError) as error:
+        problem = f"its fit cannot be kept or sent: {_line(error)}"
+        return pickle.dumps(replace(member, result=None, problem=problem))
+
+
+def _from_store(
+    job: BatchJob,
+    store: Store,
+    scheduler: Scheduler,
+    finished: Callable[[Member], None],
+    kept: Callable[[Member], None],
+    progress: Callable[[str], None],
+) -> list[Member]:
+    """Members that are there, and the others as they are done; what failed before is tried again."""
+    tasks = job.tasks()
+    missing, members = set(store.missing(tasks)), {}
+    for number, task in enumerate(tasks):
+        if number not in missing:
+            member = replace(pickle.loads(store.read(task)), name=job.names[number], path=job.paths[number])
+            if member.result is None:
+                store.path(task).unlink()
+            else:
+                members[number] = _told_of(kept, member)
+
+    fitted: dict[int, Member] = {}
+
+    def here(number: int) -> bytes:
+        fitted[number] = _member(job.names[number], job.paths[number], progress, job.options)
+        return _packed(fitted[number])
+
+    def watched(work: Callable[[int], bytes], numbers: Sequence[int]) -> Iterator[tuple[int, bytes]]:
+        for number, content in scheduler(work, numbers):
+            member = fitted[number] if number in fitted else pickle.loads(content)
+            members[number] = _told_of(finished, member)
+            progress(f"{job.names[number]} done")
+            yield number, content
+
+    run_tasks(here if scheduler is in_this_process else job, tasks, store, watched)
+    return [members[number] for number in range(len(tasks))]
 
 
 def _names(paths: Sequence[Path]) -> list[str]:
@@ -163,7 +259,8 @@ def _told(result: Characterisation) -> dict[str, tuple[float, float]]:
     """
     fitted = getattr(result, "fitted", {})
     entries = [entry for entry in fitted.values() if entry.standard_error] if fitted else []
-    shared = lambda entry: entry.prior and entry.name.partition(MARK)[0] not in OWN  # noqa: E731
+    own = {quantity_of(key) for key in schema.GEOMETRY_NUMBERS}  # of a specimen, the others of a material
+    shared = lambda entry: entry.prior and entry.name.partition(MARK)[0] not in own  # noqa: E731
     if not any(shared(entry) for entry in entries):
         return {}
     sd = np.array([entry.standard_error for entry in entries])

@@ -14,6 +14,8 @@ from typing import Any
 
 import click
 
+from ._lock import locked
+
 # name -> (module, function, line in the list of commands)
 COMMANDS = {
     "simulate": (
@@ -25,6 +27,26 @@ COMMANDS = {
         "fitting.cli.workspace",
         "workspace_command",
         "Curvature and bend angle over pressure and activation.",
+    ),
+    "design": (
+        "fitting.cli.design",
+        "design_command",
+        "Find the dimensions that do best what is wanted.",
+    ),
+    "invert": (
+        "fitting.cli.invert",
+        "invert_command",
+        "Find the pressure and phases for what is wanted.",
+    ),
+    "control": (
+        "fitting.cli.control",
+        "control_command",
+        "Hold a curvature by resistances, on a plant with unknown physics.",
+    ),
+    "wiring": (
+        "fitting.cli.wiring",
+        "wiring_command",
+        "Select many springs on one pair of wires by filters.",
     ),
     "reproduce": (
         "fitting.cli.reproduce",
@@ -76,6 +98,16 @@ COMMANDS = {
         "posterior_command",
         "Sample what a campaign says of its parameters.",
     ),
+    "completion": (
+        "fitting.cli.completion",
+        "completion_command",
+        "Print the script that lets a shell complete commands and options.",
+    ),
+    "propagate": (
+        "fitting.cli.propagate",
+        "propagate_command",
+        "Propagate uncertain inputs through the model, in any number of rows.",
+    ),
 }
 UNUSABLE_INPUT = 2  # exit code
 
@@ -98,7 +130,7 @@ class LazyGroup(click.Group):
         # for a bug report; errors still end in exceptions.
         os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
         module, function, _ = COMMANDS[name]
-        return getattr(importlib.import_module(module), function)
+        return locked(getattr(importlib.import_module(module), function), name)
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple:
         """Find the command that the arguments call; a mistyped one is answered with the nearest."""
@@ -120,6 +152,9 @@ class LazyGroup(click.Group):
         if args is None and not sys.warnoptions:  # from a shell: what libraries warn of is for developers
             warnings.simplefilter("ignore")
         args = list(sys.argv[1:] if args is None else args) or ["--help"]
+        for stream in (sys.stdout, sys.stderr):
+            if hasattr(stream, "reconfigure"):  # a terminal without UTF-8 gets ? for what it cannot show
+                stream.reconfigure(errors="replace")
         try:
             code = super().main(args, prog_name, standalone_mode=False, **extra)
         except click.exceptions.Abort:

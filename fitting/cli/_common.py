@@ -2,7 +2,9 @@
 
 import difflib
 from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -61,3 +63,37 @@ def design_argument(given: str) -> str:
         entries = resources.files("calibration_data").joinpath(*folder).iterdir()
         names += sorted(e.name.removesuffix(".toml") for e in entries if e.name.endswith(".toml"))
     return one_of("--design", given, (*DESIGNS, *names))
+
+
+def check_places(workers: int | None, address: str | None) -> None:
+    """Refuse two places for tasks.
+
+    Raises:
+        click.UsageError: if both are given.
+    """
+    if workers is not None and address is not None:
+        raise click.UsageError("--workers starts a cluster here, and --cluster names one; give one of them")
+
+
+def scheduler(workers: int | None, address: str | None) -> AbstractContextManager[Any]:
+    """Where tasks of the engine are computed, for a `with` statement.
+
+    Args:
+        workers: processes to start on this machine, or None.
+        address: of a running Dask scheduler, or None.
+
+    Raises:
+        click.UsageError: if both are given, or Dask is not installed.
+    """
+    check_places(workers, address)
+    from fitting.engine import in_this_process
+
+    if workers is None and address is None:
+        return nullcontext(in_this_process)
+    try:
+        from fitting.engine.cluster import Cluster
+    except ImportError:
+        raise click.UsageError(
+            "--workers and --cluster need Dask: pip install 'pneusma-jax[cluster]'"
+        ) from None
+    return Cluster(address, workers or 1)

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from fitting.data.csv_text import csv_text
-from fitting.report.text_table import words_table
+from fitting.report.table import Table, table_text
 from fitting.specimens.model_objects import BASE
 from fitting.specimens.saved_models import AugmentedModel, load_model
 from pneusma_jax.errors import InputError
@@ -18,13 +18,6 @@ from ._common import done, notice, table_argument
 from ._drives import Said, of_segment
 
 NOT_CONVERGED = 1  # exit code
-HORIZONTAL = {  # what a figure is drawn over
-    "actuator": ("time_s",),
-    "spring": ("time_s",),
-    "wire": ("time_s",),
-    "elastomer": ("strain",),
-    "tube": ("pressure_kPa",),
-}
 SPRING_KEYS = (
     "alloy", "wire_diameter_mm", "mandrel_diameter_mm", "initial_pitch_mm", "active_coils", "free_length_mm",
 )  # fmt: skip
@@ -111,7 +104,7 @@ def _page(found: Any, pressure: float) -> str:
         rows = [("tip x", f"{x:.6g}", "mm"), ("tip y", f"{y:.6g}", "mm"), ("tip z", f"{z:.6g}", "mm")]
         rows = [(name, f"{round(float(value), 9) + 0.0:.6g}", unit) for name, value, unit in rows]
         parts += [
-            words_table(("", "value", "unit"), [*rows, ("clearance", f"{found.clearance:.6g}", "mm")], 2)
+            table_text(Table(("", "value", "unit"), [*rows, ("clearance", f"{found.clearance:.6g}", "mm")]))
         ]
     for number, segment in enumerate(segments, 1):
         parts += ["", _words(segment, f"segment {number}: {segment.title}")]
@@ -122,11 +115,11 @@ def _words(found: Any, title: str) -> str:
     """The state of one actuator as words."""
     parts = [f"{title}: {found.status}", found.sentence, ""]
     rows = [(n, f"{round(v, 9) + 0.0:.6g}", u) for n, v, u in found.quantities()]
-    parts.append(words_table(("", "value", "unit"), rows, 2))
+    parts.append(table_text(Table(("", "value", "unit"), rows)))
     springs = found.spring_rows()
     if springs:
         header = ("", *(f"spring {number}" for number in found.numbers))
-        parts += ["", words_table(header, springs, 2)]
+        parts += ["", table_text(Table(header, springs))]
     return "\n".join(parts)
 
 
@@ -135,15 +128,14 @@ def _write_state(found: Any, options: dict[str, Any]) -> list[Path]:
     import jax
 
     import pneusma_jax as pj
-    from fitting.data.files import result_folder, write_whole
-    from fitting.report.figures import save_figure
+    from fitting.data.publish import publish
+    from fitting.report.figures import png
     from fitting.report.figures.shape import chain_figure
     from pneusma_jax.serial_chain.segments import chain_shape
 
-    folder = result_folder(options["out"])
-    written = [write_whole(folder / "state.json", json.dumps(found.contract(), indent=1) + "\n")]
+    state = {"state.json": json.dumps(found.contract(), indent=1) + "\n"}
     if not found.converged:
-        return written
+        return publish(options["out"], state, force=True)
     if hasattr(found, "chain"):
         chain, solved, title = found.chain, found.found, found.design.name
     else:
@@ -152,28 +144,30 @@ def _write_state(found: Any, options: dict[str, Any]) -> list[Path]:
         shape = chain_shape(chain, one.bend[None], one.length[None])
         solved = pj.ChainEquilibrium((one,), shape)
     title = f"{title} at {options['pressure']:g} kPa"
-    return [*written, save_figure(chain_figure(chain, solved, title), folder / "shape.png")]
+    shape = {"shape.png": png(chain_figure(chain, solved, title))}
+    return publish(options["out"], state | shape, force=True)
 
 
 def protocol(options: dict[str, Any]) -> None:
     """A protocol done to an actuator, a chain, a spring or a tube."""
-    from fitting.data.files import result_folder, write_whole
     from fitting.data.protocols import load_protocol
-    from fitting.report.figures import save_figure
+    from fitting.data.publish import publish
+    from fitting.report.figures import png
     from fitting.report.figures.protocol import protocol_figure
 
     _check_out(options["out"])
     model = model_of(options)
     told = load_protocol(table_argument(options["protocol"]))
     course = _course(told, options, model)
-    folder = result_folder(options["out"])
+    comments = [course.title, told.description] if told.description else [course.title]
+    documents = {
+        "model.csv": csv_text(course.columns, comments), "model.png": png(protocol_figure(course)),
+    }  # fmt: skip
+    if course.chain is not None:
+        documents |= _chain_documents(course, options["animate"])
+    written = publish(options["out"], documents, force=True)
     for sentence in course.notices:
         notice(sentence)
-    comments = [course.title, told.description] if told.description else [course.title]
-    written = [write_whole(folder / "model.csv", csv_text(course.columns, comments))]
-    written.append(save_figure(protocol_figure(course), folder / "model.png"))
-    if course.chain is not None:
-        written += _write_chain(course, folder, options["animate"])
     click.echo(_ends(course))
     done(written)
 
@@ -201,29 +195,28 @@ def _course(told: Any, options: dict[str, Any], model: AugmentedModel) -> Any:
     return run_protocol(told, described_specimen(told.kind, options["geometry"], known), model)
 
 
-def _write_chain(course: Any, folder: Path, animate: bool) -> list[Path]:
-    """The chain's last shape, and its motion."""
+def _chain_documents(course: Any, animate: bool) -> dict[str, bytes]:
+    """Figures of the chain's last shape and of its motion, by file name."""
     import jax
     import numpy as np
 
-    from fitting.report.figures import save_figure
-    from fitting.report.figures.shape import chain_figure, write_animation
+    from fitting.report.figures import png
+    from fitting.report.figures.shape import animation, chain_figure
     from pneusma_jax.serial_chain.segments import ChainEquilibrium
 
     chain, history = course.chain
     good = np.flatnonzero(np.asarray(history.converged))
     if not good.size:
-        return []
+        return {}
     at = lambda tree: jax.tree.map(lambda leaf: np.asarray(leaf)[good[-1]], tree)  # noqa: E731
     last = ChainEquilibrium(
         tuple(at(part.rows) for part in history.segments), history.shape.row(int(good[-1]))
     )
     title = f"{course.title}, after {course.inputs['time_s'][good[-1]]:g} s"
-    written = [save_figure(chain_figure(chain, last, title), folder / "shape.png")]
+    documents = {"shape.png": png(chain_figure(chain, last, title))}
     if animate:
-        time = course.inputs["time_s"]
-        written.append(write_animation(folder / "motion.gif", chain, history, course.pressure, time))
-    return written
+        documents["motion.gif"] = animation(chain, history, course.pressure, course.inputs["time_s"])
+    return documents
 
 
 def _ends(course: Any) -> str:
@@ -235,16 +228,17 @@ def _ends(course: Any) -> str:
         held = values[np.isfinite(values)]
         ends = [held[0], held.min(), held.max(), held[-1]] if held.size else [math.nan] * 4
         rows.append([name, str(held.size), *(f"{float(v):.5g}" for v in ends)])
-    return f"{course.title}\n" + words_table(("output", "rows", "start", "least", "most", "end"), rows, 2)
+    return f"{course.title}\n" + table_text(Table(("output", "rows", "start", "least", "most", "end"), rows))
 
 
 def recording(path: Path, options: dict[str, Any]) -> None:
     """The model beside a recording."""
-    from fitting.data.files import result_folder, write_whole
+    from fitting.data.publish import publish
     from fitting.data.recordings import read_campaign
-    from fitting.report.figures import recording_figure, save_figure
+    from fitting.report.figures import png, recording_figure
     from fitting.simulate import predict
     from fitting.simulate.state import read_geometry
+    from fitting.specimens import specimen_of
 
     if path.is_dir():
         raise click.UsageError(f"{path} is a folder; name one recording's CSV in it")
@@ -258,20 +252,19 @@ def recording(path: Path, options: dict[str, Any]) -> None:
     prediction = predict(told, denoise=not options["raw_resistance"], model=model)
     if not prediction.outputs:
         raise click.UsageError(f"{path}: this recording holds nothing that the model predicts")
-    folder = result_folder(options["out"])
-    for sentence in told.notices + prediction.notices:
-        notice(sentence)
     columns = {f"model_{name}": values for name, values in prediction.outputs.items()} | prediction.marks
-    written = [write_whole(folder / "model.csv", csv_text(told.columns | columns, told.comments))]
+    documents: dict[str, str | bytes] = {"model.csv": csv_text(told.columns | columns, told.comments)}
     if prediction.states:
         clock = {name: told.columns[name] for name in ("time_s",) if name in told.columns}
-        written.append(write_whole(folder / "states.csv", csv_text(clock | prediction.states)))
-    horizontal = next(name for name in HORIZONTAL[told.kind] if name in told.columns)
+        documents["states.csv"] = csv_text(clock | prediction.states)
+    horizontal = told.column(specimen_of(told.kind).simulated_over)
     compared = {name: (told.columns[name], values) for name, values in prediction.outputs.items()}
     figure = recording_figure(
         f"{told.name} ({told.kind})", (horizontal, told.columns[horizontal]), compared, told.noise
     )
-    written.append(save_figure(figure, folder / "model.png"))
+    written = publish(options["out"], documents | {"model.png": png(figure)}, force=True)
+    for sentence in told.notices + prediction.notices:
+        notice(sentence)
     click.echo(_misfits(compared, told.noise))
     done(written)
 
@@ -289,4 +282,5 @@ def _misfits(compared: dict[str, tuple], noise: dict[str, float]) -> str:
         rows.append(
             [name, str(off.size), f"{rmse:.4g}", f"{np.mean(off) if off.size else math.nan:.4g}", stated]
         )
-    return words_table(("output", "samples", "rmse", "mean of recording - model", "noise"), rows)
+    header = ("output", "samples", "rmse", "mean of recording - model", "noise")
+    return table_text(Table(header, rows), indent=0)

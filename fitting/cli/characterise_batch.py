@@ -12,8 +12,17 @@ SOME_FAILED = 1  # exit code
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of scattered starting points.")
 @click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
-def characterise_batch_command(campaigns, out, seed, force) -> None:
-    """Characterise CAMPAIGNS (folders of recordings) one after the other, and all of them together.
+@click.option(
+    "--resume", is_flag=True, help="Go on with what an earlier run has fitted, if nothing of it changed."
+)
+@click.option(
+    "--workers", type=click.IntRange(1, 256), help="Start that many processes here (extra cluster)."
+)
+@click.option(
+    "--cluster", metavar="ADDRESS", help="A running Dask scheduler, tcp://HOST:PORT (extra cluster)."
+)
+def characterise_batch_command(campaigns, out, seed, force, resume, workers, cluster) -> None:
+    """Characterise CAMPAIGNS (folders of recordings), and all of them together.
 
     Writes a folder of results for each of them as it is done, and a table over specimens with a hierarchical
     summary of every constant that two or more inform. A campaign that cannot be used is reported and stops
@@ -22,12 +31,16 @@ def characterise_batch_command(campaigns, out, seed, force) -> None:
     from tqdm import tqdm
 
     from fitting.calibrate.batch import Member, characterise_batch
-    from fitting.cli._common import done, notice, prepare
-    from fitting.data.publish import check_free
+    from fitting.cli._common import done, notice, prepare, scheduler
+    from fitting.data.publish import MARK, check_free
+    from fitting.engine import Store
     from fitting.inference.progress import PlainLines
     from fitting.report.results import save, text
 
-    check_free(out, force)
+    check_free(out, force or resume)
+    store = Store(out / "fitted")
+    if store.holds_any and not (force or resume):
+        raise click.UsageError(f"{store.folder} has fits of an earlier run; go on with --resume, or --force")
     prepare()
     files: list[Path] = []
     lines = PlainLines("characterising")
@@ -44,9 +57,19 @@ def characterise_batch_command(campaigns, out, seed, force) -> None:
             if member.result is None:
                 notice(f"{member.name}: {member.problem}")
             else:
-                files.extend(save(member.result, out / member.name, force))
+                files.extend(save(member.result, out / member.name, force or resume))
 
-        batch = characterise_batch(campaigns, finished, progress, seed=seed)
+        def kept(member: Member) -> None:
+            if (out / member.name / MARK).exists():
+                bar.update()
+                ended.append(member.name)
+            else:
+                finished(member)
+
+        with scheduler(workers, cluster) as place:
+            if force and not resume:
+                store.clear()
+            batch = characterise_batch(campaigns, finished, progress, store, place, kept, seed=seed)
     for member in batch.done:
         if member.problem:
             notice(f"{member.name}: {member.problem}")

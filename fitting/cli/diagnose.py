@@ -1,6 +1,5 @@
 """`pneusma diagnose`: say what physics the model leaves out where recordings contradict it."""
 
-import json
 import shlex
 from pathlib import Path
 
@@ -42,7 +41,7 @@ def diagnose_command(
     from fitting.data.publish import check_free, publish
     from fitting.data.recordings import read_campaign
     from fitting.inference.progress import Steps
-    from fitting.specimens.saved_models.files import load_model, render_model
+    from fitting.specimens.saved_models.files import load_model
 
     named = {key: table_argument(x) for key, x in (("alloy", alloy), ("material", material)) if x}
     recordings = read_campaign(campaign)
@@ -51,12 +50,8 @@ def diagnose_command(
 
     from fitting.diagnose import diagnose
     from fitting.diagnose.check import with_tables
-    from fitting.diagnose.verdict.text import verdict_sentences
-    from fitting.report.diagnosis.document import model_of, report_of
-    from fitting.report.diagnosis.figures import probability_figure, recordings_figure
-    from fitting.report.diagnosis.page import page_of
-    from fitting.report.figures import png
-    from pneusma_jax.calibration.toml import render_calibration
+    from fitting.report import render
+    from fitting.report.diagnosis.report import report_of
 
     words = ["pneusma", "diagnose", str(campaign), "--out", str(out), "--seed", str(seed)]
     words += [word for key, x in (("--alloy", alloy), ("--material", material)) if x for word in (key, x)]
@@ -67,24 +62,15 @@ def diagnose_command(
     start = load_model(model) if model else None
     with Steps("diagnosing", plain=True) as told:
         conclusion = diagnose(recordings, seed, told, start, thorough, asked)
-    figures = {"recordings": recordings_figure(conclusion), "probabilities": probability_figure(conclusion)}
-    report = json.dumps(report_of(conclusion), indent=1)
-    documents = {
-        "report.json": report,
-        "report.html": page_of(conclusion, recordings.title, command, figures),
-        "augmented.toml": render_model(
-            model_of(conclusion, f"pneusma diagnose of {recordings.title}, seed {seed}", start)
-        ),
-        **{f"{name}.toml": render_calibration(table) for name, table in conclusion.start.tables.items()},
-        **{f"{name}.png": png(figure) for name, figure in figures.items()},
-    }
+    report = report_of(conclusion, recordings.title, command, seed, start)
+    documents = render.documents(report)
     files = publish(out, documents, force)
     for text in recordings.notices + conclusion.notes:
         notice(text)
     if as_json:
-        click.echo(report)
+        click.echo(documents["report.json"], nl=False)
         return
-    for sentence in verdict_sentences(conclusion):
+    for sentence in report.verdict:
         click.echo(sentence)
     for one in conclusion.asked:
         click.echo(one["text"])

@@ -6,13 +6,11 @@ import click
 
 from .synthesise import numbers_of
 
-LETTERS = {"actuator": "A", "spring": "S", "wire": "W", "elastomer": "E", "tube": "T"}
-
 
 @click.command("effects")
 @click.argument("effect", required=False)
 @click.option("--plot", is_flag=True, help="Draw what the effect does to a typical recording.")
-@click.option("--kind", type=click.Choice(list(LETTERS)), help="Of that recording; its first by default.")
+@click.option("--kind", metavar="KIND", help="Of that recording, such as wire; its first by default.")
 @click.option(
     "--set", "values", multiple=True, metavar="angle=2.5", callback=numbers_of, help="A parameter, SI."
 )
@@ -42,8 +40,9 @@ def effects_command(effect, plot, kind, values, out) -> None:
         click.echo(text)
         return
     from fitting.report.effects import signature
+    from fitting.specimens import specimen_of
 
-    found = signature(effect, LETTERS[kind] if kind else None, values)
+    found = signature(effect, specimen_of(kind).letter if kind else None, values)
     files = _write(found, out)
     click.echo(f"{text}\n")
     for column, change in found.largest().items():
@@ -54,17 +53,15 @@ def effects_command(effect, plot, kind, values, out) -> None:
 def _write(found, out: Path) -> list[Path]:
     """The figure and its numbers."""
     from fitting.data.csv_text import csv_text
-    from fitting.data.files import result_folder, write_whole
+    from fitting.data.publish import publish
     from fitting.report.effects.figure import signature_figure
-    from fitting.report.figures import save_figure
+    from fitting.report.figures import png
 
-    out = result_folder(out)
     columns = dict(sorted(found.drive.items(), key=lambda item: item[0] != "time_s"))
     for name, values in found.without.items():
         columns |= {name: values, f"{name.rpartition('_')[0] or name}_with_effect": found.present[name]}
     stem = f"{found.slug}_{found.kind}"
     numbers = ", ".join(f"{name} = {value:g}" for name, value in found.parameters.items())
     comment = f"simulated: {found.slug} ({numbers}); *_with_effect in the unit of its neighbour"
-    text = csv_text(columns, [comment])
-    figure = save_figure(signature_figure(found), out / f"{stem}.png")
-    return [figure, write_whole(out / f"{stem}.csv", text)]
+    documents = {f"{stem}.png": png(signature_figure(found)), f"{stem}.csv": csv_text(columns, [comment])}
+    return publish(out, documents, force=True)

@@ -52,8 +52,9 @@ import click
 )
 @click.option(
     "--slack",
-    metavar="auto|keep|STRAIN",
-    help="Start where the specimen grew taut: found, left as it is, or at a strain (mm of a spring).",
+    metavar="auto|fit|keep|STRAIN",
+    help="Start where the specimen grew taut: found, left to every fit with the load cell's zero, left as it"
+    " is, or at a strain (mm of a spring).",
 )
 @click.option(
     "--sheet", metavar="NAME", help="Sheet to read, by name or number; all that hold a test by default."

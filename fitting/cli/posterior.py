@@ -13,6 +13,15 @@ import click
     metavar="FILE",
     help="Model to sample, as --model of simulate takes it, or a table of constants whose priors are used.",
 )
+@click.option(
+    "--sampler",
+    type=click.Choice(["auto", "emcee", "nuts", "tempered"]),
+    default="auto",
+    show_default=True,
+    help="emcee: ensembles around the fit; nuts: chains that follow gradients, for curved valleys; tempered: "
+    "ensembles that start from the prior, for several modes, with evidence; auto: a pilot chooses one of the "
+    "first two.",
+)
 @click.option("--walkers", type=int, help="Of each ensemble; by default 32, or four times the parameters.")
 @click.option("--ensembles", type=int, default=4, show_default=True, help="Independent ensembles, for R-hat.")
 @click.option(
@@ -22,10 +31,12 @@ import click
 @click.option("--resume", is_flag=True, help="Continue the chains in --out with the same data and settings.")
 @click.option("--law", help="Elastomers: the law to fit and sample; by default the one that predicts best.")
 @click.option("--force", is_flag=True, help="Replace results and chains that are in the folder already.")
-def posterior_command(campaign, out, model, walkers, ensembles, max_steps, seed, resume, law, force) -> None:
+def posterior_command(
+    campaign, out, model, sampler, walkers, ensembles, max_steps, seed, resume, law, force
+) -> None:
     """Sample the posterior of the parameters of CAMPAIGN (a folder of recordings, or one CSV).
 
-    Fits first, then runs independent emcee ensembles until they agree and are longer than 50 autocorrelation
+    Fits first, then runs independent chains until they agree and are longer than 50 autocorrelation
     times, or says that they have not converged within --max-steps. Writes chain.h5 as it goes, then
     report.html, report.json, summary.csv, posterior.nc (for ArviZ) and figures. An interrupted run goes on
     with --resume.
@@ -39,13 +50,20 @@ def posterior_command(campaign, out, model, walkers, ensembles, max_steps, seed,
 
     recordings = read_campaign(campaign)
     check_free(out, force or resume)
-    chain = chain_file(out, resume, force, {"walkers": walkers, "ensembles": ensembles, "seed": seed})
+    wanted = {
+        "sampler": None if sampler == "auto" else sampler,
+        "walkers": None if sampler == "nuts" else walkers,
+        "ensembles": ensembles,
+        "seed": seed,
+    }
+    chain = chain_file(out, resume, force, wanted)
     prepare()
     problem = problem_for(recordings, model and table_argument(model), law, seed)
     result = sample_problem(
         problem,
         file=chain,
         resume=resume,
+        sampler=sampler,
         walkers=walkers,
         ensembles=ensembles,
         max_steps=max_steps,

@@ -18,7 +18,7 @@ def reproduce_command(out: Path, force: bool) -> None:
 
     from fitting.cli._common import done, prepare
     from fitting.data.publish import check_free
-    from fitting.report.text_table import words_table
+    from fitting.report.table import Table, table_text
 
     check_free(out, force)
     prepare()
@@ -36,7 +36,7 @@ def reproduce_command(out: Path, force: bool) -> None:
     for entry in result.entries:
         found = [judged.verdict for judged in result.about(entry)]
         rows.append([f"{entry.number}  {entry.title}", *(str(found.count(verdict)) for verdict in Verdict)])
-    click.echo(words_table(("figure", *(verdict.value for verdict in Verdict)), rows))
+    click.echo(table_text(Table(("figure", *(verdict.value for verdict in Verdict)), rows), indent=0))
     click.echo()
     for sentence in verdict_sentences(result):
         click.echo(sentence)

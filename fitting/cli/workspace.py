@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from fitting.data.csv_text import csv_text
-from fitting.report.text_table import words_table
+from fitting.report.table import Table, table_text
 
 from ._common import design_argument, done, notice, prepare, table_argument
 
@@ -67,7 +67,8 @@ def workspace_command(out: Path, designs: tuple[str, ...], **options: Any) -> No
             "pressures must ascend from --pressure-kPa-min to --pressure-kPa-max, between -100 and 1000"
         )
     prepare()
-    from fitting.data.files import check_folder, result_folder
+    from fitting.data.files import check_folder
+    from fitting.data.publish import publish
     from fitting.simulate.workspace import DESIGNS
     from fitting.specimens.model_objects import BASE
     from fitting.specimens.saved_models import load_model
@@ -80,11 +81,12 @@ def workspace_command(out: Path, designs: tuple[str, ...], **options: Any) -> No
     )
     chains = [load_chain(design) for design in chosen if describes_chain(design)]
     spaces, reaches = _computed([d for d in chosen if not describes_chain(d)], chains, options, model)
-    folder = result_folder(out)
+    files = publish(out, _documents(spaces) | _reach_documents(reaches), force=True)
     for space in (*spaces, *reaches):
         for caution in space.cautions:
             notice(f"{getattr(space, 'design', None) or space.name}: {caution}")
-    done(_written(folder, spaces) + _written_reaches(folder, reaches))
+    _report(spaces, reaches)
+    done(files)
 
 
 def _computed(designs: list[str], chains: list, options: dict[str, Any], model: Any) -> tuple[list, list]:
@@ -111,58 +113,55 @@ def _computed(designs: list[str], chains: list, options: dict[str, Any], model: 
     return spaces, reaches
 
 
-def _written(folder: Path, spaces: list) -> list[Path]:
-    """Files of actuators, and their ranges as a table on stdout."""
-    from fitting.data.files import write_whole
-    from fitting.report.figures import save_figure
+def _documents(spaces: list) -> dict[str, str | bytes]:
+    """Files of actuators, by name."""
+    from fitting.report.figures import png
     from fitting.report.figures.workspace import activation_figure, direction_figure, workspace_figure
     from fitting.simulate.workspace import join_columns
 
     if not spaces:
-        return []
-    _report(spaces)
-    written = [write_whole(folder / "workspace.csv", csv_text(join_columns(spaces)))]
+        return {}
     solved = [space for space in spaces if space.solved]
-    for name, draw, shown in (
+    figures = (
         ("workspace", workspace_figure, solved),
         ("activation", activation_figure, [space for space in solved if space.springs]),
         ("direction", direction_figure, [space for space in solved if not space.planar]),
-    ):
-        if shown:
-            written.append(save_figure(draw(shown), folder / f"{name}.png"))
-    return written
+    )
+    drawn = {f"{name}.png": png(draw(shown)) for name, draw, shown in figures if shown}
+    return {"workspace.csv": csv_text(join_columns(spaces)), **drawn}
 
 
-def _written_reaches(folder: Path, reaches: list) -> list[Path]:
-    """Files of chains, and how far their tips reach."""
-    import numpy as np
-
-    from fitting.data.files import write_whole
-    from fitting.report.figures import save_figure
+def _reach_documents(reaches: list) -> dict[str, str | bytes]:
+    """Files of chains, by name."""
+    from fitting.report.figures import png
     from fitting.report.figures.workspace import reach_figure
 
-    written, rows = [], []
+    documents: dict[str, str | bytes] = {}
     for reach in reaches:
-        found = 1e3 * reach.tip[np.isfinite(reach.tip).all(axis=1)]
-        spans = [f"{low:.0f} to {high:.0f}" for low, high in zip(found.min(0), found.max(0), strict=True)]
-        rows.append([reach.name, f"{reach.solved} of {len(reach.tip)}", *spans])
-        written.append(write_whole(folder / f"tips_{reach.name}.csv", csv_text(reach.columns())))
-        written.append(save_figure(reach_figure(reach), folder / f"tips_{reach.name}.png"))
-    if rows:
-        header = ("chain", "states found", "tip x [mm]", "tip y [mm]", "tip z [mm]")
-        click.echo(words_table(header, rows))
-    return written
+        documents[f"tips_{reach.name}.csv"] = csv_text(reach.columns())
+        documents[f"tips_{reach.name}.png"] = png(reach_figure(reach))
+    return documents
 
 
-def _report(spaces: list) -> None:
-    """Ranges as a table on stdout."""
+def _report(spaces: list, reaches: list) -> None:
+    """Ranges as tables on stdout."""
     import numpy as np
 
-    rows = []
-    for space in spaces:
-        reached = [f"{space.solved} of {space.curvature.size}"]
-        for values in (space.curvature, np.rad2deg(space.bend)):
-            ends = (np.nanmin(values), np.nanmax(values)) if space.solved else (np.nan, np.nan)
-            reached.append(f"{round(ends[0], 1) + 0.0} to {round(ends[1], 1) + 0.0}")
-        rows.append([space.design, *reached])
-    click.echo(words_table(("design", "states found", "curvature [1/m]", "bend angle [deg]"), rows))
+    if spaces:
+        rows = []
+        for space in spaces:
+            reached = [f"{space.solved} of {space.curvature.size}"]
+            for values in (space.curvature, np.rad2deg(space.bend)):
+                ends = (np.nanmin(values), np.nanmax(values)) if space.solved else (np.nan, np.nan)
+                reached.append(f"{round(ends[0], 1) + 0.0} to {round(ends[1], 1) + 0.0}")
+            rows.append([space.design, *reached])
+        header = ("design", "states found", "curvature [1/m]", "bend angle [deg]")
+        click.echo(table_text(Table(header, rows), indent=0))
+    if reaches:
+        rows = []
+        for reach in reaches:
+            found = 1e3 * reach.tip[np.isfinite(reach.tip).all(axis=1)]
+            spans = [f"{low:.0f} to {high:.0f}" for low, high in zip(found.min(0), found.max(0), strict=True)]
+            rows.append([reach.name, f"{reach.solved} of {len(reach.tip)}", *spans])
+        header = ("chain", "states found", "tip x [mm]", "tip y [mm]", "tip z [mm]")
+        click.echo(table_text(Table(header, rows), indent=0))

@@ -1,9 +1,9 @@
-"""Columns as CSV text."""
+"""CSV text: one writer for recordings, tables of reports and columns of simulations."""
 
 import csv
 import io
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -15,15 +15,39 @@ def csv_text(columns: Mapping[str, Sequence], comments: Sequence[str] = ()) -> s
         columns: by name, in order.
         comments: lines before the header, without `#`.
     """
+    return csv_rows(list(columns), zip(*columns.values(), strict=True), comments)
+
+
+def csv_rows(
+    header: Sequence[str],
+    rows: Iterable[Sequence[object]],
+    comments: Sequence[str] = (),
+    digits: int | None = None,
+) -> str:
+    """Rows as CSV.
+
+    Args:
+        header: names of the columns.
+        rows: cells; None and NaN give an empty field.
+        comments: lines before the header, without `#`.
+        digits: number of significant digits; those that read back equal if None. A rounded number that is
+            infinite gives an empty field.
+    """
     stream = io.StringIO()
     stream.writelines(f"# {comment}\n" for comment in comments)
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(zip(*([_cell(value) for value in column] for column in columns.values()), strict=True))
+    writer.writerow(header)
+    writer.writerows([_cell(value, digits) for value in row] for row in rows)
     return stream.getvalue()
 
 
-def _cell(value: object) -> str:
-    if isinstance(value, float | np.floating):
-        return "" if math.isnan(value) else repr(float(value)).removesuffix(".0")
-    return str(value)
+def _cell(value: object, digits: int | None) -> str:
+    if value is None:
+        return ""
+    if not isinstance(value, float | np.floating):
+        return str(value)
+    if math.isnan(value):
+        return ""
+    if digits is None:
+        return repr(float(value)).removesuffix(".0")
+    return f"{float(value):.{digits}g}" if math.isfinite(value) else ""

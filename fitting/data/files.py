@@ -1,9 +1,11 @@
-"""Writing results so that a file is there whole or not at all."""
+"""Folders for results, and files that are there whole or not at all."""
 
-import os
 from pathlib import Path
 
 from pneusma_jax.errors import InputError
+from pneusma_jax.files import write_whole
+
+__all__ = ["check_folder", "write_whole"]
 
 
 def check_folder(path: str | Path) -> None:
@@ -17,35 +19,3 @@ def check_folder(path: str | Path) -> None:
             if not place.is_dir():
                 raise InputError(f"{place}: this is a file, but a folder for results is needed")
             return
-
-
-def result_folder(path: str | Path) -> Path:
-    """Folder for results, made if it is not there.
-
-    Raises:
-        InputError: if it cannot be made, or a file is in its place.
-    """
-    folder = Path(path)
-    check_folder(folder)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: results cannot be written here ({error.strerror})") from None
-    return folder
-
-
-def write_whole(path: str | Path, content: str | bytes) -> Path:
-    """Write or replace a file through a draft beside it; text is written as UTF-8.
-
-    Raises:
-        InputError: if the place cannot be written.
-    """
-    path = Path(path)
-    draft = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        draft.write_bytes(content.encode() if isinstance(content, str) else content)
-        os.replace(draft, path)
-    except OSError as error:
-        draft.unlink(missing_ok=True)
-        raise InputError(f"{path}: cannot be written ({error.strerror})") from None
-    return path

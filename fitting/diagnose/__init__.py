@@ -6,6 +6,7 @@
 
 Packages; each imports those above it only:
 
+- `settings`: every threshold, with its meaning and the measurement that it rests on;
 - `evaluate`: a campaign that can be evaluated anywhere;
 - `fit`: models fitted to it, and what they are worth;
 - `search`: the search for effects;

@@ -1,7 +1,6 @@
-"""What a campaign cannot tell, before anything is fitted: in which nothing happens, or which contradicts
-itself.
+"""Checks of a campaign before anything is fitted: nothing happens in it, or it contradicts itself.
 
-What cannot be used is refused; what can be used with care becomes a note in the report.
+Unusable campaigns are refused. What needs care becomes a note in the report.
 """
 
 from __future__ import annotations
@@ -13,42 +12,26 @@ from itertools import combinations
 import numpy as np
 
 from fitting.data.recordings import Campaign, Recording, schema
-from fitting.specimens.wire import by_stress
-from fitting.specimens.with_effects import LETTERS
+from fitting.specimens import SPECIMENS, specimen_of
+from fitting.specimens.registry import named_by
 from pneusma_jax.effects import find_effect
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import from_si
 
 from .evaluate.noise import noise_of
+from .settings import DEFAULT
 from .verdict.conclusion import Conclusion
 from .verdict.text import SEPARATE
 
-MOVES = 1.5
-"""Ratio of a driver's spread to its fast noise from which it varies."""
-SMALL = {
-    "strain": 0.01, "pressure": 1e3, "elongation": 5e-4, "temperature": 2.0, "stress": 2e6, "current": 0.02,
-}  # fmt: skip
-"""Range up to which a driver of unknown noise may be noise alone, SI; of others `SMALL_SHARE` of its size."""
-SMALL_SHARE = 0.02
-SAME_INPUT = 0.01
-"""Of a driver's range, how far two recordings' drivers may lie apart for the same input."""
-NOISES = 4.0
-"""Standard deviations that noise alone may put between two readings of one value."""
-LENGTH = 0.5
-"""Part of the shorter recording in which the inputs must be the same."""
-REPEATS = 0.02
-"""Of an output's range, what repeated tests of one specimen may differ by beyond their noise."""
-TOLERATED = 4.0
-"""Standard deviations of the tolerances that two specimens may differ by."""
+CAMPAIGNS = DEFAULT.campaigns
+
 BODY = (
     "design", "alloy", "material", "outer_diameter_mm", "wall_thickness_mm", "length_mm", "wire_diameter_mm",
     "mandrel_diameter_mm", "active_coils",
 )  # fmt: skip
 """Geometry that one specimen has once."""
-HAVE = {"alloy": ("spring", "wire", "actuator"), "material": ("elastomer", "tube", "actuator")}
-"""Kinds of recordings whose specimens have one."""
-MOST_SAID = 3
-"""Contradictions that are told one by one."""
+OPTION_OF = {"alloy": "base", "material": "material"}
+"""Option of `Specimen.rows_for` by the key of `[geometry]` that names its table."""
 
 
 def checked(campaign: Campaign) -> list[str]:
@@ -62,11 +45,7 @@ def checked(campaign: Campaign) -> list[str]:
             specimen is stated as two.
     """
     for recording in campaign.recordings:
-        if recording.kind == "spring" and not recording.has("resistance"):
-            raise InputError(
-                f"{_place(recording)}: there is no resistance_ohm, and a diagnosis of springs reads the "
-                "phase from it; add the column. `pneusma characterise` takes springs by their temperature"
-            )
+        specimen_of(recording.kind).check_diagnosable(recording)
         _check_outputs(recording)
     _check_bodies(campaign)
     return [*_still(campaign), *_contradictions(campaign.recordings)]
@@ -84,10 +63,11 @@ def with_tables(campaign: Campaign, tables: Mapping[str, str]) -> Campaign:
     """
     for key in tables:
         for kind in campaign.kinds:
-            if kind not in HAVE[key]:
+            have = [name for name, one in SPECIMENS.items() if OPTION_OF[key] in one.options]
+            if kind not in have:
                 raise InputError(
                     f"{campaign.path}: option {key} means nothing for recordings of kind {kind}, which have "
-                    f"no {key}; it is for {', '.join(HAVE[key])}"
+                    f"no {key}; it is for {', '.join(have)}"
                 )
     recordings = [replace(r, geometry={**r.geometry, **tables}) for r in campaign.recordings]
     return replace(campaign, recordings=recordings) if tables else campaign
@@ -101,8 +81,8 @@ def asked_effects(slugs: Sequence[str], kind: str) -> list[str]:
     """
     for slug in slugs:
         effect = find_effect(slug)
-        if LETTERS[kind] not in effect.kinds:
-            shown = ", ".join(name for name, letter in LETTERS.items() if letter in effect.kinds)
+        if specimen_of(kind).letter not in effect.kinds:
+            shown = ", ".join(named_by(effect.kinds))
             raise InputError(
                 f"effect {slug!r} cannot be tested with recordings of kind {kind}; it shows in: {shown}"
             )
@@ -111,16 +91,7 @@ def asked_effects(slugs: Sequence[str], kind: str) -> list[str]:
 
 def drivers_in(recording: Recording) -> list[str]:
     """Quantities of a recording that drive the model, time left out."""
-    if recording.kind == "wire":
-        names = ["temperature", "stress" if by_stress(recording) else "strain"]
-    elif recording.kind == "actuator":
-        springs = [f"{stem}_{n}" for n in (1, 2, 3) for stem in ("resistance", "current")]
-        names = ["pressure", *springs, "temperature"]
-    else:
-        names = {"spring": ["elongation", "resistance"], "tube": ["pressure"], "elastomer": ["strain"]}[
-            recording.kind
-        ]
-    return [name for name in names if recording.has(name)]
+    return list(specimen_of(recording.kind).influences(recording))
 
 
 def _place(recording: Recording) -> str:
@@ -193,10 +164,12 @@ def _driven(recording: Recording) -> bool:
         values = values[np.isfinite(values)]
         if values.size < 2 or not np.ptp(values) > 0.0:
             continue
-        small = SMALL.get(name.partition("_")[0])
-        least = float(np.max(np.abs(values))) * SMALL_SHARE if small is None else small
-        unknown = recording.noise_si(name) is None  # coarse samples of a course look like noise, too
-        if (unknown and np.ptp(values) > least) or np.std(values) > MOVES * noise_of(recording, name):
+        small = dict(CAMPAIGNS.still_ranges).get(name.partition("_")[0])
+        least = float(np.max(np.abs(values))) * CAMPAIGNS.still_share if small is None else small
+        unknown = recording.noise_si(name) is None  # coarse samples of a ramp look like noise, too
+        if (unknown and np.ptp(values) > least) or np.std(values) > CAMPAIGNS.minimum_driver_ratio * noise_of(
+            recording, name
+        ):
             return True
     return False
 
@@ -207,7 +180,9 @@ def _alike(recordings: Sequence[Recording]) -> bool:
         held = [r for r in recordings if r.has(name)]
         means = np.array([np.nanmean(r.si(name)) for r in held])
         noise = max(noise_of(r, name) for r in held)
-        if np.ptp(means) > max(NOISES * noise, SAME_INPUT * float(np.max(np.abs(means)))):
+        if np.ptp(means) > max(
+            CAMPAIGNS.maximum_deviation * noise, CAMPAIGNS.same_input_share * float(np.max(np.abs(means)))
+        ):
             return False
     return True
 
@@ -215,9 +190,9 @@ def _alike(recordings: Sequence[Recording]) -> bool:
 def _contradictions(recordings: Sequence[Recording]) -> list[str]:
     """Pairs of recordings that answered the same input differently, in words."""
     found = [said for a, b in combinations(recordings, 2) if (said := _contradiction(a, b))]
-    more = len(found) - MOST_SAID
+    more = len(found) - CAMPAIGNS.maximum_told
     rest = [f"{more} more pairs of recordings contradict each other"] if more > 0 else []
-    return found[:MOST_SAID] + rest
+    return found[: CAMPAIGNS.maximum_told] + rest
 
 
 def _contradiction(a: Recording, b: Recording) -> str | None:
@@ -227,19 +202,23 @@ def _contradiction(a: Recording, b: Recording) -> str | None:
     if time is None:
         return None
     own = a.specimen == b.specimen
-    spread = REPEATS if own else REPEATS + TOLERATED * np.sqrt(2.0) * _tolerance(a)
+    spread = (
+        CAMPAIGNS.repeat_share
+        if own
+        else CAMPAIGNS.repeat_share + CAMPAIGNS.maximum_deviation * np.sqrt(2.0) * _tolerance(a)
+    )
     for column in a.outputs:
         quantity, unit = schema.quantity_and_unit(column)
         if quantity in drivers_in(a) or column not in b.outputs:
             continue
         x, y = _at(a, quantity, time), _at(b, quantity, time)
         there = np.isfinite(x) & np.isfinite(y)
-        if there.sum() < 8:
+        if there.sum() < CAMPAIGNS.minimum_rows:
             continue
         apart = np.abs(x - y)[there]
         noise = float(np.hypot(noise_of(a, quantity), noise_of(b, quantity)))
         reach = max(float(np.ptp(x[there])), float(np.ptp(y[there])))
-        if np.median(apart) > NOISES * noise + spread * reach:
+        if np.median(apart) > CAMPAIGNS.maximum_deviation * noise + spread * reach:
             most = float(np.max(apart))
             times = f" ({most / noise:.0f} times their noise)" if noise > 0.0 else ""
             whose = (
@@ -267,20 +246,26 @@ def _tolerance(recording: Recording) -> float:
 def _common(a: Recording, b: Recording) -> np.ndarray | None:
     """Times from the start over which two recordings were driven alike; None if these are too short."""
     end = min(np.nanmax(_clock(a)), np.nanmax(_clock(b)))
-    count = min(len(a), len(b), 400)
-    if not end > 0.0 or count < 16:
+    count = min(len(a), len(b), CAMPAIGNS.maximum_rows)
+    if not end > 0.0 or count < CAMPAIGNS.minimum_rows:
         return None
     time = np.linspace(0.0, end, count)
     alike, moved = np.ones(count, bool), np.zeros(count, bool)
     for name in drivers_in(a):
         x, y = _at(a, name, time), _at(b, name, time)
         reach = max(float(np.nanmax(x) - np.nanmin(x)), float(np.nanmax(y) - np.nanmin(y)))
-        noise = min(float(np.hypot(noise_of(a, name), noise_of(b, name))), SAME_INPUT * reach)
-        alike &= np.abs(x - y) <= NOISES * noise + SAME_INPUT * reach
-        moved |= np.abs(x - x[0]) > MOVES * NOISES * noise + 0.2 * reach
+        noise = min(float(np.hypot(noise_of(a, name), noise_of(b, name))), CAMPAIGNS.same_input_share * reach)
+        alike &= np.abs(x - y) <= CAMPAIGNS.maximum_deviation * noise + CAMPAIGNS.same_input_share * reach
+        moved |= (
+            np.abs(x - x[0])
+            > CAMPAIGNS.minimum_driver_ratio * CAMPAIGNS.maximum_deviation * noise
+            + CAMPAIGNS.minimum_move * reach
+        )
     apart = np.flatnonzero(~alike)
     count = int(apart[0]) if apart.size else count
-    return time[:count] if count >= LENGTH * len(time) and moved[:count].any() else None
+    return (
+        time[:count] if count >= CAMPAIGNS.minimum_common_part * len(time) and moved[:count].any() else None
+    )
 
 
 def _at(recording: Recording, quantity: str, time: np.ndarray) -> np.ndarray:
@@ -299,9 +284,9 @@ def answers(asked: Sequence[str], conclusion: Conclusion) -> list[dict]:
         For each its name, whether it could be tested, and a sentence.
     """
     named = {f.slug: f.probability for f in conclusion.found}
-    stages = conclusion.explanation.stages
-    untestable = stages[0].screen.untestable if stages else []
-    told = []
+    steps = conclusion.explanation.steps
+    untestable = steps[0].score_test.untestable if steps else []
+    found = []
     for slug in asked:
         if slug in named:
             text = f"{slug} was found, with a probability of {named[slug]:.2f}."
@@ -311,7 +296,7 @@ def answers(asked: Sequence[str], conclusion: Conclusion) -> list[dict]:
                 f"constants absorb what does. To test it: {SEPARATE.get(slug, 'vary what drives it')}."
             )
         elif slug in conclusion.candidates and slug not in conclusion.explanation.tried:
-            text = f"{slug} is not named: its signature did not stand out enough for it to be fitted."
+            text = f"{slug} is not named: its score did not stand out enough for it to be fitted."
         elif slug in conclusion.candidates:
             probability, bayes = conclusion.candidates[slug]
             text = (
@@ -320,5 +305,5 @@ def answers(asked: Sequence[str], conclusion: Conclusion) -> list[dict]:
             )
         else:
             text = f"{slug} is part of the model that the diagnosis started from."
-        told.append({"name": slug, "testable": slug not in untestable, "text": text})
-    return told
+        found.append({"name": slug, "testable": slug not in untestable, "text": text})
+    return found

@@ -7,9 +7,9 @@ import numpy as np
 from fitting.data.recordings import Campaign
 from fitting.inference.readings import cautions
 from fitting.specimens.reduction import said
-from fitting.specimens.registry import kind_of
+from fitting.specimens.registry import kind_of, specimen_of
 from fitting.specimens.saved_models import AugmentedModel
-from fitting.specimens.wire import set_apart
+from fitting.specimens.zeros import offered
 from pneusma_jax.errors import InputError
 from pneusma_jax.model_discrepancy import EDGE
 
@@ -18,13 +18,13 @@ from .evaluate.program import Program
 from .evaluate.start import Start, characterised, start_of
 from .fit.base_fit import at_bound
 from .search.explain import explain
+from .settings import DEFAULT
 from .verdict.conclude import conclude
 from .verdict.conclusion import Conclusion
 from .verdict.locate import drivers_of
 from .verdict.text import unstated
 
-FEWEST = 20
-"""Measured values below which nothing can be said."""
+CAMPAIGNS = DEFAULT.campaigns
 
 
 def diagnose(
@@ -40,14 +40,14 @@ def diagnose(
     Args:
         campaign: recordings of one kind.
         seed: of simulated nulls.
-        progress: told what happens, in words.
+        progress: receives a line of text at every step.
         model: base model to start from, instead of the published one.
         thorough: fit twice as many candidates, and follow twice as many to the end.
         asked: slugs of effects about which the conclusion says what the recordings tell.
 
     Raises:
-        InputError: if the recordings cannot be used: of several kinds, without variation, or too few values;
-            or for an effect that recordings of their kind do not show.
+        InputError: recordings of several kinds, without variation or with too few values; an effect that
+            recordings of their kind do not show.
     """
     kind = kind_of(campaign)
     asked = asked_effects(asked, kind)
@@ -56,9 +56,10 @@ def diagnose(
     progress("building the model of the campaign")
     program = Program.of(campaign, kind, model=model, tables=start.tables)
     count = program.observations(program.fitted)
-    if count < FEWEST:
+    least = CAMPAIGNS.minimum_values
+    if count < least:
         raise InputError(
-            f"{campaign.path}: {count} values to fit are too few to diagnose; {FEWEST} are needed"
+            f"{campaign.path}: {count} values to fit are too few to diagnose; {least} are needed"
         )
 
     def further() -> list[np.ndarray]:
@@ -68,10 +69,11 @@ def diagnose(
     progress("scoring recordings that were not fitted")
     conclusion = conclude(explanation)
     conclusion.start = start
-    apart = [one.text for one in explanation.program.apart]
-    readings = [*cautions(program.recordings), *said(program.recordings)]
+    apart = [one.text for one in explanation.program.outliers]
+    whole = [recording.whole for recording in program.recordings]
+    readings = [*cautions(program.recordings), *said(program.recordings), *offered(whole)]
     conclusion.notes = [
-        *_bodies(conclusion), *start.notes, *notes, *_first_heatings(campaign), *readings, *apart,
+        *_bodies(conclusion), *start.notes, *notes, *specimen_of(kind).notes(campaign), *readings, *apart,
         *_beyond(conclusion, model), *_at_bounds(conclusion), *conclusion.notes,
     ]  # fmt: skip
     if explanation.together:
@@ -81,12 +83,6 @@ def diagnose(
         )
     conclusion.asked = answers(asked, conclusion)
     return conclusion
-
-
-def _first_heatings(campaign: Campaign) -> list[str]:
-    """First heatings of wires that were set apart."""
-    wires = [recording for recording in campaign.recordings if recording.kind == "wire"]
-    return [begun.text(r.name) for r in wires if (begun := set_apart(r)) is not None]
 
 
 def _at_bounds(conclusion: Conclusion) -> list[str]:
@@ -105,7 +101,7 @@ def _at_bounds(conclusion: Conclusion) -> list[str]:
 
 
 def _bodies(conclusion: Conclusion) -> list[str]:
-    """Where recordings say nothing of their specimen: another one looks like missing physics."""
+    """A note where recordings do not state their specimen: another one looks like missing physics."""
     silent = unstated(conclusion)
     if not silent:
         return []
@@ -117,15 +113,15 @@ def _bodies(conclusion: Conclusion) -> list[str]:
 
 
 def _beyond(conclusion: Conclusion, model: AugmentedModel | None) -> list[str]:
-    """Where the model that a diagnosis started from holds a remainder that was not seen there."""
+    """Notes where the starting model has a discrepancy outside the range in which it was fitted."""
     program, found = conclusion.explanation.program, []
-    courses = drivers_of(program, conclusion.explanation.base) if model and model.remainders else {}
+    drivers = drivers_of(program, conclusion.explanation.base) if model and model.remainders else {}
     for rest in model.remainders if model else ():
         low, high = rest.span
         low, high = low - EDGE * (high - low), high + EDGE * (high - low)
-        course = courses.get(rest.driver)
+        values = drivers.get(rest.driver)
         there = np.asarray(program.stacked.mask)[: len(program.recordings)]
-        beyond = there if course is None else there & ~((course >= low) & (course <= high))
+        beyond = there if values is None else there & ~((values >= low) & (values <= high))
         if beyond.any():
             found.append(
                 f"{rest.words}, was seen for {rest.span_words} only; beyond it is held at its end value in "

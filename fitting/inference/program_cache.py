@@ -8,7 +8,6 @@ of both packages, the structure and shapes of its arguments, and JAX's version.
 import functools
 import hashlib
 import os
-import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -18,8 +17,12 @@ import jax
 from jax import export
 
 import pneusma_jax
+from pneusma_jax.errors import InputError
+from pneusma_jax.files import write_whole
 
 FOLDER = "traced"
+DIGEST = 32
+"""Bytes of the SHA-256 before a stored program."""
 UNUSED = 90 * 86400.0
 """Seconds after which a program that nobody asked for is removed."""
 
@@ -63,7 +66,7 @@ def _program(
     key = hashlib.sha256(f"{jax.__version__}|{jax.default_backend()}|{_source()}|{words}".encode())
     path = folder / f"{key.hexdigest()[:32]}.stablehlo"
     try:
-        program = export.deserialize(bytearray(path.read_bytes()))
+        program = export.deserialize(bytearray(_checked(path.read_bytes())))
         os.utime(path)
         return program
     except FileNotFoundError:
@@ -72,21 +75,32 @@ def _program(
         path.unlink(missing_ok=True)
     flat = lambda *leaves: function(*jax.tree.unflatten(structure, leaves))  # noqa: E731
     program = export.export(jax.jit(flat))(*(jax.ShapeDtypeStruct(s.shape, s.dtype) for s in shapes))
-    _write(path, program.serialize())
+    content = bytes(program.serialize())
+    _write(path, hashlib.sha256(content).digest() + content)
     return program
+
+
+def _checked(stored: bytes) -> bytes:
+    """A program without the digest before it; a damaged one could end the process inside the compiler.
+
+    Raises:
+        ValueError: if the digest is not that of the program.
+    """
+    digest, content = stored[:DIGEST], stored[DIGEST:]
+    if hashlib.sha256(content).digest() != digest:
+        raise ValueError("the stored program is damaged")
+    return content
 
 
 def _write(path: Path, content: bytes) -> None:
     """Whole or not at all; a folder that cannot be written to costs only time."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
-            file.write(content)
-        os.replace(file.name, path)
+        write_whole(path, content)
         for other in path.parent.glob("*.stablehlo"):
             if time.time() - other.stat().st_mtime > UNUSED:
                 other.unlink(missing_ok=True)
-    except OSError:
+    except (OSError, InputError):
         pass
 
 

@@ -13,24 +13,14 @@ import numpy as np
 from fitting.data.recordings import Recording, schema
 from pneusma_jax.units import from_si
 
+from .between_readings import Taken, readings_between
 from .driven import measured, predicted
-from .full_scale import LONG, runs, saturated
-from .noise import common_step, robust_noise, rounding_noise, standing
+from .full_scale import LONG, saturated
+from .noise import robust_noise, rounding_noise
+from .repeated_readings import copied, regular, slower
 
-STEPS = 2.5
-"""Median move between readings, in least moves, from which rows that stand still were not read: rounded
-readings of a slow course move by one step, seldom by two."""
-AS_OFTEN = 0.7
-"""Share of stretches of one length from which a logger made them."""
-STRAIGHT = 0.05
-"""Share of rows exactly on the line between their neighbours from which rows are interpolated."""
-EXACT = 1e-6
-"""Of the largest reading, a distance from that line that is none: files have seven digits."""
-COUNTED = 0.1
-"""Rows from one reading to the next that are miscounted, as a few readings lie on the line of their
-neighbours."""
-CROOKED = 100.0
-"""Such distances that a course moves by where being on the line means anything."""
+UNEVEN = 0.5
+"""Usual steps of the clock by which it may be off an even one and still be one with few digits."""
 FULL_SCALE = "full scale"
 """What a recording's memo holds of other recordings' channels."""
 FAR_BELOW = 0.5
@@ -45,7 +35,7 @@ class Readings:
         counted: rows that are measurements, shape (rows,).
         repeated, interpolated, saturated: how many rows are not, and why.
         level: value at which the channel stops, SI; NaN where it does not.
-        every: rows from one reading to the next where it is interpolated; 1 elsewhere.
+        taken: readings that its rows were drawn between; None where they are readings.
     """
 
     counted: np.ndarray
@@ -53,7 +43,7 @@ class Readings:
     interpolated: int = 0
     saturated: int = 0
     level: float = np.nan
-    every: int = 1
+    taken: Taken | None = None
 
 
 def readings_of(recording: Recording, quantity: str) -> Readings:
@@ -79,22 +69,47 @@ def _readings_of(recording: Recording, quantity: str) -> Readings:
     rows = np.flatnonzero(np.isfinite(values))
     if recording.column(quantity) not in measured(recording):
         once = rows[_not_copied(recording, rows)]
-        others = [schema.quantity_and_unit(name)[0] for name in predicted(recording)]
-        every = max((readings_of(recording, name).every for name in others), default=1)
-        kept = once[::every]  # a file that is interpolated is so in every column
+        drawn = [taken for taken in _drawn(recording) if taken]
+        kept = _nearest(recording, once, drawn) if drawn else once  # a file is interpolated in every column
         told = np.isin(np.arange(len(values)), kept)
-        return Readings(told, len(rows) - len(once), len(once) - len(kept), every=every)
+        return Readings(told, len(rows) - len(once), len(once) - len(kept), taken=drawn[0] if drawn else None)
     names = [name for name in _channels(recording) if recording.column(quantity) != name]
     others = [recording.si(name)[rows] for name in names]
     stopped, level = saturated(values[rows], others, recording.memo.get((FULL_SCALE, quantity)))
     below = rows[~stopped]
-    fresh = below[_fresh(recording, below, values[below])]
-    every = _spacing(values[fresh])
-    apart = fresh[::every]
+    once = below[_not_copied(recording, below)]
+    taken = readings_between(_places(recording)[once], values[once])
+    fresh = once if taken else below[_fresh(recording, below, values[below])]
+    apart = _nearest(recording, once, [taken]) if taken else fresh
     counted = np.zeros(len(values), bool)
     counted[apart] = True
     repeated, between = len(below) - len(fresh), len(fresh) - len(apart)
-    return Readings(counted, repeated, between, int(stopped.sum()), level, every)
+    return Readings(counted, repeated, between, int(stopped.sum()), level, taken)
+
+
+def _places(recording: Recording) -> np.ndarray:
+    """Where rows lie between readings: by the clock, in its usual steps, where these are uneven by more than
+    its digits; else by their number."""
+    number = np.arange(float(len(recording)))
+    time = recording.si("time") if recording.has("time") else number
+    steps = np.diff(time)
+    if not len(steps) or not np.all(steps > 0.0):
+        return number
+    clock = (time - time[0]) / float(np.median(steps))
+    even = number * clock[-1] / number[-1]
+    return number if np.max(np.abs(clock - even)) < UNEVEN else clock
+
+
+def _drawn(recording: Recording) -> list[Taken | None]:
+    """Readings that the rows of each predicted column were drawn between."""
+    names = [schema.quantity_and_unit(name)[0] for name in predicted(recording)]
+    return [readings_of(recording, name).taken for name in names]
+
+
+def _nearest(recording: Recording, rows: np.ndarray, drawn: Sequence[Taken]) -> np.ndarray:
+    """Those of some rows that are nearest to a reading of any column."""
+    places = _places(recording)[rows]
+    return rows[np.unique(np.concatenate([taken.nearest(places) for taken in drawn]))]
 
 
 def read_rows(recording: Recording) -> np.ndarray:
@@ -105,8 +120,8 @@ def read_rows(recording: Recording) -> np.ndarray:
     """
     rows = np.arange(len(recording))
     once = rows[_not_copied(recording, rows)]
-    names = [schema.quantity_and_unit(name)[0] for name in predicted(recording)]
-    return once[:: min((readings_of(recording, name).every for name in names), default=1)]
+    drawn = _drawn(recording)
+    return _nearest(recording, once, drawn) if drawn and all(drawn) else once
 
 
 def share_full_scale(recordings: Sequence[Recording]) -> None:
@@ -139,7 +154,10 @@ def noise_found(recording: Recording, quantity: str) -> float:
 
 
 def _noise_found(whole: Recording, quantity: str) -> float:
-    values = whole.si(quantity)
+    values, taken = whole.si(quantity), readings_of(whole, quantity).taken
+    if taken and whole.column(quantity) in measured(whole):
+        known = np.isfinite(taken.values)
+        return robust_noise(taken.at[known], taken.values[known])
     time = whole.si("time") if whole.has("time") else np.arange(float(len(values)))
     there = readings_of(whole, quantity).counted & np.isfinite(time)
     time = time[there]
@@ -215,9 +233,10 @@ def _fresh(recording: Recording, rows: np.ndarray, values: np.ndarray) -> np.nda
     fresh = _not_copied(recording, rows)
     own = values[fresh]
     moves = np.abs(np.diff(own))
-    if _copied(moves) and not _in_steps(own, moves):
+    if slower(own, moves):
         fresh[np.flatnonzero(fresh)[1:]] = moves > 0.0
     return fresh
+
 
 
 def _not_copied(recording: Recording, rows: np.ndarray) -> np.ndarray:
@@ -227,43 +246,6 @@ def _not_copied(recording: Recording, rows: np.ndarray) -> np.ndarray:
         return fresh
     table = np.stack([recording.columns[name][rows] for name in _channels(recording)])
     moves = np.abs(np.nan_to_num(np.diff(table, axis=1))).max(axis=0)
-    if _copied(moves) and len(table) > 1 and _regular(moves):
+    if copied(moves) and len(table) > 1 and regular(moves):
         fresh[1:] = moves > 0.0
     return fresh
-
-
-def _in_steps(values: np.ndarray, moves: np.ndarray) -> bool:
-    """Whether readings stand still because they move by whole steps, or not within a dead band: as long as
-    their course takes for that, while a logger writes each as often as the last."""
-    step, usual = common_step(values), float(np.median(moves[moves > 0.0]))
-    if step > 0.0:
-        return usual <= STEPS * step
-    return bool(usual <= STEPS * moves[moves > 0.0].min()) and not _regular(moves)
-
-
-def _regular(moves: np.ndarray) -> bool:
-    """Whether most stretches of equal readings are equally long."""
-    stands = standing(moves)
-    return bool(np.mean(stands == np.median(stands)) >= AS_OFTEN)
-
-
-def _copied(moves: np.ndarray) -> bool:
-    """Whether most readings come more than once in a row, by what each moved from the one before."""
-    stands = standing(moves)
-    return len(stands) > LONG and bool(np.median(stands) > 1.0)
-
-
-def _spacing(values: np.ndarray) -> int:
-    """Rows from one reading to the next, rounded up, where rows are interpolated; 1 where none are."""
-    if len(values) < 2 * LONG:
-        return 1
-    none = EXACT * float(np.max(np.abs(values)))
-    if common_step(values) > none:
-        return 1  # rounded readings lie on lines, too
-    off = np.abs(values[1:-1] - 0.5 * (values[:-2] + values[2:]))
-    moving = np.abs(values[2:] - values[:-2]) > CROOKED * none
-    straight, crooked = moving & (off <= none), moving & (off > none)
-    if straight.sum() < STRAIGHT * moving.sum() or not off.max() > CROOKED * none:
-        return 1
-    readings = sum((b - a + 1) // 2 for a, b in runs(crooked))  # a row on either side of each, or one on it
-    return max(int(np.ceil(moving.sum() / max(readings, 1) - COUNTED)), 1)

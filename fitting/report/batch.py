@@ -1,20 +1,18 @@
 """The report of a batch: one table over specimens, what they say together, which of them failed."""
 
-import json
-import math
 from typing import Any
 
 from matplotlib.figure import Figure
 
 from fitting.calibrate.batch import Batch
 from fitting.calibrate.pooling import Pooled
-from fitting.inference.parameters import format_estimate
+from fitting.data.csv_text import csv_rows
 
 from . import figures as house
-from . import html
-from .elastomer.json_report import plain
-from .elastomer.tables import TextTable, csv_text
-from .report import Section, numbered
+from .cells import number, with_error, with_unit
+from .characterisation import CSV_DIGITS, ERRORS, estimate_cells, estimate_text, estimates_json
+from .report import Picture, Points, Report, Section
+from .table import Table
 
 SCHEMA = "pneusma-characterisation-batch/1"
 UNALIKE = 0.01
@@ -32,8 +30,7 @@ def verdict(batch: Batch) -> list[str]:
     if unlike:
         said.append(
             f"Specimens differ by more than their error bars in {', '.join(unlike)}: take the spread, not "
-            "the error "
-            "of the mean, for a further specimen."
+            "the error of the mean, for a further specimen."
         )
     elif batch.pooled:
         said.append(
@@ -42,112 +39,82 @@ def verdict(batch: Batch) -> list[str]:
     return said
 
 
-def specimen_table(batch: Batch) -> TextTable:
+def specimen_table(batch: Batch) -> Table:
     """Every estimate of every campaign."""
     names = list(dict.fromkeys(n for member in batch.done for n in member.result.parameters))
     rows = []
     for member in batch.members:
-        if member.result is None:
-            rows.append([member.name, member.kind, "failed", *("" for _ in names)])
-            continue
-        cells = []
-        for name in names:
-            e = member.result.parameters.get(name)
-            known = e is not None and math.isfinite(e.sd) and e.sd > 0.0
-            text = "" if e is None else format_estimate(e.value, e.sd if known else None).replace("+/-", "±")
-            cells.append(text)
-        rows.append([member.name, member.kind, "fitted", *cells])
+        known = {} if member.result is None else member.result.parameters
+        cells = [estimate_text(known[name]) if name in known else "" for name in names]
+        rows.append([member.name, member.kind, "failed" if member.result is None else "fitted", *cells])
     units = {n: e.unit for member in batch.done for n, e in member.result.parameters.items()}
-    header = [n if units[n] == "1" else f"{n} [{units[n]}]" for n in names]
-    return TextTable(["campaign", "kind", "", *header], rows)
+    return Table(["campaign", "kind", "", *(with_unit(n, units[n]) for n in names)], rows, ERRORS)
 
 
-def pooled_table(batch: Batch) -> TextTable:
+def pooled_table(batch: Batch) -> Table:
     """Every constant across specimens."""
     rows = []
     for name, p in batch.pooled.items():
-        mean = format_estimate(p.mean, p.mean_sd).replace("+/-", "±")
-        ends = f"{numbered(p.next_low)} to {numbered(p.next_high)}"
-        label = name if p.unit == "1" else f"{name} [{p.unit}]"
-        rows.append([label, str(len(p.values)), mean, numbered(p.spread), ends, numbered(p.differ)])
+        ends = f"{number(p.next_low)} to {number(p.next_high)}"
+        mean = with_error(p.mean, p.mean_sd)
+        cells = [mean, number(p.spread), ends, number(p.differ)]
+        rows.append([with_unit(name, p.unit), str(len(p.values)), *cells])
     header = ["constant", "specimens", "mean", "spread (sd)", "a further specimen, 90 %", "p of being alike"]
-    return TextTable(header, rows)
+    return Table(header, rows)
 
 
 NOTE = (
-    "Normal-normal random effects, spread by restricted maximum likelihood; the common priors of the fits "
-    "were taken out of each specimen's estimates first, all at once, so that none counts once for each "
-    "specimen. What is left of them is what the figure shows in grey, so it is wider than in the table above."
+    "Normal-normal random effects; the spread is a restricted maximum likelihood estimate. Specimens share "
+    "the priors of their fits. These priors were taken out of all estimates first, so that none counts once "
+    "for each specimen. The figure shows the estimates without them in grey. They are wider than in the "
+    "table above."
 )
-
-
-def _sections(batch: Batch) -> list[Section]:
-    sections = [Section("Specimens", table=specimen_table(batch), note="± one standard error.")]
-    if batch.pooled:
-        sections.append(Section("Across specimens", (NOTE,), pooled_table(batch), figures=("specimens",)))
-    if batch.left_out:
-        sections.append(Section("Estimates left out of that", batch.left_out))
-    return sections
-
-
-def text(batch: Batch) -> str:
-    """The whole report as plain text."""
-    parts = [Section("Verdict", tuple(verdict(batch))), *_sections(batch)]
-    return "\n\n".join(part.text for part in parts)
-
-
-def figures(batch: Batch) -> dict[str, Figure]:
-    """Estimates of each constant as measured (grey) and partially pooled (blue)."""
-    shown = list(batch.pooled.items())[:MOST_PANELS]
-    if not shown:
-        return {}
-    columns = min(len(shown), 4)
-    lines = -(-len(shown) // columns)
-    most = max(len(p.values) for _, p in shown)
-    with house.style():
-        figure = Figure(figsize=(3.2 * columns, lines * (1.2 + 0.25 * most)), layout="constrained")
-        panels = figure.subplots(lines, columns, squeeze=False).ravel()
-        for panel, (name, p) in zip(panels, shown, strict=False):
-            places = range(len(p.values))
-            panel.axvspan(p.next_low, p.next_high, color=house.SKY, alpha=0.25, linewidth=0)
-            panel.axvline(p.mean, color=house.BLACK, linewidth=0.8)
-            panel.errorbar(p.values, places, xerr=p.sd, fmt="o", color=house.GREY, markersize=4)
-            panel.plot(p.shrunk, places, "D", color=house.BLUE, markersize=4)
-            panel.set_yticks(list(places), p.names)
-            panel.set_ylim(len(p.values) - 0.5, -0.5)
-            panel.set_xlabel(f"{name} [{p.unit}]")
-        for panel in panels[len(shown) :]:
-            panel.set_visible(False)
-    return {"specimens": figure}
 
 
 CAPTION = (
-    "Each specimen as measured (grey, one standard error) and drawn towards the mean as far as its error "
-    "is wide "
-    "(blue); band: where a further specimen lies with 90 % probability."
+    "Grey: each specimen as measured, with one standard error. Blue: the same drawn towards the mean, the "
+    "more the wider its error. Band: 90 % prediction interval of a further specimen."
 )
 
 
-def documents(batch: Batch) -> dict[str, str | bytes]:
-    """Content of the files about the whole batch, by file name."""
-    drawn = figures(batch)
-    parts = [html.heading("Batch", 1), html.verdict(verdict(batch))]
-    for section in _sections(batch):
-        parts += [html.heading(section.title), html.bullets(section.sentences)]
-        if section.table:
-            parts.append(html.table(section.table.header, section.table.rows, section.note))
-        parts += [html.figure(drawn[name], CAPTION) for name in section.figures if name in drawn]
-    content = json.dumps(plain(_json(batch)), indent=1, ensure_ascii=False, allow_nan=False)
-    return {
-        "report.json": content + "\n",
-        "report.html": html.page("Batch: characterisation", parts, "pneusma characterise-batch"),
-        "specimens.csv": _specimens_csv(batch),
-        "summary.csv": _summary_csv(batch),
-        **{f"{name}.png": house.png(figure) for name, figure in drawn.items()},
-    }
+def report_of(batch: Batch) -> Report:
+    """Everything that is said about the batch."""
+    across = [NOTE, pooled_table(batch), Picture("specimens", CAPTION, lambda: figure(batch))]
+    return Report(
+        title="Batch",
+        subtitle=f"{len(batch.members)} campaigns, each characterised by itself, then compared",
+        verdict=verdict(batch),
+        sections=[
+            Section("Specimens", [specimen_table(batch)]),
+            *([Section("Across specimens", across)] if batch.pooled else []),
+            Section("Estimates left out of that", [Points(batch.left_out)]),
+        ],
+        window="Batch: characterisation",
+        footer="pneusma characterise-batch",
+        content=lambda: _content(batch),
+        files=lambda: {"specimens.csv": _specimens_csv(batch), "summary.csv": _summary_csv(batch)},
+    )
 
 
-def _json(batch: Batch) -> dict[str, Any]:
+def figure(batch: Batch) -> Figure:
+    """Estimates of each constant as measured (grey) and partially pooled (blue)."""
+    shown = list(batch.pooled.items())[:MOST_PANELS]
+    most = max(len(p.values) for _, p in shown)
+    drawn, panels = house.panel_grid(len(shown), 3.2, 1.2 + 0.25 * most)
+    for panel, (name, p) in zip(panels, shown, strict=True):
+        places = range(len(p.values))
+        panel.axvspan(p.next_low, p.next_high, color=house.SKY, alpha=0.25, linewidth=0)
+        panel.axvline(p.mean, color=house.BLACK, linewidth=0.8)
+        panel.errorbar(p.values, places, xerr=p.sd, fmt="o", color=house.GREY, markersize=4)
+        panel.plot(p.shrunk, places, "D", color=house.BLUE, markersize=4)
+        panel.set_yticks(list(places), p.names)
+        panel.set_ylim(len(p.values) - 0.5, -0.5)
+        panel.set_xlabel(f"{name} [{p.unit}]")
+    return drawn
+
+
+def _content(batch: Batch) -> dict[str, Any]:
+    """The content of `report.json`."""
     return {
         "schema": SCHEMA,
         "verdict": verdict(batch),
@@ -156,12 +123,7 @@ def _json(batch: Batch) -> dict[str, Any]:
                 "name": m.name,
                 "kind": m.kind,
                 "problem": m.problem or None,
-                "parameters": None
-                if m.result is None
-                else {
-                    n: {"value": e.value, "sd": e.sd, "unit": e.unit, "at_bound": e.at_bound}
-                    for n, e in m.result.parameters.items()
-                },
+                "parameters": None if m.result is None else estimates_json(m.result.parameters),
             }
             for m in batch.members
         ],
@@ -193,8 +155,9 @@ def _specimens_csv(batch: Batch) -> str:
             rows.append([m.name, m.kind, "", "", "", "", "", m.problem])
             continue
         for name, e in m.result.parameters.items():
-            rows.append([m.name, m.kind, name, e.value, e.sd, e.unit, "yes" if e.at_bound else "no", ""])
-    return csv_text(["campaign", "kind", "parameter", "value", "sd", "unit", "at_bound", "problem"], rows)
+            rows.append([m.name, m.kind, name, *estimate_cells(e), ""])
+    header = ["campaign", "kind", "parameter", "value", "sd", "unit", "at_bound", "problem"]
+    return csv_rows(header, rows, digits=CSV_DIGITS)
 
 
 def _summary_csv(batch: Batch) -> str:
@@ -203,4 +166,4 @@ def _summary_csv(batch: Batch) -> str:
         for n, p in batch.pooled.items()
     ]
     header = ["constant", "specimens", "mean", "mean_sd", "spread", "next_low", "next_high", "p_alike"]
-    return csv_text([*header, "unit"], rows)
+    return csv_rows([*header, "unit"], rows, digits=CSV_DIGITS)

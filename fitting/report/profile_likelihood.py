@@ -12,6 +12,7 @@ from fitting.calibrate.spring.alloy_table import KELVIN
 from pneusma_jax.units import from_si
 
 from . import figures as house
+from .report import Picture
 
 CAPTION = (
     "Chi-square above its least value over one parameter when all others follow it; dashed: the "
@@ -24,6 +25,11 @@ class Profiled(Protocol):
 
     profiles: Mapping[str, Profile]
     parameters: Mapping[str, Estimate]
+
+
+def pictures(result: Profiled) -> list[Picture]:
+    """The figure of the profiles, if there are any."""
+    return [Picture("profiles", CAPTION, lambda: figure(result))] if result.profiles else []
 
 
 def figure(result: Profiled) -> Figure:
@@ -47,27 +53,29 @@ def figure(result: Profiled) -> Figure:
 
 
 def warnings(result: Profiled) -> list[str]:
-    """Where profiles say that the fit is not at its end, or that standard errors mislead: one sentence for
-    all parameters of which the same is to be said."""
+    """Where profiles say that the fit is not at its end, or that standard errors mislead.
+
+    Parameters of which the same is to be said share a sentence.
+    """
     found, said = result.profiles, []
     lower = [name for name, profile in found.items() if profile.below > ALIKE]
     if lower:
         below = max(found[name].below for name in lower)
         said.append(
-            f"Where {_or(lower)} is held elsewhere the others reach a chi-square lower by {below:.2g}: "
-            "the fit is not at its end, and neither its values nor its errors are to be trusted."
+            f"Where {_or(lower)} is held elsewhere the others reach a chi-square lower by {below:.2g}. "
+            "The fit is not at its end: trust neither its values nor its errors."
         )
     curved = [name for name, profile in found.items() if profile.curved]
     if curved:
         said.append(
-            f"Over {_or(curved)} the misfit does not rise as the standard error says, which spans other fits "
-            f"or takes it for a parabola: the profile says {_intervals(result, curved)}."
+            f"Over {_or(curved)} the misfit does not rise as the standard error says. That error spans other "
+            f"fits, or takes the misfit for a parabola. The profile says {_intervals(result, curved)}."
         )
     unsure = [name for name, profile in found.items() if profile.unsure]
     if unsure:
         said.append(
-            f"Where {_or(unsure)} is held elsewhere the others stop at kinks of the misfit: whether the "
-            f"standard error holds is not known; the profile leaves at least {_intervals(result, unsure)}."
+            f"Where {_or(unsure)} is held elsewhere the others stop at kinks of the misfit. Whether the "
+            f"standard error holds is not known. The profile leaves at least {_intervals(result, unsure)}."
         )
     return said
 

@@ -1,52 +1,96 @@
-"""One report for any characterised specimen: the same content as text, page, JSON and figures."""
+"""What is said about a result, as data: text, page and files are all made from one `Report`.
 
-import json
-import math
-import textwrap
-from collections.abc import Callable, Mapping
+A new type of result needs one function `report_of(result) -> Report`; `render.py` does the rest.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 from matplotlib.figure import Figure
 
-from fitting.calibrate.result import SCHEMA, Estimate
-from fitting.inference.parameters import format_estimate
-from pneusma_jax.calibration.records import Calibration
-from pneusma_jax.calibration.toml import render_calibration
+from .figures import style
+from .table import Table
 
-from . import html
-from .elastomer.json_report import plain
-from .elastomer.tables import TextTable, csv_text
-from .figures import png
 
-WIDTH = 100
+@dataclass(frozen=True)
+class Picture:
+    """A figure, drawn when it is first needed: a report as text draws nothing.
+
+    Attributes:
+        name: of its PNG file, without the ending.
+        caption: what it shows.
+        draw: makes it.
+    """
+
+    name: str
+    caption: str
+    draw: Callable[[], Figure]
+
+    @cached_property
+    def figure(self) -> Figure:
+        """The drawing, in the style of all figures."""
+        with style():
+            return self.draw()
+
+
+@dataclass(frozen=True)
+class Points:
+    """A list of sentences.
+
+    Attributes:
+        items: the sentences.
+    """
+
+    items: Sequence[str]
+
+
+@dataclass(frozen=True)
+class Code:
+    """Text to copy, such as a command.
+
+    Attributes:
+        text: the text, its lines kept.
+    """
+
+    text: str
 
 
 @dataclass(frozen=True)
 class Section:
-    """A part of a report.
+    """A part of a report under a heading; a section inside another has a smaller heading.
 
     Attributes:
-        title: its heading.
-        sentences: in words.
-        table: beside them, or None.
-        note: under the table.
-        figures: names of drawings that belong here.
+        title: the heading; a section without one continues the part before it.
+        blocks: what stands below it, in order; a string is a paragraph.
     """
 
     title: str
-    sentences: tuple[str, ...] = ()
-    table: TextTable | None = None
-    note: str = ""
-    figures: tuple[str, ...] = ()
+    blocks: "Sequence[Block]"
 
     @property
-    def text(self) -> str:
-        """The part as plain text."""
-        lines = [
-            textwrap.fill(s, WIDTH, initial_indent="  ", subsequent_indent="  ") for s in self.sentences
-        ]
-        return "\n".join([self.title, *lines, *([self.table.text()] if self.table else [])])
+    def empty(self) -> bool:
+        """Whether there is nothing to show: only empty lists, tables without rows, empty sections."""
+        return all(map(_is_empty, self.blocks))
+
+
+Block = str | Points | Table | Picture | Code | Section
+"""What a section is made of."""
+
+
+def _is_empty(block: Block) -> bool:
+    if isinstance(block, str):
+        return not block
+    if isinstance(block, Points):
+        return not block.items
+    if isinstance(block, Table):
+        return not block.rows
+    return block.empty if isinstance(block, Section) else False
+
+
+def _nothing() -> dict[str, Any]:
+    return {}
 
 
 @dataclass(frozen=True)
@@ -54,117 +98,44 @@ class Report:
     """Everything that is said about a result.
 
     Attributes:
-        title: of the campaign; subtitle: what was fitted.
-        kind: of the recordings.
-        real: measured (True), simulated (False), or nobody said (None).
+        title: of what was studied; the heading.
+        subtitle: what was done with it.
         verdict: the few sentences to read if nothing else is read.
-        warnings: what to be careful about.
-        parameters: by name, in the unit of files.
         sections: the rest, in order.
-        tables: constants that simulations load, by file name.
-        more: further content of `report.json`.
-        draw: makes the figures, each with its caption, by name.
-        seed: of what was drawn.
+        warnings: what to be careful about.
+        real: measured (True), simulated (False), or nobody said (None).
+        window: title of the browser's window; the report's title by default.
+        footer: what made the report.
+        page_name: file of the page.
+        content: makes the content of `report.json`.
+        files: makes further files by name: constants that other commands load, CSV.
     """
 
     title: str
     subtitle: str
-    kind: str
-    real: bool | None
-    verdict: list[str]
-    warnings: list[str]
-    parameters: Mapping[str, Estimate]
-    sections: list[Section]
-    tables: Mapping[str, Calibration]
-    more: Mapping[str, Any]
-    draw: Callable[[], dict[str, tuple[Figure, str]]]
-    seed: int = 0
-    csv: Mapping[str, str] = field(default_factory=dict)
+    verdict: Sequence[str]
+    sections: Sequence[Section]
+    warnings: Sequence[str] = ()
+    real: bool | None = None
+    window: str = ""
+    footer: str = ""
+    page_name: str = "report.html"
+    content: Callable[[], Mapping[str, Any]] = _nothing
+    files: Callable[[], Mapping[str, str | bytes]] = field(default=_nothing)
 
-    def text(self) -> str:
-        """The whole report as plain text."""
-        label = " (SIMULATED data, not measured)" if self.real is False else ""
-        parts = [Section("Verdict", tuple(self.verdict))]
-        parts += [Section("Warnings", tuple(self.warnings))] if self.warnings else []
-        parts += [s for s in self.sections if s.sentences or s.table]
-        return "\n\n".join([f"{self.title}{label}", *(part.text for part in parts)])
+    @property
+    def shown(self) -> list[Section]:
+        """Sections that have something to show."""
+        return [section for section in self.sections if not section.empty]
 
-    def page(self, drawn: Mapping[str, tuple[Figure, str]]) -> str:
-        """The whole report as one page.
-
-        Args:
-            drawn: what `draw` made.
-        """
-        parts = [html.paragraph("simulated data, not measured", "label")] if self.real is False else []
-        parts += [html.heading(self.title, 1), html.paragraph(self.subtitle, "subtitle")]
-        parts += [html.verdict(self.verdict)]
-        parts += [html.paragraph(sentence, "warning") for sentence in self.warnings]
-        for section in self.sections:
-            if not (section.sentences or section.table or section.figures):
-                continue
-            parts += [html.heading(section.title), html.bullets(section.sentences)]
-            if section.table:
-                table = section.table
-                parts += [html.table(table.header, table.rows, section.note, table.chosen)]
-            parts += [html.figure(*drawn[name]) for name in section.figures if name in drawn]
-        footer = f"pneusma characterise, seed {self.seed}"
-        return html.page(f"{self.title}: characterisation", parts, footer)
-
-    def json(self) -> dict[str, Any]:
-        """The content of `report.json`."""
-        return {
-            "schema": SCHEMA,
-            "kind": self.kind,
-            "title": self.title,
-            "real": self.real,
-            "verdict": self.verdict,
-            "parameters": {
-                name: {"value": e.value, "sd": e.sd, "unit": e.unit, "at_bound": e.at_bound}
-                for name, e in self.parameters.items()
-            },
-            "warnings": self.warnings,
-            **self.more,
-            "seed": self.seed,
-        }
-
-    def documents(self) -> dict[str, str | bytes]:
-        """Content of every file of the result, by file name."""
-        drawn = self.draw()
-        rows = [[n, e.value, e.sd, e.unit, "yes" if e.at_bound else "no"] for n, e in self.parameters.items()]
-        content = json.dumps(plain(self.json()), indent=1, ensure_ascii=False, allow_nan=False)
-        return {
-            **{name: render_calibration(table) for name, table in self.tables.items()},
-            "report.json": content + "\n",
-            "report.html": self.page(drawn),
-            "parameters.csv": csv_text(["parameter", "value", "sd", "unit", "at_bound"], rows),
-            **self.csv,
-            **{f"{name}.png": png(figure) for name, (figure, _) in drawn.items()},
-        }
+    def pictures(self) -> list[Picture]:
+        """Every picture, in order; nothing is drawn."""
+        return [picture for section in self.sections for picture in _pictures(section)]
 
 
-def parameter_rows(
-    parameters: Mapping[str, Estimate], start: Mapping[str, float], share: Mapping[str, float | None]
-) -> TextTable:
-    """Parameters with their errors.
-
-    Args:
-        parameters: by name.
-        start: where each began, in the unit of files.
-        share: standard error over the prior's 1-sigma, where there is one.
-    """
-    rows = []
-    for name, e in parameters.items():
-        known = math.isfinite(e.sd) and e.sd > 0.0
-        text = format_estimate(e.value, e.sd if known else None).replace("+/-", "±")
-        relative = f"{100.0 * abs(e.sd / e.value):.2g} %" if known and e.value else ""
-        of_prior = share.get(name)
-        told = "" if of_prior is None else f"{100.0 * of_prior:.2g} %"
-        begun = f"{start[name]:.4g}" if name in start else ""
-        rows.append([name, text, e.unit, relative, told, begun, "at bound" if e.at_bound else ""])
-    header = ["parameter", "value", "unit", "relative error", "of prior's sd", "start", ""]
-    return TextTable(header, rows)
-
-
-def numbered(value: float) -> str:
-    """A number with three digits; nothing where there is none."""
-    return f"{value:.3g}" if math.isfinite(value) else ""
+def _pictures(section: Section) -> Iterator[Picture]:
+    for block in section.blocks:
+        if isinstance(block, Picture):
+            yield block
+        elif isinstance(block, Section):
+            yield from _pictures(block)

@@ -1,76 +1,59 @@
 """Any result on paper: `save(result, folder)`, `text(result)`. Importing this says how each type looks."""
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from fitting.calibrate.batch import Batch
 from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.spring.pipeline import SpringCharacterisation
 from fitting.data.publish import publish
+from fitting.design.result import DesignResult
+from fitting.diagnose.custom_model import Explained
 from fitting.inference.results import Presenter, Result, register_presenter
 from fitting.plan.plan import Plan
+from fitting.propagate import Propagation
 from fitting.sample.campaign import CampaignPosterior
 
-from . import batch
-from .elastomer import documents as elastomer_documents
-from .elastomer import figures as elastomer_figures
-from .elastomer import text as elastomer_text
-from .general import figures as general_figures
-from .general import report as general_report
-from .general import text as general_text
-from .plan import documents as plan_documents
-from .plan import figure as plan_figure
-from .plan import text as plan_text
-from .posterior import documents as posterior_documents
-from .posterior import figures as posterior_figures
-from .posterior import text as posterior_text
-from .spring import figures as spring_figures
-from .spring import report as spring_report
-from .spring import text as spring_text
+from . import render
+from .batch import report_of as batch_report
+from .custom_model import report_of as custom_model_report
+from .design.report import report_of as design_report
+from .elastomer.report import report_of as elastomer_report
+from .general.report import report_of as general_report
+from .plan.report import report_of as plan_report
+from .posterior.report import report_of as posterior_report
+from .propagate.report import report_of as propagate_report
+from .report import Report
+from .spring.report import report_of as spring_report
 
-
-def _drawn(captioned):
-    """Figures without their captions."""
-    return lambda result: {name: figure for name, (figure, _) in captioned(result).items()}
-
-
-PRESENTERS = {
-    ElastomerCharacterisation: Presenter(
-        elastomer_text.verdict,
-        elastomer_text.text_report,
-        elastomer_figures.figures,
-        elastomer_documents.documents,
-    ),
-    SpringCharacterisation: Presenter(
-        spring_text.verdict,
-        lambda result: spring_report.report_of(result).text(),
-        _drawn(spring_figures.captioned),
-        lambda result: spring_report.report_of(result).documents(),
-    ),
-    GeneralCharacterisation: Presenter(
-        general_text.verdict,
-        lambda result: general_report.report_of(result).text(),
-        _drawn(general_figures.captioned),
-        lambda result: general_report.report_of(result).documents(),
-    ),
-    Batch: Presenter(batch.verdict, batch.text, batch.figures, batch.documents),
-    CampaignPosterior: Presenter(
-        posterior_text.verdict,
-        posterior_text.text_report,
-        posterior_figures.figures,
-        posterior_documents.documents,
-    ),
-    Plan: Presenter(
-        plan_text.verdict,
-        plan_text.report,
-        lambda plan: {"expected_sd": plan_figure.plan_figure(plan)},
-        plan_documents.documents,
-    ),
+REPORTS: dict[type, Callable[[Any], Report]] = {
+    ElastomerCharacterisation: elastomer_report,
+    SpringCharacterisation: spring_report,
+    GeneralCharacterisation: general_report,
+    Batch: batch_report,
+    CampaignPosterior: posterior_report,
+    Plan: plan_report,
+    Explained: custom_model_report,
+    DesignResult: design_report,
+    Propagation: propagate_report,
 }
-"""How each type of result looks."""
+"""What makes the report of each type of result."""
 
-for _kind, _presenter in PRESENTERS.items():
-    register_presenter(_kind, _presenter)
+
+def presenter(report_of: Callable[[Any], Report]) -> Presenter:
+    """How results look whose report is made by a function."""
+    return Presenter(
+        verdict=lambda result: list(report_of(result).verdict),
+        text=lambda result: render.text(report_of(result)),
+        figures=lambda result: {p.name: p.figure for p in report_of(result).pictures()},
+        documents=lambda result: render.documents(report_of(result)),
+    )
+
+
+for _kind, _report_of in REPORTS.items():
+    register_presenter(_kind, presenter(_report_of))
 
 
 def text(result: Result) -> str:
@@ -82,7 +65,7 @@ def save(result: Result, folder: str | Path, force: bool = False) -> list[Path]:
     """Write all files of a result; they appear together or not at all.
 
     Args:
-        result: of any type in `PRESENTERS`.
+        result: of any type in `REPORTS`.
         folder: made if it does not exist.
         force: replace files of these names that are there already.
 

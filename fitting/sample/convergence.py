@@ -14,6 +14,8 @@ LENGTHS = 50.0
 """Autocorrelation times that a chain must be longer than (emcee's own recommendation)."""
 R_HAT = 1.01
 """A. Vehtari and others, Bayesian Analysis 16 (2021) 667."""
+EFFECTIVE = 1000.0
+"""Minimum number of effective samples: the probability beyond a 5 % quantile is then known to 0.7 %."""
 BURN_LENGTHS = 5.0
 MOST_PER_HALF = 4000  # samples of half a chain that R-hat ranks
 
@@ -57,9 +59,14 @@ class Convergence:
         return bool(np.all(self.r_hat < R_HAT))
 
     @property
+    def enough(self) -> bool:
+        """There are effective samples enough to quote quantiles."""
+        return bool(np.all(self.effective >= EFFECTIVE))
+
+    @property
     def converged(self) -> bool:
-        """Both."""
-        return self.long_enough and self.agree
+        """All three."""
+        return self.long_enough and self.agree and self.enough
 
     @property
     def thin(self) -> int:

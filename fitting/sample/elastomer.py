@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array
 
-from fitting.calibrate.elastomer.fit import FACTOR, LawFit
+from fitting.calibrate.elastomer.fit import LawFit
 from fitting.calibrate.elastomer.laws import CurveLaw
+from fitting.calibrate.elastomer.model import FACTOR, arrays, stress_of
 from fitting.calibrate.elastomer.samples import Samples
 from fitting.inference.parameters import Parameter, Parameters
 from pneusma_jax.calibration.records import Calibration, Prior
@@ -39,14 +40,10 @@ def problem_of(fit: "ElastomerCharacterisation", model: Calibration | None = Non
     if model is not None and model.text.get("law") != law.law:
         raise InputError(f"{model.path or model.name}: holds law {model.text.get('law')!r}, not {law.law!r}")
     parameters = _parameters(best, {} if model is None else _priors(model, law))
-    specimens = list(best.factors)
-    data = {
-        "strain": samples.strain,
-        "stress": samples.stress,
-        "weight": np.where(best.mask, 1.0 / (samples.spread * best.inflation), 0.0),
-        "specimen": _specimen_numbers(samples, specimens),
-    }
-    stress = _stress(law, len(specimens))
+    specimens, zeros = list(best.factors), list(best.zeros)
+    weight = np.where(best.mask, 1.0 / (samples.spread * best.inflation), 0.0)
+    data = {**arrays(samples, specimens, zeros), "weight": weight}
+    stress = stress_of(law, len(specimens), [zero.name for zero in zeros])
 
     def residual(values: dict[str, Array], data: dict) -> Array:
         return (stress(values, data) - data["stress"]) * data["weight"]
@@ -88,6 +85,8 @@ def _parameters(best: LawFit, priors: Mapping[str, Prior]) -> Parameters:
         )  # fmt: skip
     for k in range(len(best.factors)):
         parameters.add(fitted[f"{FACTOR}{k + 1}"])
+    for zero in best.zeros:
+        parameters.add(fitted[zero.name])
     return parameters
 
 
@@ -101,22 +100,6 @@ def _priors(model: Calibration, law: CurveLaw) -> dict[str, Prior]:
     if missing:
         raise InputError(f"{model.path or model.name}: key {missing[0]!r} of {law.label} is missing")
     return {name: model.quantities[name].prior for name in law.names if model.quantities[name].prior}
-
-
-def _specimen_numbers(samples: Samples, specimens: list[str]) -> np.ndarray:
-    index = {name: k + 1 for k, name in enumerate(specimens)}
-    return np.array([index.get(curve.specimen, 0) for curve in samples.curves])[samples.owner]
-
-
-def _stress(law: CurveLaw, specimens: int) -> Callable[[dict[str, Array], dict], Float[Array, " n"]]:
-    """Stress of every sample [Pa]; a specimen that was not fitted has the material's own stiffness."""
-
-    def stress(values: dict[str, Array], data: dict) -> Array:
-        constants = jnp.stack([values[name] for name in law.names])
-        factors = jnp.stack([jnp.ones(()), *(values[f"{FACTOR}{k + 1}"] for k in range(specimens))])
-        return factors[data["specimen"]] * law.stress(data["strain"], constants)
-
-    return stress
 
 
 def _ordered(law: CurveLaw, parameters: Parameters) -> Callable[[dict[str, Array]], Array]:

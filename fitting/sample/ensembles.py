@@ -1,25 +1,28 @@
 """Several independent emcee ensembles that advance together, chunk by chunk, and can be put away between."""
 
 from pathlib import Path
+from typing import Any
 
 import emcee
+import h5py
 import numpy as np
 from jaxtyping import Float
 
 from pneusma_jax.errors import InputError
 
 from . import checkpoint
+from .chains import Chains
 from .chart import Chart, choose_chart
-from .checkpoint import Checkpoint
 from .laplace import Laplace, start_spread
 from .settings import Settings, moves
 from .starts import dispersed_ball
 from .target import Evaluator, Target
+from .tempered import PARTICLES, temper
 
 SAME_MODEL = 1e-6  # relative difference of log-probabilities beyond which a stored chain is of another model
 
 
-class Ensembles:
+class Ensembles(Chains):
     """Independent ensembles of one target.
 
     Args:
@@ -35,6 +38,7 @@ class Ensembles:
         self._backends: list[emcee.backends.Backend] = []
         self._samplers: list[emcee.EnsembleSampler] = []
         self._states: list[emcee.State] = []
+        self._evidence: list[float] = []
 
     def begin(self, found: Laplace) -> None:
         """Put walkers around the fit.
@@ -43,15 +47,27 @@ class Ensembles:
             InputError: if no usable starting points are found there.
         """
         spread = start_spread(self.target, found)
-        self.chart = choose_chart(self.target, found, spread, self.evaluator, self.settings.seed)
+        if self.settings.sampler != "tempered":  # logarithms need a sign, which the prior may not have
+            self.chart = choose_chart(self.target, found, spread, self.evaluator, self.settings.seed)
         seeds = np.random.SeedSequence(self.settings.seed).spawn(self.settings.ensembles)
-        for seed in seeds:
+        for k, seed in enumerate(seeds):
             random = np.random.RandomState(np.random.MT19937(seed))
-            points = dispersed_ball(
-                self.target, found, spread, self.chart, self.evaluator, self.settings.walkers, random
-            )
+            if self.settings.sampler == "tempered":
+                points = self._from_prior(k, random)
+            else:
+                points = dispersed_ball(
+                    self.target, found, spread, self.chart, self.evaluator, self.settings.walkers, random
+                )
             backend = emcee.backends.Backend()
             self._add(backend, emcee.State(points, random_state=random.get_state()))
+
+    def _from_prior(self, run: int, random: np.random.RandomState) -> np.ndarray:
+        """Walkers among the points of a run from the prior, in the chart; its evidence is kept."""
+        found = temper(self.target, self.settings.seed, run, max(PARTICLES, 2 * self.settings.walkers))
+        self.evaluator.evaluations += found.evaluations
+        self._evidence.append(found.log_evidence)
+        chosen = random.permutation(len(found.points))[: self.settings.walkers]
+        return self.chart.forth(found.points[chosen])
 
     def resume(self) -> None:
         """Take up the chains in the file where they were left.
@@ -59,20 +75,20 @@ class Ensembles:
         Raises:
             InputError: if the file is none, or of other data, another model or other settings.
         """
-        stored = checkpoint.read(self.file)
+        stored = checkpoint.header_of(self.file)
         checkpoint.same_chain(self.file, stored, self.target.fingerprint(), self.settings.chain_identity())
         self.evaluator.evaluations = stored.counters["evaluations"]
         self.evaluator.failures = stored.counters["failures"]
-        self.chart = Chart(np.asarray(stored.signs))
+        with h5py.File(self.file, "r") as file:
+            self.chart = Chart(np.asarray(file.attrs["logarithm"], int))
+            self._evidence = [float(value) for value in file.attrs.get("log_evidence", [])]
         density = self.chart.density(Evaluator(self.target, self.settings.walkers // 2))
-        for backend in stored.backends:
+        for k in range(1, self.settings.ensembles + 1):
+            backend = _read(self.file, f"ensemble_{k}")
             self._add(backend, backend.get_last_sample())
             known, again = backend.log_prob[-1], density(backend.chain[-1])
             if not np.allclose(known, again, rtol=SAME_MODEL, atol=SAME_MODEL):
-                raise InputError(
-                    f"{self.file}: this chain was sampled with another model: the same parameters now have "
-                    "other probabilities; start over in another folder, or replace it with --force"
-                )
+                raise InputError(checkpoint.other_model(self.file))
 
     def _add(self, backend: emcee.backends.Backend, state: emcee.State) -> None:
         sampler = emcee.EnsembleSampler(
@@ -89,17 +105,38 @@ class Ensembles:
         return min((backend.iteration for backend in self._backends), default=0)
 
     @property
-    def chains(self) -> list[Float[np.ndarray, "steps walkers n"]]:
-        """Coordinates of walkers in every ensemble so far, burn-in included; `chart.back` gives the
-        target's."""
+    def judged(self) -> list[Float[np.ndarray, "steps walkers n"]]:
+        """Coordinates of walkers in every ensemble so far, in the chart in which they move."""
         return [backend.chain[: self.steps] for backend in self._backends]
 
     @property
-    def log_probabilities(self) -> list[Float[np.ndarray, "steps walkers"]]:
+    def coordinates(self) -> Float[np.ndarray, "ensembles steps walkers n"]:
+        """The same in the target's coordinates."""
+        return self.chart.back(np.stack(self.judged))
+
+    @property
+    def log_probabilities(self) -> Float[np.ndarray, "ensembles steps walkers"]:
         """Of the same points, as densities of the target's coordinates."""
-        return [
-            b.log_prob[: self.steps] - self.chart.log_slope(b.chain[: self.steps]) for b in self._backends
-        ]
+        return np.stack(
+            [b.log_prob[: self.steps] - self.chart.log_slope(b.chain[: self.steps]) for b in self._backends]
+        )
+
+    @property
+    def evaluations(self) -> int:
+        """Points at which the model was asked."""
+        return self.evaluator.evaluations
+
+    @property
+    def failures(self) -> int:
+        """Points inside the bounds at which the model had no finite answer."""
+        return self.evaluator.failures
+
+    @property
+    def diagnostics(self) -> dict[str, Any]:
+        """The evidence where chains started from the prior."""
+        if not self._evidence:
+            return {}
+        return {"log_evidence": [float(value) for value in self._evidence]}
 
     @property
     def acceptance(self) -> list[float]:
@@ -112,12 +149,49 @@ class Ensembles:
             for state in sampler.sample(self._states[k], iterations=steps, skip_initial_state_check=True):
                 self._states[k] = state
             self._backends[k].random_state = sampler.random_state
-        if self.file is not None:
-            checkpoint.write(self.file, self._checkpoint())
+        self.keep(self.file)
 
-    def _checkpoint(self) -> Checkpoint:
-        counters = {"evaluations": self.evaluator.evaluations, "failures": self.evaluator.failures}
-        settings = self.settings.chain_identity()
-        return Checkpoint(
-            self._backends, self.target.fingerprint(), settings, counters, self.chart.sign.tolist()
-        )
+    def keep(self, file: Path | None) -> None:
+        """Put the chains on disk, now and from now on; None keeps them in memory only."""
+        self.file = file
+        if file is not None:
+            self._write()
+
+    def _write(self) -> None:
+        counters = {"evaluations": self.evaluations, "failures": self.failures}
+        header = checkpoint.Header(self.target.fingerprint(), self.settings.chain_identity(), counters)
+
+        def fill(file: h5py.File) -> None:
+            file.attrs["logarithm"] = self.chart.sign.tolist()
+            file.attrs["log_evidence"] = self._evidence
+            for k, backend in enumerate(self._backends, start=1):
+                _fill(file.create_group(f"ensemble_{k}"), backend)
+
+        checkpoint.write(self.file, header, fill)
+
+
+def _fill(group: h5py.Group, backend: emcee.backends.Backend) -> None:
+    """One ensemble in the layout of emcee's own backend (`HDFBackend(file, name="ensemble_1")`)."""
+    count = backend.iteration
+    walkers, dimension = backend.shape
+    group.attrs["version"] = emcee.__version__
+    group.attrs["nwalkers"], group.attrs["ndim"] = walkers, dimension
+    group.attrs["has_blobs"], group.attrs["iteration"] = False, count
+    for k, part in enumerate(backend.random_state):
+        group.attrs[f"random_state_{k}"] = part
+    group.create_dataset("accepted", data=backend.accepted)
+    chain, log_prob = backend.chain[:count], backend.log_prob[:count]
+    group.create_dataset("chain", data=chain, maxshape=(None, walkers, dimension))
+    group.create_dataset("log_prob", data=log_prob, maxshape=(None, walkers))
+
+
+def _read(path: Path, name: str) -> emcee.backends.Backend:
+    """One ensemble in memory, from emcee's own reader."""
+    stored = emcee.backends.HDFBackend(str(path), name=name, read_only=True)
+    backend = emcee.backends.Backend()
+    backend.reset(*(int(size) for size in stored.shape))
+    backend.chain, backend.log_prob = stored.get_chain(), stored.get_log_prob()
+    backend.accepted, backend.iteration = stored.accepted, int(stored.iteration)
+    algorithm, keys, position, has_gauss, gauss = stored.random_state
+    backend.random_state = (str(algorithm), np.asarray(keys), int(position), int(has_gauss), float(gauss))
+    return backend

@@ -1,15 +1,17 @@
 """A sampled posterior: draws, what they say of each parameter, and whether they may be believed."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import jax
 import numpy as np
 from jaxtyping import Float
 
 from .comparison import Disagreement, compare
-from .convergence import LENGTHS, R_HAT, Convergence
+from .convergence import EFFECTIVE, LENGTHS, R_HAT, Convergence
+from .hamiltonian import ENERGY
 from .laplace import Laplace
 from .settings import Settings
 from .target import Target
@@ -57,6 +59,8 @@ class Posterior:
         failures: of these, points inside the bounds at which it had no finite answer; they count as
             impossible.
         seconds: spent sampling in this session.
+        why: sentence on which sampler was used, and why.
+        diagnostics: of the sampler, by name.
     """
 
     target: Target
@@ -69,6 +73,8 @@ class Posterior:
     evaluations: int
     failures: int
     seconds: float
+    why: str = ""
+    diagnostics: dict[str, Any] = field(default_factory=dict)
 
     @property
     def converged(self) -> bool:
@@ -83,14 +89,13 @@ class Posterior:
     @property
     def verdict(self) -> list[str]:
         """Whether the chains may be believed, in sentences."""
-        state, ensembles = self.convergence, self.settings.ensembles
+        state = self.convergence
         worst = self.names[int(np.argmax(np.max(state.tau, axis=0)))]
         length = f"{state.lengths:.1f} autocorrelation times after a burn-in of {state.burn_in} steps"
         if self.converged:
             sentences = [
-                f"Converged: {ensembles} independent ensembles of {self.settings.walkers} walkers ran "
-                f"{state.steps} steps, {length} (more than {LENGTHS:.0f} are wanted), and agree (largest "
-                f"R-hat {state.r_hat.max():.4f}, below {R_HAT}); "
+                f"Converged: {self._who} ran {state.steps} steps, {length} (more than {LENGTHS:.0f} are "
+                f"wanted), and agree (largest R-hat {state.r_hat.max():.4f}, below {R_HAT}); "
                 f"{state.effective.min():.0f} effective samples or more."
             ]
         else:
@@ -100,17 +105,48 @@ class Posterior:
             if not state.agree:
                 name = self.names[int(np.argmax(state.r_hat))]
                 reasons.append(
-                    f"the ensembles disagree on {name} (R-hat {state.r_hat.max():.3f}, wanted below {R_HAT})"
+                    f"{self._who} disagree on {name} (R-hat {state.r_hat.max():.3f}, wanted below {R_HAT})"
+                )
+            if not state.enough:
+                reasons.append(
+                    f"there are {state.effective.min():.0f} effective samples, and {EFFECTIVE:.0f} are wanted"
                 )
             sentences = [
                 f"NOT CONVERGED after {state.steps} steps: {'; '.join(reasons)}. "
                 "Do not quote these numbers; resume with a larger budget of steps."
             ]
+        if self.why:
+            sentences.append(f"Sampler: {self.why}")
+        if self.settings.sampler == "nuts":
+            return [*sentences, *self._of_gradients()]
         if self.failures:
             share = 100.0 * self.failures / self.evaluations
             sentences.append(
                 f"The model had no finite answer at {self.failures} of {self.evaluations} proposed points "
                 f"({share:.2g} %); they count as impossible."
+            )
+        return sentences
+
+    @property
+    def _who(self) -> str:
+        count = self.settings.ensembles
+        if self.settings.sampler == "nuts":
+            return f"{count} independent chains that follow gradients"
+        return f"{count} independent ensembles of {self.settings.walkers} walkers"
+
+    def _of_gradients(self) -> list[str]:
+        """What a reader must know of chains that follow gradients."""
+        draws, sentences = self.chains.shape[0] * self.chains.shape[1], []
+        if self.failures:
+            sentences.append(
+                f"{self.failures} of {draws} transitions diverged: the integration of a trajectory went "
+                "astray there, so that sharply curved or kinked regions may be visited too rarely."
+            )
+        fractions = self.diagnostics.get("energy_fraction", [])
+        if fractions and min(fractions) < ENERGY:
+            sentences.append(
+                f"Chains move slowly between levels of energy (fraction {min(fractions):.2f}, {ENERGY} or "
+                "more are wanted): tails may be visited too rarely."
             )
         return sentences
 

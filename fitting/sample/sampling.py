@@ -3,6 +3,7 @@
 import math
 import time
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,15 +12,20 @@ from fitting.inference.parameters import Parameters
 from pneusma_jax.errors import InputError
 from pneusma_jax.precision import require_float64
 
+from .chains import Chains
+from .checkpoint import settings_of
 from .convergence import assess
 from .ensembles import Ensembles
+from .hamiltonian import HamiltonianChains
 from .laplace import Laplace, laplace
+from .pilot import pilot
 from .progress import SamplingBar
 from .result import Posterior
 from .settings import Settings
 from .target import Target
 
 GROWTH = 1.1  # between two judgements of convergence
+CHAINS = {"emcee": Ensembles, "tempered": Ensembles, "nuts": HamiltonianChains}
 
 
 def sample(
@@ -31,12 +37,13 @@ def sample(
     resume: bool = False,
     progress: bool | None = None,
 ) -> Posterior:
-    """Sample a posterior with independent emcee ensembles until they agree, or the budget is spent.
+    """Sample a posterior with independent chains until they agree, or the budget is spent.
 
-    The log-probability of half an ensemble is one call of one compiled program; there is no process pool.
-    Sampling ends once every ensemble is longer than 50 integrated autocorrelation times after burn-in and the
-    split, rank-normalised R-hat between ensembles is below 1.01 for every parameter; otherwise the result
-    says that it has not converged.
+    The sampler is that of the settings, or the one that a pilot chooses. The log-probability of half an
+    ensemble of emcee is one call of one compiled program; there is no process pool. Sampling ends once every
+    chain is longer than 50 integrated autocorrelation times after burn-in, 1,000 effective samples are there,
+    and the split, rank-normalised R-hat between chains is below 1.01 for every parameter; otherwise the
+    result says that it has not converged.
 
     Args:
         target: what is sampled.
@@ -61,32 +68,57 @@ def sample(
         raise ValueError("Argument `file` must be given with `resume`, but it is None.")
     found = laplace(target, _vector(target, start))
     _check_proper(target, found)
-    ensembles = Ensembles(target, settings, file)
-    ensembles.resume() if resume else ensembles.begin(found)
     began, state = time.monotonic(), None
-    with SamplingBar(progress, settings.max_steps, ensembles.steps) as bar:
+    chains, why = _chains(target, found, settings, file, resume)
+    with SamplingBar(progress, settings.max_steps, chains.steps) as bar:
         for goal in _judgements(settings.chunk, settings.max_steps):
-            if goal < ensembles.steps:
+            if goal < chains.steps:
                 continue
-            while ensembles.steps < goal:
-                ensembles.advance(min(settings.chunk, goal - ensembles.steps))
-                bar.moved(ensembles.steps)
-            state = assess(ensembles.chains)
+            while chains.steps < goal:
+                chains.advance(min(settings.chunk, goal - chains.steps))
+                bar.moved(chains.steps)
+            state = assess(chains.judged)
             bar.judged(state)
             if state.converged:
                 break
     return Posterior(
         target=target,
-        settings=settings,
-        chains=ensembles.chart.back(np.stack(ensembles.chains)),
-        log_probabilities=np.stack(ensembles.log_probabilities),
-        convergence=assess(ensembles.chains) if state is None else state,
+        settings=chains.settings,
+        chains=chains.coordinates,
+        log_probabilities=chains.log_probabilities,
+        convergence=assess(chains.judged) if state is None else state,
         laplace=found,
-        acceptance=tuple(ensembles.acceptance),
-        evaluations=ensembles.evaluator.evaluations,
-        failures=ensembles.evaluator.failures,
+        acceptance=tuple(chains.acceptance),
+        evaluations=chains.evaluations,
+        failures=chains.failures,
         seconds=time.monotonic() - began,
+        why=why,
+        diagnostics=chains.diagnostics,
     )
+
+
+def _chains(
+    target: Target, found: Laplace, settings: Settings, file: Path | None, resume: bool
+) -> tuple[Chains, str]:
+    """Chains that have begun, or go on, and a sentence that says why with this sampler: that of a stored
+    chain, the one that was asked for, or the one that a pilot chooses."""
+    if resume:
+        known = settings_of(file)["sampler"]
+        asked = known if settings.sampler == "auto" else settings.sampler  # another one is refused on reading
+        chains = CHAINS[asked](target, replace(settings, sampler=asked), file)
+        chains.resume()
+        return chains, f"{known}, with which these chains were begun."
+    if settings.sampler == "auto":
+        choice = pilot(target, found, settings)
+        if choice.chains is not None:
+            choice.chains.keep(file)
+            return choice.chains, choice.why
+        settings, why = choice.settings, choice.why
+    else:
+        why = f"{settings.sampler}, as was asked for."
+    chains = CHAINS[settings.sampler](target, settings, file)
+    chains.begin(found)
+    return chains, why
 
 
 def _judgements(chunk: int, budget: int) -> Iterator[int]:

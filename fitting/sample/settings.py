@@ -2,12 +2,15 @@
 
 import dataclasses
 from dataclasses import dataclass
+from typing import Any
 
 import emcee
 
-from pneusma_jax.errors import InputError
+from pneusma_jax.errors import InputError, nearest
 
 FEWEST_WALKERS = 32
+SAMPLERS = ("auto", "emcee", "nuts", "tempered")
+"""`auto` lets a short pilot choose; `tempered` is emcee started from the prior."""
 
 
 @dataclass(frozen=True)
@@ -15,11 +18,15 @@ class Settings:
     """Settings of a run.
 
     Attributes:
-        walkers: of each ensemble, even; None for the larger of 32 and four times the number of parameters.
+        sampler: "emcee" (ensembles around the fit), "nuts" (chains that follow gradients), "tempered"
+            (ensembles that start from the prior), or "auto": a short pilot chooses between the first two.
+        walkers: of each ensemble of emcee, even; None for the larger of 32 and four times the number of
+            parameters.
         ensembles: that run independently, for R-hat.
         max_steps: budget of each ensemble; a run that has not converged by then says so.
         seed: of everything random.
         chunk: steps between two checkpoints, the most that a kill loses.
+        warm_up: steps in which a chain that follows gradients adapts; they are thrown away.
     """
 
     walkers: int | None = None
@@ -27,6 +34,8 @@ class Settings:
     max_steps: int = 20000
     seed: int = 0
     chunk: int = 100
+    sampler: str = "auto"
+    warm_up: int = 400
 
     def resolved(self, dimension: int) -> "Settings":
         """Settings with the number of walkers decided.
@@ -34,20 +43,29 @@ class Settings:
         Raises:
             InputError: if a number cannot be used for this many parameters.
         """
+        if self.sampler not in SAMPLERS:
+            raise InputError(f"there is no sampler {self.sampler!r}, {nearest(self.sampler, SAMPLERS)}")
         walkers = max(FEWEST_WALKERS, 4 * dimension) if self.walkers is None else self.walkers
         if walkers % 2 or walkers < max(2 * dimension, 4):
             raise InputError(
                 f"walkers = {walkers} must be even and at least {max(2 * dimension, 4)}, "
                 f"twice the {dimension} free parameters"
             )
-        for name, least in (("ensembles", 2), ("max_steps", 10), ("chunk", 1), ("seed", 0)):
+        for name, least in (("ensembles", 2), ("max_steps", 10), ("chunk", 1), ("seed", 0), ("warm_up", 50)):
             if getattr(self, name) < least:
                 raise InputError(f"{name.replace('_', '-')} = {getattr(self, name)} must be at least {least}")
         return dataclasses.replace(self, walkers=walkers)
 
-    def chain_identity(self) -> dict[str, int]:
+    def chain_identity(self) -> dict[str, Any]:
         """What must stay the same for a chain to be continued; the budget may change."""
-        return {"walkers": self.walkers, "ensembles": self.ensembles, "seed": self.seed, "chunk": self.chunk}
+        own = {"warm_up": self.warm_up} if self.sampler == "nuts" else {"walkers": self.walkers}
+        return {
+            "sampler": self.sampler,
+            **own,
+            "ensembles": self.ensembles,
+            "seed": self.seed,
+            "chunk": self.chunk,
+        }
 
 
 def moves() -> list[tuple[emcee.moves.Move, float]]:

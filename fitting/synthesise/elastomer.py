@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fitting.data.files import write_whole
 from fitting.data.recordings import Recording, write_recording
 from pneusma_jax.precision import enable_float64
 from pneusma_jax.silicone import Ogden, SiliconeLaw
@@ -132,7 +133,7 @@ def write_example(folder: str | Path) -> None:
     for recording in recordings:
         write_recording(recording, folder)
     title = "Simulated pulls of a stiffening silicone"
-    Path(folder, "campaign.toml").write_text(f'title = "{title}"\n', encoding="utf-8")
+    write_whole(Path(folder, "campaign.toml"), f'title = "{title}"\n')
 
 
 if __name__ == "__main__":

@@ -155,7 +155,7 @@ def build_actuator(
         section=section,
         silicone=silicone,
         length=jnp.asarray(geometry.length),
-        springs=tuple(spring for _ in arrangement.spring_angles),
+        springs=tuple(spring for _ in arrangement.spring_angles),  # type: ignore[misc]
         spring_places=spring_places,
         fibre_place=fibre_place,
         fibre_stiffness=None if inextensible or fibre_place is None else geometry.fibre_stiffness,

@@ -157,7 +157,7 @@ def design_section(design: Design, **changes: float) -> Section:
         lines = {key: np.asarray(line.points) for key, line in table.lines.items()}
         return polygon(lines["outer_line"], values.get("wall_thickness"), lines.get("bore_line"))
     build = {"annulus": annulus, "semicircle": semicircle, "rectangle": rectangle}[kind]
-    return build(*(values[key] for key in SECTIONS[kind]))
+    return build(*(values[key] for key in SECTIONS[kind]))  # type: ignore[operator]
 
 
 def _check_changes(changes: dict[str, float], known: tuple[str, ...] | list[str]) -> None:

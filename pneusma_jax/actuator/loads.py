@@ -45,7 +45,7 @@ def stumpff(w: Array) -> tuple[Array, Array, Array, Array, Array]:
     f_3 = (1.0 - f_1) / far
     f_4, f_5 = (0.5 - f_2) / far, (1.0 / 6.0 - f_3) / far
     pairs = ((1.0 - near * n_3, f_1), (n_2, f_2), (n_3, f_3), (n_4, f_4), (n_5, f_5))
-    return tuple(jnp.where(small, one, other) for one, other in pairs)
+    return tuple(jnp.where(small, one, other) for one, other in pairs)  # type: ignore[return-value]
 
 
 def _series(w: Array, k: int) -> Array:
@@ -253,4 +253,4 @@ def gravity_vector(orientation: str, magnitude: Array = STANDARD_GRAVITY) -> Flo
     """
     if orientation not in ORIENTATIONS:
         raise InputError(f"no orientation is called {orientation!r}, {nearest(orientation, ORIENTATIONS)}")
-    return magnitude * np.asarray(ORIENTATIONS[orientation])
+    return np.asarray(magnitude * np.asarray(ORIENTATIONS[orientation]))

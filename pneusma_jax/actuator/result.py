@@ -183,7 +183,7 @@ def equilibrium_of(
     actuator, count, finite = problem.actuator, freedoms(problem), all_finite(problem)
     problem, unknowns, real = calm(problem, unknowns)
     # what is left unbalanced is a check: without tangents it costs a third less to differentiate a row
-    size = jnp.max(jnp.abs(joint_residual(*frozen((unknowns, problem)), 1)))
+    size = jnp.max(jnp.abs(joint_residual(*frozen((unknowns, problem)), 1)))  # type: ignore[call-arg]
     problem = at_phases(problem, unknowns[count:])
     delta_centre, bend = configuration(actuator, unknowns[:count])
     slimmest = (delta_centre - _reach(actuator, bend)) / actuator.length

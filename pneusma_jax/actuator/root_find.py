@@ -83,7 +83,7 @@ def newton(
     """
     problem, guess, held = frozen((problem, guess, held))
     count = freedoms(problem)
-    found = optx.root_find(
+    found = optx.root_find(  # type: ignore[var-annotated]
         lambda y, given: joint_residual(y, given[0], 1, given[1]), BoundedNewton(), guess, (problem, held),
         options={"free": count, "count": before}, max_steps=most_steps, throw=False,
     )  # fmt: skip

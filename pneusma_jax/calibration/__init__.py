@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError, nearest
+from ..files import write_whole
 from .records import Calibration, Line, Prior, Quantity
 from .toml import SCHEMA, parse_calibration, render_calibration
 
@@ -111,13 +112,7 @@ def write_calibration(calibration: Calibration, path: str | Path) -> None:
     path = Path(path)
     text = render_calibration(calibration)
     parse_calibration(text, path)
-    draft = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        draft.write_text(text, encoding="utf-8")
-        os.replace(draft, path)
-    except OSError as error:
-        draft.unlink(missing_ok=True)
-        raise InputError(f"{path}: cannot be written ({error.strerror})") from None
+    write_whole(path, text)
 
 
 def _locate(name_or_path: str | Path, kind: str | None) -> tuple[Path, Any]:

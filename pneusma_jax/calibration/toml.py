@@ -1,7 +1,6 @@
 """Tables of constants as TOML text: parsing with every check, and writing text that parses back equal."""
 
 import math
-import tomllib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -9,6 +8,7 @@ from typing import Any
 import tomlkit
 
 from .. import units
+from ..documents import parse_toml
 from ..errors import InputError, nearest
 from . import keys
 from .actuator import check_actuator
@@ -31,10 +31,7 @@ def parse_calibration(text: str, path: str | Path) -> Calibration:
             outside its own prior.
     """
     path = Path(path)
-    try:
-        document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: not a TOML file: {error}") from None
+    document = parse_toml(text, path)
     strings = {key: entry for key, entry in document.items() if not isinstance(entry, dict)}
     kind = _check_text(strings, path)
     tables = {key: entry for key, entry in document.items() if isinstance(entry, dict)}

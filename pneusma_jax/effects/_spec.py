@@ -1,6 +1,6 @@
 """What is known of an effect's parameters before any data."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 
 class Spec(NamedTuple):
@@ -27,7 +27,7 @@ class Spec(NamedTuple):
     kinds: str = ""
 
 
-def specs_of(effect: type, kind: str) -> dict[str, Spec]:
+def specs_of(effect: Any, kind: str) -> dict[str, Spec]:
     """The parameters of an effect that act in recordings of a kind, a letter of `Effect.kinds`.
 
     What an effect states in `within` for a kind takes the place of its fields there: a stress along a wire

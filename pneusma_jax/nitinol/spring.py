@@ -119,8 +119,8 @@ class SpringResponse(eqx.Module):
 
     Attributes:
         force: pull [N]; stress: shear stress [Pa]; gamma: shear strain [1]; xi0: martensite fraction [1];
-        gamma_R: residual strain [1]; resistance: as the instrument shows it, of the active wire in the base
-        model [ohm];
+        gamma_R: residual strain [1].
+        resistance: as the instrument shows it, of the active wire in the base model [ohm].
         clipped, degenerate: see `PhaseReading`.
     """
 

@@ -6,6 +6,7 @@ The phase follows the temperature on one reversible curve: no hysteresis, no shi
 
 import dataclasses
 import enum
+from collections.abc import Callable
 from pathlib import Path
 
 import equinox as eqx
@@ -232,15 +233,16 @@ class WireAlloy(eqx.Module):
 def _finished(eps: Array, sigma: Array, xi0: Array, eps_R: Array, status: Array) -> WireResponse:
     """Response whose numbers are NaN where the status says that there are none."""
     bad = status > int(WireStatus.several_strains)
-    return WireResponse(*(jnp.where(bad, jnp.nan, x) for x in (eps, sigma, xi0, eps_R)), status)
+    eps, sigma, xi0, eps_R = (jnp.where(bad, jnp.nan, x) for x in (eps, sigma, xi0, eps_R))
+    return WireResponse(eps, sigma, xi0, eps_R, status)
 
 
-def _step(slope: object, excess: Array) -> Array:
+def _step(slope: Callable, excess: Array) -> Array:
     """Newton's step for a residual whose derivative is `slope(1)`."""
     return safe_divide(excess, slope(jnp.ones_like(excess)), FLATTEST)
 
 
-def _polish(f: object, low: Array, high: Array) -> Array:
+def _polish(f: Callable, low: Array, high: Array) -> Array:
     """Root between `low`, where f < 0, and `high`: Newton's steps, or bisection where one would leave."""
 
     def go_on(carry: tuple) -> Array:

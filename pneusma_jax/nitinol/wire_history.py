@@ -55,7 +55,7 @@ class _Drive(eqx.Module):
     def phase(self, wire: WireAlloy, chain: Chain) -> Array:
         """Martensite fraction of the row [1]."""
         if self.resistance is not None:
-            cold, hot = self.ends
+            cold, hot = self.ends  # type: ignore[misc]
             xi0 = (chain.through("wire_resistance", self.resistance) - hot) * safe_divide(
                 1.0, cold - hot, 1e-9
             )

@@ -34,4 +34,4 @@ def determinant(matrix: Array) -> Array:
         matrix[1, (k + 1) % 3] * matrix[2, (k + 2) % 3] - matrix[1, (k + 2) % 3] * matrix[2, (k + 1) % 3]
         for k in range(3)
     ]
-    return sum(matrix[0, k] * minors[k] for k in range(3))
+    return jnp.asarray(sum(matrix[0, k] * minors[k] for k in range(3)))

@@ -4,6 +4,8 @@ All of them are differentiable in every dimension. The origin lies midway betwee
 rectangle and half disc; a polygon keeps the origin of its data.
 """
 
+from typing import Any
+
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -122,7 +124,7 @@ def inset(vertices: Float[Array, "n 2"], distance: Array) -> Float[Array, "n 2"]
     return moved
 
 
-def _half_disc(xp: object, half_width: Array, floor: Array, bulge: Array = 1.0) -> Outline:
+def _half_disc(xp: Any, half_width: Array, floor: Array, bulge: Array = 1.0) -> Outline:
     """Figure between a level line and an arc over it."""
     left, right = xp.stack([-half_width, floor]), xp.stack([half_width, floor])
     return Outline(xp.stack([left, right]), xp.reshape(xp.asarray(bulge), (1,)), curved=(1,))
@@ -131,7 +133,8 @@ def _half_disc(xp: object, half_width: Array, floor: Array, bulge: Array = 1.0) 
 def _together(*values: Array) -> Array:
     """One number, or a vector of several; NumPy where nothing is traced, so that nothing is compiled."""
     if is_concrete(*values):
-        return np.asarray(values[0] if len(values) == 1 else [np.asarray(v) for v in values], dtype=float)
+        numbers = values[0] if len(values) == 1 else [np.asarray(v) for v in values]
+        return np.asarray(numbers, dtype=float)  # type: ignore[return-value]
     return values[0] if len(values) == 1 else jnp.stack([jnp.asarray(v) for v in values])
 
 

@@ -113,7 +113,7 @@ def place_on(section: Section, arrangement: Layout) -> tuple[Float[Array, "sprin
 def _place(section: Section, angle: float | None, place: Array | None) -> Array:
     """One place [m], NumPy if concrete."""
     if place is not None:
-        return np.asarray(place, dtype=float) if is_concrete(place) else place
+        return np.asarray(place, dtype=float) if is_concrete(place) else place  # type: ignore[return-value]
     towards = unit_vectors((angle,))[0]
     away = section.boundary(towards)
     if is_concrete(away) and not np.isfinite(away):

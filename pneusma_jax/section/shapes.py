@@ -7,7 +7,7 @@ checked when it is built without compiling anything.
 
 import abc
 from types import ModuleType
-from typing import Any
+from typing import Any, TypeVar
 
 import equinox as eqx
 import jax
@@ -73,7 +73,10 @@ def namespace_of(*arrays: Any) -> ModuleType:
     return np if all(isinstance(array, np.ndarray) for array in arrays) else jax.numpy
 
 
-def as_numpy(module: eqx.Module) -> eqx.Module:
+M = TypeVar("M", bound=eqx.Module)
+
+
+def as_numpy(module: M) -> M:
     """A module of concrete numbers with NumPy arrays, whose methods then compile nothing."""
     return jax.tree.map(np.asarray, module)
 

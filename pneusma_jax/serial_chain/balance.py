@@ -16,6 +16,7 @@ one by one, take the place of rest.
 """
 
 import dataclasses
+from collections.abc import Callable
 
 import equinox as eqx
 import jax
@@ -161,7 +162,9 @@ def chain_jacobian(
 
         return jax.jacfwd(excess, argnums=(0, 1), has_aux=True)(z, load)
 
-    values, rows, column = [], [], 0
+    values: list[Array] = []
+    rows: list[Array] = []
+    column = 0
     for z, part, members in zip(split(problem, unknowns), problem.parts, problem.members, strict=True):
         index, (count, size) = np.asarray(members), z.shape
         (block, by_load), value = jax.vmap(of_segment)(z, part, held[index])
@@ -278,9 +281,10 @@ def rest_of(problem: ChainProblem) -> tuple[ChainProblem, Float[Array, "unknowns
     """
     parts = []
     for part in problem.parts:
-        if not all(isinstance(drive, MartensiteFraction) for drive in part.activations):
+        drives = [drive for drive in part.activations if isinstance(drive, MartensiteFraction)]
+        if len(drives) != len(part.activations):
             return None
-        cold = tuple(MartensiteFraction(jnp.ones_like(drive.value)) for drive in part.activations)
+        cold = tuple(MartensiteFraction(jnp.ones_like(drive.value)) for drive in drives)
         parts.append(dataclasses.replace(part, pressure=jnp.zeros_like(part.pressure), activations=cold))
     sizes = [
         part.actuator.freedoms * len(members)
@@ -295,11 +299,11 @@ def chain_root(rest: ChainProblem, problem: ChainProblem, guess: Float[Array, "u
     held, start = frozen((rest, problem)), jax.lax.stop_gradient(guess)
 
     def find(_: object, start: Array) -> tuple[Array, tuple]:
-        stand = search(*held, start)
+        stand = search(*held, start)  # type: ignore[call-arg]
         told = (stand.steps, stand.found, stand.stable)
         return stand.unknowns, tuple(x.astype(start.dtype) for x in told)  # integers get no tangent
 
-    def tangent(linear: object, vector: Array) -> Array:
+    def tangent(linear: Callable, vector: Array) -> Array:
         return jnp.linalg.solve(jax.jacfwd(linear)(vector), vector)
 
     unknowns, told = jax.lax.custom_root(

@@ -18,7 +18,6 @@ that turn with the tip.
 
 import dataclasses
 import math
-import tomllib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from importlib import resources
@@ -33,7 +32,7 @@ from ..actuator.loads import Gravity, gravity_vector
 from ..calibration import load_calibration, named_table
 from ..calibration.keys import ORIENTATIONS
 from ..calibration.toml import read_quantity
-from ..documents import read_document
+from ..documents import parse_toml, read_document
 from ..errors import InputError, nearest
 from .loads import ChainLoad, LineLoad, PointLoad
 from .segments import SegmentChain, chain_of
@@ -97,7 +96,8 @@ def describes_chain(name_or_path: str | Path) -> bool:
     if not str(name_or_path).endswith(".toml"):
         return False
     try:
-        return tomllib.loads(Path(name_or_path).read_text(encoding="utf-8")).get("schema") == SCHEMA
+        text = Path(name_or_path).read_text(encoding="utf-8")
+        return parse_toml(text, Path(name_or_path)).get("schema") == SCHEMA
     except (OSError, ValueError):
         return False  # whoever reads it as a table says what is wrong with it
 
@@ -197,7 +197,7 @@ def _segments(entry: Any, number: int, path: Path) -> Iterable[tuple[str, float,
             raise InputError(f"{where}: {key} must not be negative, but it is {entry[key]['value']}")
     if "connector_mass" in numbers and "connector" not in numbers:
         raise InputError(f"{where}: 'connector_mass' is of a connector, but there is no 'connector'")
-    return [(design, *(numbers.get(key, 0.0) for key in KEYS))] * count
+    return [(design, *(numbers.get(key, 0.0) for key in KEYS))] * count  # type: ignore[list-item]
 
 
 def make_chain(
@@ -232,7 +232,7 @@ def make_chain(
             for name, body in built.items()
         }
     if loads or any(body.loads for body in built.values()):
-        vectors = [load.force for body in built.values() for load in body.loads]
+        vectors = [load.force for body in built.values() for load in body.loads]  # type: ignore[attr-defined]
         built = _freed(design, built, fall, vectors)
     bodies = [built[name] for name in design.designs]
     try:
@@ -301,7 +301,7 @@ def _loads(
                     f"{design.path}: segment {name!r} is to be weighed, but its material has no density"
                 )
         whole = chain_weight(
-            bodies, [densities.get(name, 0.0) for name in design.designs], fall,
+            bodies, [densities.get(name, 0.0) for name in design.designs], fall,  # type: ignore[misc]
             numbers.get("tip_mass", 0.0), place,
             np.asarray(design.connectors), np.asarray(design.connector_masses),
         )  # fmt: skip

@@ -357,7 +357,7 @@ def _per_segment(
     """
     springs = [len(segment.springs) for segment in chain.segments]
     activations = tuple(activations) or tuple(() for _ in springs)
-    states = tuple(states) if states is not None else tuple(None for _ in springs)
+    states = tuple(states) if states is not None else tuple(None for _ in springs)  # type: ignore[misc]
     for what, given in (("activations", activations), ("states", states)):
         if len(given) != len(springs):
             raise ValueError(

@@ -75,7 +75,7 @@ def load_silicone(
     if law not in _BUILDERS:
         raise ValueError(f"Argument `law` must be one of {sorted(_BUILDERS)}, but it is {law!r}.")
     try:
-        return _BUILDERS[law](table)
+        return _BUILDERS[law](table)  # type: ignore[return-value]
     except KeyError as missing:
         table.require([missing.args[0]])
         raise

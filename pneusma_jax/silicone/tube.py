@@ -27,9 +27,9 @@ def tube_strain(pressure: Array, outer_diameter: Array, wall_thickness: Array, l
         return (law(strain) - pressure * ratio) / 1e5
 
     # Newton from rest diverges where a law softens; a bracketed search cannot
-    solver = optx.Bisection(rtol=1e-14, atol=1e-14)
+    solver = optx.Bisection(rtol=1e-14, atol=1e-14)  # type: ignore[call-arg, var-annotated]
     options = dict(lower=-0.9, upper=20.0)
-    found = optx.root_find(
+    found = optx.root_find(  # type: ignore[var-annotated]
         balance, solver, jnp.asarray(0.1), None, options=options, max_steps=200, throw=True
     )
     return found.value

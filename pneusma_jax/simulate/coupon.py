@@ -91,5 +91,5 @@ def simulate_coupon(
     memories = Chain.begin(effects, silicone=law).memories
     history = (strain, clock, jnp.diff(clock, prepend=clock[:1]), count)
     first = begun_as(memories, (law, effects, history))
-    _, (rows, seen) = jax.lax.scan(step, first, history)
+    _, (rows, seen) = jax.lax.scan(step, first, history)  # type: ignore[var-annotated]
     return CouponHistory(rows, as_recorded(effects, seen, clock))

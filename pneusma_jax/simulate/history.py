@@ -326,7 +326,7 @@ def simulate_spring(
     at_rest = Chain.begin(effects, spring=spring, number=1, states=(state,), **begun)
     history = (elongation, spread, clock, jnp.diff(clock, prepend=clock[:1]), recorded)
     first = begun_as((state, at_rest.memories), (spring, effects, history))
-    _, (responses, memories, seen) = jax.lax.scan(step, first, history)
+    _, (responses, memories, seen) = jax.lax.scan(step, first, history)  # type: ignore[var-annotated]
     return SpringHistory(responses, memories, as_recorded(effects, seen, clock))
 
 

@@ -37,7 +37,7 @@ class Track(eqx.Module):
     Attributes:
         rows: the equilibrium of every row; arrays have a leading axis of rows. NaN where there is none.
         seen: `curvature` [1/m], `bend_angle` [rad] and `length` [m] as the instruments show them, shape
-        (rows,).
+            (rows,).
         good: rows that found their equilibrium, shape (rows,).
     """
 
@@ -66,8 +66,8 @@ def track_history(
         time: [s], non-decreasing.
         effects: beyond the base model; their memories start at rest.
         recorded: what else is known of each row, arrays of shape (rows, ...), by the name by which effects
-        ask for
-            it: `currents` [A] by the spring's number, `temperature` of the air [degC], `gravity` [m/s2].
+            ask for it: `currents` [A] by the spring's number, `temperature` of the air [degC], `gravity`
+            [m/s2].
         guess: phases at which the first row's configuration is sought before `activations` take over: a
             resistance may be that of two configurations, and from the wrong one no row finds back.
     """

@@ -1,16 +1,18 @@
 """Effects that predict worse what was not fitted are taken back; what is said of before and after follows from numbers."""
 
 import dataclasses
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from linear_world import CONSTANT, DELAY, fast
 
 from fitting.diagnose.fit.evidence import evidence
-from fitting.diagnose.fit.refit import absent
-from fitting.diagnose.search.steps import Explanation, Named
-from fitting.diagnose.verdict import accept, text
+from fitting.diagnose.fit.refit import Refitter, absent
+from fitting.diagnose.search.explain import explain
+from fitting.diagnose.search.steps import Explanation
+from fitting.diagnose.verdict import text
 from fitting.diagnose.verdict.accept import accepted
+from fitting.diagnose.verdict.held_out import Scores
 from fitting.diagnose.verdict.text import verdict_sentences, went
 
 
@@ -36,38 +38,42 @@ def test_the_verdict_says_the_same_of_every_kind_of_held_out_data(soft, how, aft
     assert not [other for other in ("rises", "falls", "stays") if other != word and f" {other} " in said]
 
 
-def explained(monkeypatch, chi2):
-    """An explanation by effects whose every subset leaves so much of held-out data; fits are their slugs."""
-    made = lambda slugs: SimpleNamespace(slugs=slugs, objective=100.0 - 10.0 * len(slugs) - ("b" in slugs))  # noqa: E731
-    base = made(())
-    explanation = Explanation(SimpleNamespace(), base, Named(made(("a", "b")), 1.0), [], 0.001, True)
-    explanation.scores = SimpleNamespace(gained=lambda base, fit: 1.0)
-    explanation.stood = lambda whole, fit, left, stages: Named(fit, left, {slug: None for slug in fit.slugs})
-    monkeypatch.setattr(accept, "without", lambda program, fit, slug: made(tuple(s for s in fit.slugs if s != slug)))
+def explained(validation):
+    """A search of four fitted recordings that show two effects, and what is accepted where others show other strengths.
 
-    def held_out(x):
-        left = chi2[x.final.slugs]
-        return [SimpleNamespace(how="validation", reduced_chi2=value) for value in (chi2[()], left)]
+    Args:
+        validation: strengths of both in the recordings that were not fitted.
+    """
+    rng = np.random.default_rng(5)
+    world = fast(recordings=6, roles=("fit",) * 4 + ("validation",) * 2)
+    y = world.truth(rng, **{CONSTANT: 2.0, DELAY: 4.0})
+    found = explain(world.program(y), rng)
+    assert set(found.final.slugs) == {CONSTANT, DELAY}
+    y[4:] = world.truth(rng, **dict(zip((CONSTANT, DELAY), validation, strict=True)))[4:]
+    program = world.program(y)  # the same search, had these been what was kept for validation
+    refit = lambda fit: Refitter(program).fit(fit.slugs, fit.u)  # noqa: E731
+    named = dataclasses.replace(found.named, fit=refit(found.final))
+    steps = [dataclasses.replace(step, base=refit(step.base)) for step in found.steps]
+    explanation = Explanation(program, refit(found.base), named, steps, 0.001, True)
+    return accepted(explanation, Scores())
 
-    return accepted(explanation, SimpleNamespace(held_out=held_out))
 
-
-def test_a_set_that_predicts_worse_is_taken_back_altogether(monkeypatch):
-    found, said = explained(monkeypatch, {(): 113.0, ("a", "b"): 359.0, ("b",): 120.0})
+def test_a_set_that_predicts_worse_is_taken_back_altogether():
+    found, said = explained((0.0, 0.0))
     assert found.final.slugs == () and len(said) == 2
-    assert "a and b would fit" in said[0] and "rises from a reduced chi-square of 113 to 359" in said[0]
+    assert f"{DELAY} and {CONSTANT} would fit" in said[0] and "rises from a reduced chi-square of" in said[0]
     assert "with it the misfit of recordings kept for validation rises" in said[1]
 
 
-def test_the_part_of_it_that_predicts_better_stays(monkeypatch):
-    found, said = explained(monkeypatch, {(): 113.0, ("a", "b"): 359.0, ("b",): 90.0})
-    assert found.final.slugs == ("b",) and list(found.named.standings) == ["b"] and len(said) == 1
+def test_the_part_of_it_that_predicts_better_stays():
+    """The effect goes first whose absence costs the fit least: the other one is in all recordings."""
+    found, said = explained((-6.0, 3.5))
+    assert found.final.slugs == (DELAY,) and len(said) == 1
 
 
-@pytest.mark.parametrize("left", [113.0, 112.0, 1.0])
-def test_a_set_that_predicts_no_worse_stays(monkeypatch, left):
-    found, said = explained(monkeypatch, {(): 113.0, ("a", "b"): left})
-    assert found.final.slugs == ("a", "b") and not said
+def test_a_set_that_predicts_better_stays():
+    found, said = explained((2.0, 4.0))
+    assert set(found.final.slugs) == {CONSTANT, DELAY} and not said
 
 
 def test_an_effect_at_its_neutral_value_has_no_evidence_whatever_its_fit_gains(soft, monkeypatch):

@@ -30,9 +30,9 @@ def nominal(program):
 
 
 def test_a_recording_without_resistance_stays_cold_and_takes_nothing_up(program, nominal):
-    assert program.taken[1] == 0.0
-    assert np.all(nominal.courses[1] == 1.0)
-    assert np.all(program.taken[[0, 2]] > 1.0)
+    assert program.followed_values[1] == 0.0
+    assert np.all(nominal.trajectories[1] == 1.0)
+    assert np.all(program.followed_values[[0, 2]] > 1.0)
     assert nominal.hidden[1] is None
     assert nominal.hidden[0] is not None
 
@@ -40,8 +40,8 @@ def test_a_recording_without_resistance_stays_cold_and_takes_nothing_up(program,
 def test_rows_change_with_their_own_fraction_and_with_the_one_they_remember(program):
     here = program._run(program.unknowns.neutral, program.unknowns.base[:0], program.stacked)
     channels = program.channels[0]
-    hidden = here.hidden(0, channels, program.pace[0])
-    course = hidden.courses[0]
+    hidden = here.hidden(0, channels, program.process_noise[0])
+    course = hidden.trajectories[0]
     told = np.abs(course.remembered[0]).argmax()
     source = course.source[told]
     assert source < told
@@ -61,7 +61,7 @@ def test_rows_change_with_their_own_fraction_and_with_the_one_they_remember(prog
 def test_the_misfit_does_not_depend_on_where_a_course_begins(program, nominal):
     away = trajectories_of(program.stacked)
     wave = 0.04 * np.sin(np.arange(away.shape[2]) / 5.0)
-    for k, course in np.argwhere(program.pace > 0.0):
+    for k, course in np.argwhere(program.process_noise > 0.0):
         away[k, course] = np.clip(away[k, course] + wave, 0.02, 1.0)
     other = replace(program, stacked=with_trajectories(program.stacked, away))
     again = other.evaluate(program.unknowns.neutral, program.unknowns.base)
@@ -70,7 +70,7 @@ def test_the_misfit_does_not_depend_on_where_a_course_begins(program, nominal):
 
 
 def _same_rows_are_remembered(one, two):
-    pairs = zip(one.courses if one else (), two.courses if two else (), strict=True)
+    pairs = zip(one.trajectories if one else (), two.trajectories if two else (), strict=True)
     return all(np.array_equal(a.source, b.source) for a, b in pairs)
 
 
@@ -84,4 +84,4 @@ def test_derivatives_are_those_of_the_misfit_with_its_courses(program, nominal):
             assert np.linalg.norm(two - one - step) < 0.1 * np.linalg.norm(step)
             compared += 1
     assert compared >= 3
-    np.testing.assert_allclose(there.courses, nominal.courses_at(u), atol=5e-3)
+    np.testing.assert_allclose(there.trajectories, nominal.trajectories_at(u), atol=5e-3)

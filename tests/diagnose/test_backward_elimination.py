@@ -1,4 +1,4 @@
-"""Who stays in the model: an effect that stood for two gives way, an idle one goes, and where all are looked for."""
+"""Who stays in the model: an effect that weigh_effects for two gives way, an idle one goes, and where all are looked for."""
 
 from dataclasses import dataclass, field
 from types import SimpleNamespace
@@ -26,8 +26,8 @@ class Model:
     evaluation: str = "here"
 
 
-def fit(slugs, objective, stopped=False):
-    return Model(tuple(slugs), objective, (f"{slugs[-1]}.strength",) if stopped else ())
+def fit(slugs, objective, at_a_bound=False):
+    return Model(tuple(slugs), objective, (f"{slugs[-1]}.strength",) if at_a_bound else ())
 
 
 class Searched:
@@ -42,16 +42,16 @@ class Searched:
             ("gravity", "wrap_friction"): 200.0, ("thick_wall", "wrap_friction"): 170.0, ("tip_contact", "wrap_friction"): 250.0,
             ("gravity", "thick_wall"): 300.0, ("thick_wall", "tip_contact"): 300.0, ("tip_contact",): 400.0,
         }  # fmt: skip
-        self.stopped, self.astray, self.unseen, self.drift = set(), {}, {}, {}
+        self.at_a_bound, self.astray, self.unseen, self.drift = set(), {}, {}, {}
         self.filled = []
         self.program = SimpleNamespace(
             unknowns=SimpleNamespace(slugs=SLUGS, of=lambda names: np.array([SLUGS.index(n) for n in names]), neutral=np.zeros(4), base=[]),
             unseen=None, fitted=None, observations=lambda mask: 40.0,
         )  # fmt: skip
         self.current = self.fit("gravity", "wrap_friction")
-        first = Step(self.fit(), None, self.trials((), SLUGS), 9.0, "gravity")
-        second = Step(self.fit("gravity"), None, self.trials(("gravity",), ("wrap_friction", "thick_wall")), 6.0, "wrap_friction")
-        self.stages = [first, second]
+        first = Step(self.fit(), None, self.candidates((), SLUGS), 9.0, "gravity")
+        second = Step(self.fit("gravity"), None, self.candidates(("gravity",), ("wrap_friction", "thick_wall")), 6.0, "wrap_friction")
+        self.steps = [first, second]
 
         def refit(slugs, start, rounds=0, near=None):
             assert near == "here"  # latent trajectories begin with those of the model that it came from
@@ -72,28 +72,28 @@ class Searched:
         monkeypatch.setattr(leave_one_out_evidence, "instrument_parts", lambda *fits: (drift(*fits), 0.0))
 
     def fit(self, *slugs):
-        return fit(slugs, self.objectives[tuple(sorted(slugs))], bool(self.stopped & set(slugs)))
+        return fit(slugs, self.objectives[tuple(sorted(slugs))], bool(self.at_a_bound & set(slugs)))
 
     def worth(self, rest, model):
         return 0.5 * (rest.objective - model.objective)
 
-    def trials(self, base, slugs):
+    def candidates(self, base, slugs):
         known = [(*base, s) for s in slugs if tuple(sorted((*base, s))) in self.objectives]
         return sorted(
             (CandidateFit(x[-1], self.fit(*x), self.worth(self.fit(*base), self.fit(*x)), 0.0) for x in known), key=lambda t: -t.bayes
         )
 
-    def weigh(self, program, current, trials):
-        for trial in trials:
-            trial.bayes = self.worth(current, trial.fit)
-        trials.sort(key=lambda trial: -trial.bayes)
+    def weigh(self, program, current, candidates):
+        for candidate in candidates:
+            candidate.bayes = self.worth(current, candidate.fit)
+        candidates.sort(key=lambda candidate: -candidate.bayes)
 
     def fill(self, rest):
         self.filled.append(rest.slugs)
-        return Step(rest, None, self.trials(rest.slugs, [s for s in SLUGS if s not in rest.slugs]))
+        return Step(rest, None, self.candidates(rest.slugs, [s for s in SLUGS if s not in rest.slugs]))
 
-    def stood(self, slugs=None):
-        return leave_each_out(self.program, self.current if slugs is None else self.fit(*slugs), 4.0, self.stages, self.fill, HeldOutScores(self.program))
+    def weigh_effects(self, slugs=None):
+        return leave_each_out(self.program, self.current if slugs is None else self.fit(*slugs), 4.0, self.steps, self.fill, HeldOutScores(self.program))
 
 
 @pytest.fixture
@@ -102,14 +102,14 @@ def searched(monkeypatch):
 
 
 def test_a_rival_of_more_evidence_beside_the_others_takes_the_place(searched):
-    named = searched.stood()
+    named = searched.weigh_effects()
     assert named.fit.slugs == ("thick_wall", "wrap_friction")  # in the order in which they entered
-    first, second = (named.standings[slug] for slug in named.fit.slugs)
+    first, second = (named.leave_one_out[slug] for slug in named.fit.slugs)
     assert first.base.slugs == ("wrap_friction",) and second.base.slugs == ("thick_wall",)
-    assert [(t.slug, t.bayes) for t in first.trials] == [("thick_wall", 65.0), ("gravity", 50.0), ("tip_contact", 25.0)]
+    assert [(t.slug, t.bayes) for t in first.candidates] == [("thick_wall", 65.0), ("gravity", 50.0), ("tip_contact", 25.0)]
     assert second.own.bayes == 75.0  # beside what took the place, not beside `gravity`
     assert searched.filled == [("wrap_friction",), ("thick_wall",)]
-    assert [t.bayes for t in searched.stages[0].trials] == [150.0, 140.0, 125.0, 100.0]  # the search stays as it was
+    assert [t.bayes for t in searched.steps[0].candidates] == [150.0, 140.0, 125.0, 100.0]  # the search stays as it was
 
 
 @pytest.mark.parametrize("why", [
@@ -120,7 +120,7 @@ def test_another_does_not_where_anything_speaks_against_it(searched, why):
     if why == "worth less":
         searched.objectives[tuple(sorted(pair))] = 210.0
     elif why == "at a bound":
-        searched.stopped = {"thick_wall"}
+        searched.at_a_bound = {"thick_wall"}
     elif why == "drift":
         searched.drift[pair] = 61.0
     elif why == "more drift":  # than it has more evidence
@@ -131,51 +131,51 @@ def test_another_does_not_where_anything_speaks_against_it(searched, why):
         searched.astray[pair] = np.array([3.0, -0.1, -0.1])
     else:
         searched.unseen[pair] = 16.0
-    named = searched.stood()
+    named = searched.weigh_effects()
     assert named.fit.slugs == ("gravity", "wrap_friction") and named.left_out == 4.0
-    first, second = (named.standings[slug] for slug in named.fit.slugs)
-    assert first.own.bayes == 50.0 and len(first.trials) == 3
+    first, second = (named.leave_one_out[slug] for slug in named.fit.slugs)
+    assert first.own.bayes == 50.0 and len(first.candidates) == 3
     assert second.own.bayes == 75.0 and searched.filled == [("wrap_friction",)]  # beside the first it has been tried
 
 
 def test_what_takes_a_place_may_go_astray_without_one_part_of_the_recordings(searched):
     """Its score counts what it gains on the base model's 7, without that part, as that of any effect does."""
     searched.astray[frozenset({"thick_wall", "wrap_friction"})] = np.array([30.0, -0.5, 0.0])
-    named = searched.stood()
+    named = searched.weigh_effects()
     assert named.fit.slugs == ("thick_wall", "wrap_friction")
-    assert named.left_out == named.standings["thick_wall"].own.left_out == 7.0 - 2.5
+    assert named.left_out == named.leave_one_out["thick_wall"].own.left_out == 7.0 - 2.5
 
 
 @pytest.mark.parametrize("found", [True, False])
 def test_an_effect_that_is_not_found_again_stays_as_it_was(searched, found):
     searched.objectives["thick_wall", "wrap_friction"] = 240.0
-    whole = searched.trials
+    whole = searched.candidates
 
-    def trials(base, slugs):
+    def candidates(base, slugs):
         return [t for t in whole(base, slugs) if found or t.slug != "gravity"]
 
-    searched.trials = trials
-    standing = searched.stood().standings["gravity"]
-    assert standing.own.fit.objective == 200.0
-    assert [(t.slug, t.bayes) for t in standing.trials] == [("gravity", 50.0), ("thick_wall", 30.0), ("tip_contact", 25.0)]
+    searched.candidates = candidates
+    one_out = searched.weigh_effects().leave_one_out["gravity"]
+    assert one_out.own.fit.objective == 200.0
+    assert [(t.slug, t.bayes) for t in one_out.candidates] == [("gravity", 50.0), ("thick_wall", 30.0), ("tip_contact", 25.0)]
 
 
 def test_part_of_every_effect_that_drift_explains_is_told_beside_the_others(searched):
     searched.objectives["thick_wall", "wrap_friction"] = 240.0
     searched.drift[frozenset({"gravity", "wrap_friction"})] = 7.0
-    assert [s.own.adrift for s in searched.stood().standings.values()] == [7.0, 7.0]
+    assert [s.own.explained_by_instruments for s in searched.weigh_effects().leave_one_out.values()] == [7.0, 7.0]
 
 
 def test_an_effect_that_another_made_idle_is_dropped_and_the_next_one_leads(searched):
     searched.objectives[("wrap_friction",)] = 208.0  # a log Bayes factor of 4 is less than what lets an effect in
-    named = searched.stood()
+    named = searched.weigh_effects()
     assert named.fit.slugs == ("wrap_friction",) and searched.filled == []
-    assert named.standings["wrap_friction"].base.slugs == ()
-    explanation = Explanation(searched.program, searched.fit(), named, searched.stages, 0.0, True)
-    assert explanation.leading is named.standings["wrap_friction"] and explanation.left_out == (9.0, 4.0)
+    assert named.leave_one_out["wrap_friction"].base.slugs == ()
+    explanation = Explanation(searched.program, searched.fit(), named, searched.steps, 0.0, True)
+    assert explanation.leading is named.leave_one_out["wrap_friction"] and explanation.left_out == (9.0, 4.0)
     searched.objectives[("wrap_friction",)] = 212.0
     searched.objectives["thick_wall", "wrap_friction"] = 240.0
-    assert len(searched.stood().fit.slugs) == 2
+    assert len(searched.weigh_effects().fit.slugs) == 2
 
 
 def test_an_effect_that_is_idle_beside_a_fair_fit_of_the_others_goes(searched):
@@ -184,42 +184,42 @@ def test_an_effect_that_is_idle_beside_a_fair_fit_of_the_others_goes(searched):
     whole = searched.fill
 
     def fill(rest):
-        stage = whole(rest)
-        stage.base = fit(rest.slugs, 208.0)
-        return stage
+        step = whole(rest)
+        step.base = fit(rest.slugs, 208.0)
+        return step
 
     searched.fill = fill
-    named = searched.stood()
-    assert (named.fit.slugs, named.fit.objective) == (("wrap_friction",), 208.0) and set(named.standings) == {"wrap_friction"}
+    named = searched.weigh_effects()
+    assert (named.fit.slugs, named.fit.objective) == (("wrap_friction",), 208.0) and set(named.leave_one_out) == {"wrap_friction"}
 
 
 def test_a_better_fit_that_turns_up_among_rivals_is_what_all_effects_are_weighed_by(searched):
     """The model is fitted anew while rivals of its second effect are."""
     searched.objectives["thick_wall", "wrap_friction"] = 240.0
-    searched.stages[1].trials = []  # the second was not tried beside the first one
+    searched.steps[1].candidates = []  # the second was not tried beside the first one
     whole = searched.fill
 
     def fill(rest):
-        stage = whole(rest)
+        step = whole(rest)
         if rest.slugs == ("gravity",):
-            trial = next(t for t in stage.trials if t.slug == "wrap_friction")
-            trial.fit = fit(("gravity", "wrap_friction"), 150.0)
-        return stage
+            candidate = next(t for t in step.candidates if t.slug == "wrap_friction")
+            candidate.fit = fit(("gravity", "wrap_friction"), 150.0)
+        return step
 
     searched.fill = fill
-    named = searched.stood()
+    named = searched.weigh_effects()
     assert named.fit.objective == 150.0
-    assert [s.own.fit.objective for s in named.standings.values()] == [150.0, 150.0]
-    assert [s.own.bayes for s in named.standings.values()] == [75.0, 100.0]
+    assert [s.own.fit.objective for s in named.leave_one_out.values()] == [150.0, 150.0]
+    assert [s.own.bayes for s in named.leave_one_out.values()] == [75.0, 100.0]
     assert sorted(searched.filled) == [("gravity",), ("wrap_friction",)]  # each once
 
 
 def test_each_of_three_effects_is_weighed_beside_the_two_others(searched):
     three = ("gravity", "tip_contact", "wrap_friction")
     searched.objectives |= {three: 100.0, ("gravity", "tip_contact"): 280.0}
-    named = searched.stood(("gravity", "wrap_friction", "tip_contact"))
+    named = searched.weigh_effects(("gravity", "wrap_friction", "tip_contact"))
     assert named.fit.slugs == ("gravity", "wrap_friction", "tip_contact")
-    assert {s.slug: (set(s.base.slugs), s.own.bayes) for s in named.standings.values()} == {
+    assert {s.slug: (set(s.base.slugs), s.own.bayes) for s in named.leave_one_out.values()} == {
         "gravity": ({"wrap_friction", "tip_contact"}, 75.0),
         "wrap_friction": ({"gravity", "tip_contact"}, 90.0),
         "tip_contact": ({"gravity", "wrap_friction"}, 50.0),
@@ -229,40 +229,40 @@ def test_each_of_three_effects_is_weighed_beside_the_two_others(searched):
 def test_rivals_that_surpass_each_other_in_turn_do_not_go_on_for_ever(searched, monkeypatch):
     given = []
 
-    def successor(program, standing, score):
-        given.append(standing.slug)
-        return next(t for t in standing.trials if t.slug != standing.slug)
+    def successor(program, one_out, score):
+        given.append(one_out.slug)
+        return next(t for t in one_out.candidates if t.slug != one_out.slug)
 
     monkeypatch.setattr(leave_one_out_evidence, "_successor", successor)
-    named = searched.stood()
-    assert len(given) == 4 and set(named.standings) == set(named.fit.slugs)
+    named = searched.weigh_effects()
+    assert len(given) == 4 and set(named.leave_one_out) == set(named.fit.slugs)
 
 
 def test_one_effect_that_was_chosen_before_others_of_more_evidence_stays(searched):
     """Left-out recordings refused `thick_wall`, whose evidence is larger."""
     searched.objectives[("thick_wall",)] = 300.0
-    assert searched.stood(("gravity",)).fit.slugs == ("gravity",)
+    assert searched.weigh_effects(("gravity",)).fit.slugs == ("gravity",)
 
 
 def test_a_search_that_comes_back_to_a_model_ends(monkeypatch):
     """Two effects each of which makes the other one idle would follow one another for ever."""
     found = {(): ("gravity",), ("gravity",): ("thick_wall",), ("thick_wall",): ("gravity",)}
-    growth, asked = StepwiseSearch(np.random.default_rng(0), lambda _: None, 1), []
+    search, asked = StepwiseSearch(np.random.default_rng(0), lambda _: None, 1), []
 
-    def choice(program, current, stage, base, original, scores):
+    def choice(program, current, step, base, original, scores):
         asked.append(current.slugs)
         assert len(asked) < 9
         return CandidateFit(found[current.slugs][0], fit(found[current.slugs], 100.0), 20.0, 0.0)
 
     monkeypatch.setattr(stepwise, "choice", choice)
-    monkeypatch.setattr(stepwise, "screened", lambda *_: SimpleNamespace(p_value=0.001))
-    monkeypatch.setattr(StepwiseSearch, "fill", lambda growth, program, stage: None)
+    monkeypatch.setattr(stepwise, "scored", lambda *_: SimpleNamespace(p_value=0.001))
+    monkeypatch.setattr(StepwiseSearch, "fill", lambda search, program, step: None)
     base = fit((), 300.0)
     program = SimpleNamespace(unknowns=SimpleNamespace(slugs=SLUGS))
     monkeypatch.setattr(stepwise, "polished", lambda program, fit: fit)
     monkeypatch.setattr(stepwise, "leave_each_out", lambda program, fit, left, *_: Named(fit, left))
     explanation = Explanation(program, base, Named(base), [], 0.001, True)
-    growth.grown(explanation, growth.stage(program, base))
+    search.run(explanation, search.step(program, base))
     assert asked == [(), ("gravity",), ("thick_wall",)] and explanation.final.slugs == ("gravity",)
 
 
@@ -276,7 +276,7 @@ def test_all_recordings_are_fitted_where_those_to_fit_name_nothing(monkeypatch, 
     program = SimpleNamespace(fitted=np.array([True, False]), unknowns=SimpleNamespace(slugs=SLUGS))
     final, seen = fit(("gravity",) if named else (), 10.0), []
     monkeypatch.setattr(explain, "base_fit", lambda program, **more: (program, None))
-    monkeypatch.setattr(explain, "screened", lambda *_: SimpleNamespace(p_value=chance))
+    monkeypatch.setattr(explain, "scored", lambda *_: SimpleNamespace(p_value=chance))
     found = Explanation(program, None, Named(final), [], chance, True)
     monkeypatch.setattr(explain, "_whole", lambda *_: found)
     monkeypatch.setattr(explain, "_contradicted", lambda _: contradicted)

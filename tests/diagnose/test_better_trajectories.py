@@ -23,8 +23,8 @@ def evaluation(misfits, level):
         drivers={"xi0": np.full((count + 1, 3), level)},
         u=np.zeros(1),
         columns=np.zeros(1, int),
-        courses=np.full((count + 1, 1, 3), level),
-        course_slopes=np.full((1, count + 1, 1, 3), level),
+        trajectories=np.full((count + 1, 1, 3), level),
+        trajectory_slopes=np.full((1, count + 1, 1, 3), level),
         hidden=[level] * count,
     )
 
@@ -34,8 +34,8 @@ def test_each_recording_is_taken_from_where_it_fits_better():
     assert [m[0] for m in found.misfit] == [1.0, 1.0]
     assert found.hidden == [0.1, 0.9]
     levels = [0.1, 0.9]
-    assert found.drivers["xi0"][:2, 0].tolist() == levels and found.courses[:2, 0, 0].tolist() == levels
-    assert found.course_slopes[0, :2, 0, 0].tolist() == levels
+    assert found.drivers["xi0"][:2, 0].tolist() == levels and found.trajectories[:2, 0, 0].tolist() == levels
+    assert found.trajectory_slopes[0, :2, 0, 0].tolist() == levels
     assert [j[0, 0] for j in found.jacobian] == levels and [p[0][0] for p in found.predicted] == levels
     assert found.drivers["xi0"][2, 0] == 0.1  # padding has no misfit to go by
 

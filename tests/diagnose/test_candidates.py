@@ -4,11 +4,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from linear_world import ANOTHER, CONSTANT, DELAY, SWELLING, tubes
 
 from fitting.diagnose.check import answers
 from fitting.diagnose.fit import candidates
-from fitting.diagnose.fit.candidates import TO_THE_END, CandidateFit, candidate_fits
-from fitting.diagnose.search.steps import Explanation, LeaveOneOutEvidence, Named, Step
+from fitting.diagnose.fit.candidates import candidate_fits
+from fitting.diagnose.search.explain import explain
+from fitting.diagnose.settings import DEFAULT
+from fitting.diagnose.verdict.conclude import conclude
 
 SLUGS = tuple(f"quick_{k}" for k in range(9))
 
@@ -21,9 +24,9 @@ class Fits:
 
     def fit(self, slugs, start, rounds=0, near=None):
         slug = slugs[-1]
-        if rounds == TO_THE_END:
+        if rounds == DEFAULT.optimiser.final_steps:
             self.ended.add(slug)
-        slow = 295.0 if rounds < TO_THE_END else 100.0
+        slow = 295.0 if rounds < DEFAULT.optimiser.final_steps else 100.0
         objective = slow if slug == "slow" else 200.0 + 10.0 * SLUGS.index(slug)
         return SimpleNamespace(slugs=slugs, objective=objective, u=np.zeros(1), evaluation=None, at_bound=())
 
@@ -35,7 +38,7 @@ def _score(slug, p_value=0.001, gain=100.0):
     return SimpleNamespace(slug=slug, p_value=p_value, gain=gain)
 
 
-def _tried(monkeypatch, fits, screen, values=1):
+def _directions(monkeypatch, fits, screen, values=1):
     """Trials of a campaign of so many values; the base model's objective is 300."""
     monkeypatch.setattr(candidates, "Refitter", lambda program: fits)
     monkeypatch.setattr(candidates, "about_nominal", lambda refitter, fit, found: found.about_nominal)
@@ -52,7 +55,7 @@ def test_a_candidate_stays_whose_next_step_promises_more_than_others_have(monkey
     """The third of those that are fitted to the end is at 220."""
     fits = Fits({"slow": promise})
     screen = SimpleNamespace(scores=[_score(s) for s in (*SLUGS, "slow")], about_nominal=())
-    found = _tried(monkeypatch, fits, screen)
+    found = _directions(monkeypatch, fits, screen)
     assert fits.ended == {"quick_0", "quick_1", "quick_2"} | ({"slow"} if first else set())
     assert (found[0].slug == "slow") is first and len(found) == 10
 
@@ -61,8 +64,8 @@ def test_a_candidate_is_fitted_that_scores_about_nominal_constants_alone(monkeyp
     """Where the base model ended, `slow` seems to act the wrong way and has no score."""
     about = (_score("quick_0"), _score("slow", gain=40.0), _score("by_chance", 0.2), _score("quick_8", gain=20.0))
     screen = SimpleNamespace(scores=[_score(s) for s in SLUGS[:4]], about_nominal=about)
-    found = _tried(monkeypatch, Fits({}), screen)
-    assert {trial.slug for trial in found} == {*SLUGS[:4], "slow"}
+    found = _directions(monkeypatch, Fits({}), screen)
+    assert {candidate.slug for candidate in found} == {*SLUGS[:4], "slow"}
 
 
 @pytest.mark.parametrize(("values", "ended"), [(100, {"quick_0", "quick_1", "quick_2"}), (300, {"quick_0", "quick_2"})])
@@ -70,20 +73,20 @@ def test_beside_one_that_leaves_noise_none_is_fitted_on_that_promises_far_more(m
     """The best is at 200: reduced chi-square 4 of a hundred values, 1.33 of three hundred."""
     fits = Fits({"quick_1": 601.0, "quick_2": 599.0})
     screen = SimpleNamespace(scores=[_score(s) for s in SLUGS], about_nominal=())
-    found = _tried(monkeypatch, fits, screen, values)
+    found = _directions(monkeypatch, fits, screen, values)
     assert fits.ended == ended and len(found) == 9
 
 
 def test_what_is_said_of_an_effect_that_was_asked_for():
-    """`gravity` was fitted in the first round and is no rival of what leads now; `tip_contact` never was."""
-    named = Named(SimpleNamespace(slugs=("thick_wall",)), 1.0, {"thick_wall": LeaveOneOutEvidence("thick_wall", None, [CandidateFit("thick_wall", None, 9.0, 0.0)])})
-    first = Step(None, SimpleNamespace(untestable=["r_phase"]), [CandidateFit("gravity", None, 4.0, 0.0)])
-    explanation = Explanation(None, None, named, [first], 0.001, True)
-    slugs = ("thick_wall", "gravity", "tip_contact", "r_phase")
-    conclusion = SimpleNamespace(
-        explanation=explanation, found=[SimpleNamespace(slug="thick_wall", probability=0.9)],
-        candidates={slug: (0.01, -5.0) for slug in slugs[1:]},
-    )  # fmt: skip
-    said = [entry["text"] for entry in answers((*slugs, "wrap_friction"), conclusion)]
+    """One was found, one was tried, one has no score, one has no sensitivity, one is no candidate."""
+    rng = np.random.default_rng(3)
+    world = tubes(effects=(CONSTANT, ANOTHER, DELAY, SWELLING), rows=80)
+    world.effects[DELAY][:] = 0.0
+    world.effects[SWELLING][:] = rng.standard_normal(world.effects[SWELLING].shape)
+    shared = world.effects[CONSTANT] + 0.3 * world.effects[ANOTHER][:, :, :1]
+    world.effects[ANOTHER][:, :, :1] = shared
+    conclusion = conclude(explain(world.program(world.truth(rng, **{CONSTANT: 1.5})), rng))
+    slugs = (CONSTANT, ANOTHER, SWELLING, DELAY, "gravity")
+    said = [entry["text"] for entry in answers(slugs, conclusion)]
     for text, part in zip(said, ("was found", "was tried", "did not stand out", "cannot be tested", "part of the model"), strict=True):
         assert part in text

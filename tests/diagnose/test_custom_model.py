@@ -1,11 +1,14 @@
 """A base model of one's own: the term that is missing is found among rivals, and untouched recordings are predicted."""
 
+import json
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from fitting.diagnose.custom_model import OwnModel, OwnRecording, Term, explain_own
 from fitting.inference.parameters import Parameter, Parameters, Prior
+from fitting.report.results import save, text
 from pneusma_jax.effects import Spec
 from pneusma_jax.errors import InputError
 
@@ -59,7 +62,7 @@ def test_the_missing_term_is_found_and_predicts(explained):
     assert before["angle"] > 0.5 and after["angle"] < 0.25 * before["angle"]
     share = explained.final.result.parameters["leak__share"]
     assert 0.3 < share.value < 1.0 and not share.at_bound
-    assert "leak" in explained.report() and "never fitted" in explained.report()
+    assert "leak: Air leaks." in text(explained) and "Never fitted: RMSE of angle" in text(explained)
     whole = explained.predict({"pressure": PRESSURE}, {"length": np.array(50.0)})["angle"]
     np.testing.assert_allclose(whole, leaking(PRESSURE, 50.0), atol=0.8)
 
@@ -73,6 +76,17 @@ def test_nothing_is_missing_from_the_truth():
     result = explain_own(OwnModel(base, parameters(), TERMS), recordings(lambda p, length: 1.1 * length * p, seed=3))
     assert result.named == () and result.final is result.base
     assert "None of the candidates" in result.report()
+
+
+def test_everything_is_written(explained, tmp_path):
+    assert {path.name for path in save(explained, tmp_path / "out")} == {"report.json", "report.html", "predictions.png"}
+    report = json.loads((tmp_path / "out" / "report.json").read_text(), parse_constant=pytest.fail)
+    assert report["terms"] == list(explained.named) and set(report["rmse"]) == {f"r{k}" for k in range(6)}
+    share = explained.final.result.parameters["leak__share"]
+    assert report["parameters"]["leak__share"]["value"] == share.value
+    assert report["parameters"]["leak__share"]["sd"] == pytest.approx(share.standard_error * explained.inflation**0.5)
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "The base misses leak" in page and "Air leaks." in page and page.count("<figure>") == 1
 
 
 def test_wrong_slots_names_and_recordings_are_refused():

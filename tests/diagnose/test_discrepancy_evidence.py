@@ -3,15 +3,19 @@
 import numpy as np
 import pytest
 from diagnosis_coupons import NOISE, curve, write
+from linear_world import tubes
 
 from fitting.data.recordings import read_campaign
 from fitting.diagnose.evaluate.program import Program
 from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.fit.misfit import reduced
+from fitting.diagnose.fit.refit import Refitter
+from fitting.diagnose.search.steps import Explanation, Named
+from fitting.diagnose.settings import DEFAULT
 from fitting.diagnose.verdict.discrepancy import fitted_discrepancy
-from fitting.diagnose.verdict.discrepancy_evidence import race
+from fitting.diagnose.verdict.discrepancy_evidence import best_discrepancy
 from fitting.diagnose.verdict.locate import Place, knots_of
-from fitting.diagnose.verdict.unexplained import DISCREPANCY
+from fitting.diagnose.verdict.unexplained import contradicted
 from pneusma_jax.model_discrepancy import unmodelled
 from pneusma_jax.silicone import load_silicone
 from pneusma_jax.simulate.coupon import simulate_coupon
@@ -19,7 +23,7 @@ from pneusma_jax.simulate.coupon import simulate_coupon
 
 def raced(folder, law):
     program, base = base_fit(Program.of(read_campaign(write(folder, law)), "elastomer"))
-    return race(program, base), reduced(program, base, program.fitted)
+    return best_discrepancy(program, base), reduced(program, base, program.fitted)
 
 
 def drifting(strain):
@@ -36,7 +40,7 @@ def test_a_small_ripple_is_found_with_what_it_goes_with(tmp_path):
     """Its root mean square is less than that of the noise: no reduced chi-square shows it."""
     found, left = raced(tmp_path / "c", lambda e: 1.02 * curve(e) + NOISE * np.sin(28.0 * e))
     assert left < 1.7
-    assert found.bayes > DISCREPANCY
+    assert found.bayes > DEFAULT.evidence.minimum_first
     assert (found.quantity, found.driver) == ("stress", "strain")
     assert found.left_out < left
 
@@ -44,7 +48,7 @@ def test_a_small_ripple_is_found_with_what_it_goes_with(tmp_path):
 @pytest.mark.parametrize("law", [lambda e: 1.02 * curve(e), drifting])
 def test_noise_and_drift_are_no_physics(tmp_path, law):
     found, _ = raced(tmp_path / "c", law)
-    assert found.bayes < 0.5 * DISCREPANCY
+    assert found.bayes < 0.5 * DEFAULT.evidence.minimum_first
 
 
 def test_no_correction_bends_within_the_noise_of_a_driver_that_is_held():
@@ -61,13 +65,11 @@ def test_no_correction_bends_within_the_noise_of_a_driver_that_is_held():
 
 
 def test_a_chi_square_beyond_chance_contradicts_the_model_only_with_a_signature_and_a_stated_noise():
-    from types import SimpleNamespace
-
-    from fitting.diagnose.verdict.unexplained import contradicted
-
     def verdict(bound, stated, scored=1.1, noise=1.0):
-        program = SimpleNamespace(noise_stated=stated, fitted=np.ones(2, bool), observations=lambda chosen: 500)
-        explanation = SimpleNamespace(program=program, p_value=0.001, p_is_bound=bound)
+        world = tubes(rows=125, stated=stated)
+        program = world.program(world.truth(np.random.default_rng(2)))
+        fit = Refitter(program).fit(())
+        explanation = Explanation(program, fit, Named(fit), [], 0.001, bound)
         return contradicted(explanation, [1.3, scored], None, [noise, 1.0])
 
     assert verdict(True, True)
@@ -78,19 +80,19 @@ def test_a_chi_square_beyond_chance_contradicts_the_model_only_with_a_signature_
 
 def test_a_silicone_that_cures_is_a_stiffness_that_goes_with_time(tmp_path):
     """Not a drifting force: where nothing pulls, nothing changes. Its remainder is what was done to it."""
-    grown = lambda size: np.linspace(0.0, 120.0, size) / (np.linspace(0.0, 120.0, size) + 60.0)  # noqa: E731
-    folder = write(tmp_path / "c", lambda e: curve(e) * (0.9 + 0.3 * grown(e.size)))
+    cured = lambda size: np.linspace(0.0, 120.0, size) / (np.linspace(0.0, 120.0, size) + 60.0)  # noqa: E731
+    folder = write(tmp_path / "c", lambda e: curve(e) * (0.9 + 0.3 * cured(e.size)))
     program, base = base_fit(Program.of(read_campaign(folder), "elastomer"))
-    found = race(program, base)
+    found = best_discrepancy(program, base)
     assert (found.quantity, found.driver) == ("silicone_stiffness", "time")
-    assert found.bayes > DISCREPANCY and found.left_out < 1.3
+    assert found.bayes > DEFAULT.evidence.minimum_first and found.left_out < 1.3
     rest = fitted_discrepancy(program, base, Place(["time"], {}, [], None), found.quantity)
     assert rest.quantity == "silicone_stiffness"
     stiffness = float(program.unknowns.items[0].value(base.u[0]))
     late = np.array([10.0, 60.0, 110.0])
     told = stiffness * (1.0 + np.interp(late, rest.knots, rest.values))
     assert np.allclose(told, 0.9 + 0.3 * late / (late + 60.0), rtol=0.02)
-    effect = unmodelled(rest.knots, rest.values, "elastomer", rest.quantity, rest.driver)
+    effect = unmodelled(rest.knots, rest.values, "silicone", rest.quantity, rest.driver)
     plain = load_silicone("dragon_skin_10_fast")
     seen = simulate_coupon(plain, np.full(3, 0.4), time=late, effects=(effect,)).seen
     change = np.interp(late, rest.knots, rest.values)

@@ -5,10 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.diagnose.evaluate.unknowns import Unknowns
 from fitting.diagnose.fit import candidates, evidence
-from fitting.diagnose.fit.evidence import _occam, _spared
-from fitting.inference.parameters import Parameters
+from fitting.diagnose.fit.evidence import _spared
 
 
 def fitted(objective, follows, at=0.0):
@@ -17,39 +15,39 @@ def fitted(objective, follows, at=0.0):
 
 
 def beside_courses(monkeypatch, again=None):
-    """A campaign of one recording with latent trajectories; what a refit near a trial's courses ends at."""
+    """A campaign of one recording with latent trajectories; what a refit near a candidate's courses ends at."""
     monkeypatch.setattr(candidates, "inflation_of", lambda program, fit: 1.0)
     monkeypatch.setattr(evidence, "_occam", lambda *anything: 0.0)
     refitter = SimpleNamespace(fit=lambda slugs, u, near: again)
     monkeypatch.setattr(candidates, "Refitter", lambda program: refitter)
-    followed = lambda follows: [SimpleNamespace(taken=lambda: np.full(100, follows / 100.0))]  # noqa: E731
+    followed = lambda follows: [SimpleNamespace(leverage=lambda: np.full(100, follows / 100.0))]  # noqa: E731
     unknowns = SimpleNamespace(slugs=("a",), base=np.array([0]), neutral=np.zeros(2), amplitudes=lambda slug: np.array([1]))
     return SimpleNamespace(followed=followed, fitted=np.array([True]), unknowns=unknowns, hidden=True)
 
 
 def test_what_hidden_courses_follow_more_is_no_evidence(monkeypatch):
     program = beside_courses(monkeypatch)
-    trial = candidates.CandidateFit("a", fitted(80.0, 40.0), 0.0, 0.0)
-    candidates.weigh(program, fitted(100.0, 10.0), [trial])
-    assert trial.bayes == pytest.approx(20.0 - 0.5 * 30.0)
-    candidates.weigh(program, fitted(100.0, 60.0), [trial])
-    assert trial.bayes == pytest.approx(20.0)
+    candidate = candidates.CandidateFit("a", fitted(80.0, 40.0), 0.0, 0.0)
+    candidates.weigh(program, fitted(100.0, 10.0), [candidate])
+    assert candidate.bayes == pytest.approx(20.0 - 0.5 * 30.0)
+    candidates.weigh(program, fitted(100.0, 60.0), [candidate])
+    assert candidate.bayes == pytest.approx(20.0)
 
 
 def test_no_trial_is_credited_with_a_kink_that_the_model_so_far_was_shut_in_by(monkeypatch):
     freed = fitted(83.0, 10.0)
     program = beside_courses(monkeypatch, freed)
-    trial = candidates.CandidateFit("a", fitted(80.0, 10.0), 20.0, 0.0)
-    assert candidates.refitted_baseline(program, fitted(100.0, 10.0), [trial]) is freed
-    assert trial.bayes == pytest.approx(3.0)
+    candidate = candidates.CandidateFit("a", fitted(80.0, 10.0), 20.0, 0.0)
+    assert candidates.refitted_baseline(program, fitted(100.0, 10.0), [candidate]) is freed
+    assert candidate.bayes == pytest.approx(3.0)
     program = beside_courses(monkeypatch, fitted(104.0, 10.0))
     shut = fitted(100.0, 10.0)
-    assert candidates.refitted_baseline(program, shut, [trial]) is shut
-    assert trial.bayes == pytest.approx(20.0)
+    assert candidates.refitted_baseline(program, shut, [candidate]) is shut
+    assert candidate.bayes == pytest.approx(20.0)
 
 
 def test_no_trial_is_credited_with_a_better_place_of_the_bases_own_constants(monkeypatch):
-    """Without latent trajectories, too: the base is fitted from where a trial ended, and takes over what is better."""
+    """Without latent trajectories, too: the base is fitted from where a candidate ended, and takes over what is better."""
     better = fitted(82.0, 0.0)
     program = beside_courses(monkeypatch)
     program.hidden, program.followed, begun = False, lambda evaluation: [None], []
@@ -79,17 +77,3 @@ def test_strengths_that_are_not_needed_cost_next_to_nothing():
     assert saved == pytest.approx(evidence([0, 1]) - evidence([0, 1, 2]))
     assert saved > 1.0
     assert _spared(np.linalg.inv(H), np.array([0.3, 2.0, 2.0]), {1: cost, 2: cost}) == 0.0
-
-
-@pytest.mark.parametrize("inflation", [1.0, 30.0, 900.0])
-def test_evidence_where_much_is_left_is_that_of_as_wide_a_noise(inflation):
-    """A strength of flat prior that recordings tell to 0.02, against its evidence by quadrature."""
-    unknowns, sd, best = Unknowns(Parameters(), ("channel_lag",), "E"), 0.02, 6.0
-    program = SimpleNamespace(unknowns=unknowns)
-    free = unknowns.of(["channel_lag"])
-    current = SimpleNamespace(free=free[:0], covariance=np.zeros((0, 0)), u=unknowns.neutral)
-    fit = SimpleNamespace(free=free, covariance=np.array([[sd**2]]), u=np.array([best]))
-    strength = np.linspace(unknowns.low[0], unknowns.high[0], 200001)
-    likelihood = np.exp(-0.5 * ((strength - best) / sd) ** 2 / inflation)
-    expected = np.log(np.trapezoid(likelihood, strength) / np.ptp(strength))
-    assert _occam(program, current, fit, ["channel_lag"], inflation) == pytest.approx(expected, abs=0.05)

@@ -1,13 +1,13 @@
 """The noise of a resistance that nobody states, told by itself: beside ramps, ripple and switches, as rows see it."""
 
 import dataclasses
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from fitting.data.recordings import Recording, Reduction
 from fitting.diagnose.evaluate.high_frequency_noise import high_frequency_noise, high_frequency_readings
+from fitting.specimens.rows import Rows
 
 NAME = "resistance_2"
 
@@ -28,7 +28,8 @@ def recordings(pieces, block=1, stated=None):
         read = Recording("run", None, "actuator", columns={"time_s": time, f"{NAME}_ohm": values}, noise=noise)
         short = dataclasses.replace(read, reduction=Reduction(read, None, block, ""))
         found.append(read if block == 1 else short)
-        rows.append(SimpleNamespace(measured={NAME: mean}, weight={NAME: 1.0 * np.isfinite(mean)}))
+        there, clock = np.isfinite(mean), np.arange(float(len(mean)))
+        rows.append(Rows(there, clock, {}, {NAME: mean}, {NAME: 1.0 * there}, {}, {}, 1))
     return found, rows
 
 

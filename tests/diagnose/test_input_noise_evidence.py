@@ -1,40 +1,55 @@
 """Noise of inputs that an effect averages away: what it fits better by that is no physics."""
 
-from types import SimpleNamespace
+import dataclasses
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
-from one_column import Column
+from linear_world import DELAY, SIGMA, World
 
+from fitting.diagnose.evaluate.evaluation import Raw
 from fitting.diagnose.evaluate.inputs import shifted, white_noise
 from fitting.diagnose.fit import input_noise_evidence
+from fitting.diagnose.fit.refit import Fit
 from fitting.inference.latent_trajectory.denoise import denoised
-from fitting.specimens.rows import Rows
 
 ROWS, STATED = 4000, 0.2
 
 
-def stand(course, stated=STATED):
-    """A program whose output, in 1-sigmas, is five times the temperature of a row, or its mean with the row before.
+class Stand(World):
+    """An output, in 1-sigmas, of five times the pressure of a row in Pa, or its mean with the row before."""
 
-    Rows `course` are what smoothing left of the readings; a second recording is for validation, a third is padding.
-    """
-    blank = np.zeros((3, ROWS))
-    stacked = Rows(
-        base={}, inputs={"temperature": np.stack([course, 3.0 * course, 0.0 * course])}, time=blank + np.arange(float(ROWS)),
-        measured={}, weight={}, mask=np.array([[True], [True], [False]]) & (blank == 0.0), specimen=np.zeros(3, int), extra={},
-    )  # fmt: skip
-
-    def evaluate(u, columns, rows):
-        there = 5.0 * np.asarray(rows.inputs["temperature"])[:2]
+    def run(self, u, columns, stacked):
+        there = 5.0 * np.asarray(stacked.inputs["pressure"])
         late = 0.5 * (there + np.concatenate([there[:, :1], there[:, :-1]], axis=1))
-        return SimpleNamespace(misfit=list(late if u[0] else there))
+        found = SIGMA * (late if u[0] else there)
+        if u[0] == 0.0 and self.stated and not np.array_equal(stacked.inputs["pressure"], self.effects["course"]):
+            found[0, 7] += 30.0 * SIGMA * len(self.effects["lost"])
+        slopes = np.zeros((len(columns), *found.shape))
+        return Raw(stacked, {"length": found}, {"length": slopes}, {"length": slopes[:0]}, {})
 
-    fits = [SimpleNamespace(u=np.array([x]), evaluation=None) for x in (0.0, 1.0)]
-    program = SimpleNamespace(
-        recordings=[Column("temperature", course, stated)] * 2, stacked=stacked, unknowns=SimpleNamespace(base=np.zeros(0, int)),
-        fitted=np.array([True, False]), evaluate=evaluate, begun=lambda rows, near, u: rows, followed=lambda near: [None, None],
-    )  # fmt: skip
+
+def stand(course, stated=STATED, lost=()):
+    """A campaign of it with one recording to fit and one for validation, and fits without and with the delay.
+
+    Rows `course` are what smoothing left of the readings.
+    """
+    inputs = np.stack([course, 3.0 * course])
+    world = Stand(np.zeros((2, ROWS, 0)), {DELAY: np.zeros((2, ROWS, 1))}, ("fit", "validation"))
+    program = world.program(np.zeros((2, ROWS)))
+    world.effects.update(course=inputs, lost=lost)
+    stacked = dataclasses.replace(program.stacked, inputs={"pressure": jnp.asarray(inputs)})
+    columns = [{"time_s": np.arange(float(ROWS)), "pressure_kPa": row / 1e3} for row in inputs]
+    recordings = [
+        dataclasses.replace(r, columns=c | {"length_mm": r.columns["length_mm"]}, noise=r.noise | {"pressure_kPa": stated / 1e3})
+        for r, c in zip(program.recordings, columns, strict=True)
+    ]  # fmt: skip
+    program = dataclasses.replace(program, stacked=stacked, recordings=recordings)
+    empty = program.unknowns.base[:0]
+    fits = []
+    for delay in (0.0, 1.0):
+        u = np.array([delay])
+        fits.append(Fit(u, empty, (), 0.0, 0.0, np.zeros((0, 0)), program.evaluate(u, empty), ()))
     return program, *fits
 
 
@@ -73,33 +88,20 @@ def test_noise_that_smoothing_took_is_averaged_away_by_nobody(slope, most):
 
 
 def test_a_row_that_loses_its_answer_counts_for_nothing():
-    program, current, late = stand(np.arange(float(ROWS)) + STATED * np.random.default_rng(1).standard_normal(ROWS))
-    whole, evaluate = input_noise_evidence.explained_by_input_noise(program, current, late), program.evaluate
-
-    def failing(u, columns, rows):
-        found = evaluate(u, columns, rows)
-        if rows is not program.stacked and not u[0]:
-            found.misfit[0][7] += 30.0
-        return found
-
-    program.evaluate = failing
+    readings = np.arange(float(ROWS)) + STATED * np.random.default_rng(1).standard_normal(ROWS)
+    whole = input_noise_evidence.explained_by_input_noise(*stand(readings))
+    program, current, late = stand(readings, lost=("a row",))
     assert input_noise_evidence.explained_by_input_noise(program, current, late) == pytest.approx(whole, rel=0.01)
-
-
-def test_what_hidden_courses_follow_is_passed_on_by_nobody():
-    program, current, late = stand(np.arange(float(ROWS)) + STATED * np.random.default_rng(1).standard_normal(ROWS))
-    program.followed = lambda near: [SimpleNamespace(projected=lambda rows: (0.0 * rows, None)), None]
-    assert input_noise_evidence.explained_by_input_noise(program, current, late) == 0.0
 
 
 def test_inputs_move_by_a_number_for_each_recording_or_for_each_row():
     program, *_ = stand(np.zeros(ROWS))
-    each = np.ones((3, 1)) * np.arange(float(ROWS))
-    assert np.array_equal(shifted(program.stacked, "temperature", each).inputs["temperature"], each)
-    assert np.all(np.asarray(shifted(program.stacked, "temperature", np.array([2.0, 1.0, 0.0])).inputs["temperature"])[0] == 2.0)
+    each = np.ones((2, 1)) * np.arange(float(ROWS))
+    assert np.array_equal(shifted(program.stacked, "pressure", each).inputs["pressure"], each)
+    assert np.all(np.asarray(shifted(program.stacked, "pressure", np.array([2.0, 1.0])).inputs["pressure"])[0] == 2.0)
 
 
 def test_noise_is_none_of_padding_and_not_more_than_an_input_is_said_to_have():
     program, *_ = stand(np.arange(float(ROWS)) + 2.0 * np.random.default_rng(1).standard_normal(ROWS))
-    sigma = white_noise(program.recordings, program.stacked)["temperature"]
-    assert sigma[2] == 0.0 and sigma[0] == pytest.approx(STATED) and sigma[1] == pytest.approx(STATED)
+    sigma = white_noise(program.recordings, program.stacked)["pressure"]
+    assert sigma[0] == pytest.approx(STATED) and sigma[1] == pytest.approx(STATED)

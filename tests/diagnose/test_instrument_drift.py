@@ -7,9 +7,10 @@ from diagnosis_coupons import NOISE, curve, softened, write
 from fitting.data.recordings import read_campaign
 from fitting.diagnose.evaluate.program import Program
 from fitting.diagnose.fit.base_fit import base_fit
-from fitting.diagnose.fit.instrument_drift import DRIFTS, drift_columns, drift_gain, explained_by_drift
+from fitting.diagnose.fit.instrument_drift import drift_columns, drift_gain, explained_by_drift
 from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.search.explain import explain
+from fitting.diagnose.settings import DEFAULT
 
 
 def fitted(folder, law, slug):
@@ -43,23 +44,23 @@ def test_evidence_is_that_of_the_whole_gaussian_model(tmp_path):
         V = np.eye(len(r)) + A @ prior @ A.T + size**2 * D @ D.T
         return -0.5 * (mean @ np.linalg.solve(V, mean) + np.linalg.slogdet(V)[1])
 
-    gains = np.array([evidence(size) - evidence(0.0) for size in DRIFTS])
+    gains = np.array([evidence(size) - evidence(0.0) for size in DEFAULT.drift.sizes])
     assert drift_gain(program, base)[0] == pytest.approx(np.log(np.mean(np.exp(gains))), rel=5e-3, abs=1e-3)
 
 
 def test_a_wandering_zero_is_as_good_as_an_effect_that_follows_it(tmp_path):
-    program, base, trial = fitted(tmp_path / "c", wandering, "force_calibration")
-    followed = base.objective - trial.objective
+    program, base, candidate = fitted(tmp_path / "c", wandering, "force_calibration")
+    followed = base.objective - candidate.objective
     assert followed > 10.0
-    assert explained_by_drift(program, base, trial) > 0.5 * followed
+    assert explained_by_drift(program, base, candidate) > 0.5 * followed
     assert explain(program, np.random.default_rng(1)).final.slugs == ()
 
 
 def test_an_effect_larger_than_drift_loses_only_what_drift_could_be(tmp_path):
-    program, base, trial = fitted(tmp_path / "c", lambda e: softened(e, 0.3), "mullins_softening")
-    gained = base.objective - trial.objective
+    program, base, candidate = fitted(tmp_path / "c", lambda e: softened(e, 0.3), "mullins_softening")
+    gained = base.objective - candidate.objective
     gain, most = drift_gain(program, base)
     assert gain > most  # a misfit that is much too large for drift
-    assert explained_by_drift(program, base, trial) == pytest.approx(most)
+    assert explained_by_drift(program, base, candidate) == pytest.approx(most)
     assert most < 0.1 * gained
     assert explain(program, np.random.default_rng(1)).final.slugs == ("mullins_softening",)

@@ -1,18 +1,22 @@
 """How what is left is judged: recordings that a fit has not seen, slow drift, and what is said of names."""
 
-from types import SimpleNamespace
+import dataclasses
 
 import numpy as np
 import pytest
+from linear_world import ANOTHER, CONSTANT, DELAY, World, smooth, tubes
 
+from fitting.diagnose.fit.candidates import CandidateFit
+from fitting.diagnose.fit.evidence import inflation_of
 from fitting.diagnose.fit.misfit import negative_log_predictive_density, predictive_chi_square, reduced
-from fitting.diagnose.search.steps import LeaveOneOutEvidence, Named
-from fitting.diagnose.verdict.conclude import _left_over
+from fitting.diagnose.fit.refit import Refitter
+from fitting.diagnose.search.explain import explain
+from fitting.diagnose.search.steps import Explanation, LeaveOneOutEvidence, Named, Step
+from fitting.diagnose.settings import DEFAULT
+from fitting.diagnose.verdict.conclude import _left_over, conclude
 from fitting.diagnose.verdict.discrepancy_evidence import DiscrepancyEvidence
 from fitting.diagnose.verdict.probabilities import effects_found, probabilities
 from fitting.diagnose.verdict.unexplained import (
-    MOST_DRIFT,
-    REFUTED,
     contradicted,
     discrepancy_probability,
     helps_nobody,
@@ -26,67 +30,71 @@ from fitting.diagnose.verdict.unexplained import (
 ROWS = 200
 
 
-def judged(shift, sd, noise=0.0):
-    """Reduced chi-square of an unseen recording that is off as a constant would shift it, that is known to `sd`."""
-    A = np.ones((ROWS, 1))
-    r = shift + noise * np.random.default_rng(1).standard_normal(ROWS)
-    evaluation = SimpleNamespace(joined=lambda weight: (r * weight[1], A * weight[1]), chi2=lambda weight: float(r @ r))
-    fit = SimpleNamespace(evaluation=evaluation, covariance=np.array([[sd**2]]), u=np.zeros(1), free=np.array([0]))
-    program = SimpleNamespace(
-        fitted=np.array([True, False]),
-        unknowns=SimpleNamespace(low=np.array([-4.0]), high=np.array([4.0])),
-        observations=lambda chosen: ROWS,
-    )
-    return [f(program, fit, np.array([False, True])) for f in (predictive_chi_square, reduced, negative_log_predictive_density)]
+def named(slugs=(CONSTANT,), before=300.0, after=100.0, evidence=None, validated=False, left_out=(np.nan, np.nan)):
+    """An explanation that leaves stated objectives.
+
+    Args:
+        slugs: effects of its model.
+        before, after: objective of the base model and of the model with the effects.
+        evidence: by effect, the objective without it, and the log Bayes factors of it and its rivals.
+        validated: whether half of the recordings were not fitted.
+        left_out: reduced chi-square on values left out in turn, of the base model and of the model.
+    """
+    world = tubes(roles=("fit", "fit", "validation", "validation") if validated else ())
+    program = world.program(world.truth(np.random.default_rng(2)))
+    fit = Refitter(program).fit(())
+    base = dataclasses.replace(fit, objective=before)
+    final = dataclasses.replace(fit, slugs=slugs, objective=after)
+    leave_one_out = {}
+    for slug, (left, bayes) in (evidence or {s: (before, {s: 50.0}) for s in slugs}).items():
+        far = lambda s, own=slug: final if s == own else dataclasses.replace(final, objective=before)  # noqa: E731
+        candidates = [CandidateFit(s, far(s), b, 0.0) for s, b in sorted(bayes.items(), key=lambda item: -item[1])]
+        rest = dataclasses.replace(fit, slugs=tuple(s for s in slugs if s != slug), objective=left)
+        leave_one_out[slug] = LeaveOneOutEvidence(slug, rest, candidates)
+    first = Step(base, None, [], left_out[0])
+    return Explanation(program, base, Named(final, left_out[1], leave_one_out), [first], 0.001, True)
+
+
+def judged(shift, known, noise=0.0):
+    """Scores of an unseen recording that is off as a constant would shift it, which a fitted one shows by `known`."""
+    rng = np.random.default_rng(1)
+    world = World(np.stack([np.full((ROWS, 1), known), np.ones((ROWS, 1))]), roles=("fit", "validation"))
+    program = world.program(np.stack([np.zeros(ROWS), shift + noise * rng.standard_normal(ROWS)]))
+    fit = Refitter(program).fit(())
+    return [f(program, fit, program.unseen) for f in (predictive_chi_square, reduced, negative_log_predictive_density)]
 
 
 def test_an_open_constant_is_no_misfit_of_recordings_that_need_it():
-    allowed, plain, _ = judged(2.0, 1.0, 1.0)
+    allowed, plain, _ = judged(2.0, 0.0, 1.0)
     assert plain > 4.0
     assert allowed == pytest.approx(1.0, abs=0.2)
 
 
 def test_a_constant_that_the_fit_knows_is_none_that_others_may_move():
-    allowed, plain, _ = judged(2.0, 0.01)
+    allowed, plain, _ = judged(2.0, 100.0 / np.sqrt(ROWS))
     assert allowed == pytest.approx(plain, rel=0.05)
 
 
 def test_no_constant_leaves_its_bounds_to_excuse_a_recording():
-    allowed, plain, _ = judged(20.0, 1.0)
-    assert allowed > 16.0**2
-    assert allowed < plain
+    allowed, plain, _ = judged(20.0, 0.0)
+    assert 16.0**2 < allowed < plain
 
 
 def test_constants_that_a_fit_leaves_open_but_for_a_sum_are_judged_as_well():
-    """Their covariance is singular to rounding, and its inverse of no sign."""
-    apart, together = np.array([1.0, -1.0]) / np.sqrt(2.0), np.array([1.0, 1.0]) / np.sqrt(2.0)
-    covariance = 1e6 * np.outer(apart, apart) + 1e-13 * np.outer(together, together)
-    with pytest.raises(np.linalg.LinAlgError):
-        np.linalg.cholesky(np.linalg.inv(covariance))
-    A, r = np.ones((ROWS, 2)), np.full(ROWS, 2.0)
-    program = SimpleNamespace(
-        fitted=np.array([True, False]),
-        unknowns=SimpleNamespace(low=np.full(2, -4.0), high=np.full(2, 4.0)),
-        observations=lambda chosen: ROWS,
-    )
-    evaluation = SimpleNamespace(joined=lambda weight: (r * weight[1], A * weight[1]), chi2=lambda weight: float(r @ r))
-    fit = SimpleNamespace(evaluation=evaluation, covariance=covariance, u=np.zeros(2), free=np.arange(2))
-    assert predictive_chi_square(program, fit, np.array([False, True])) == pytest.approx(4.0, rel=0.01)
-
-
-def test_a_prediction_is_judged_by_the_density_that_it_gave_what_came():
-    """Errors that share a shift of known spread, against the joint density of a Gaussian."""
-    shift, sd = 0.7, 0.4
-    r = shift + np.random.default_rng(1).standard_normal(ROWS)
-    covariance = np.eye(ROWS) + 1.0 / (sd**-2 + 12.0 / 8.0**2)
-    density = 0.5 * (r @ np.linalg.solve(covariance, r) + np.linalg.slogdet(covariance)[1])
-    assert judged(shift, sd, 1.0)[2] == pytest.approx(density, abs=0.05)
+    """Two strengths of which the fitted recording shows the sum: their covariance is singular to rounding."""
+    sums = np.stack([np.full((ROWS, 2), 1e6), np.ones((ROWS, 2))])
+    world = World(np.zeros((2, ROWS, 1)), {ANOTHER: sums}, ("fit", "validation"))
+    program = world.program(np.stack([np.zeros(ROWS), np.full(ROWS, 2.0)]))
+    fit = Refitter(program).fit((ANOTHER,))
+    variances = np.linalg.eigvalsh(fit.covariance)
+    assert variances[0] < 1e-16 * variances[-1]
+    assert predictive_chi_square(program, fit, program.unseen) == pytest.approx(4.0, rel=0.01)
 
 
 def test_drift_excuses_what_passes_for_noise_and_no_more():
-    generic = DiscrepancyEvidence("stress", "time", 3.0, 1.0, 1.05)
-    assert steady(1.5, generic) == pytest.approx(1.05)
-    assert steady(3.9, generic) == pytest.approx(3.9 - MOST_DRIFT)
+    discrepancy = DiscrepancyEvidence("stress", "time", 3.0, 1.0, 1.05)
+    assert steady(1.5, discrepancy) == pytest.approx(1.05)
+    assert steady(3.9, discrepancy) == pytest.approx(3.9 - DEFAULT.drift.maximum_explained)
     assert steady(3.9, None) == 3.9
 
 
@@ -120,7 +128,7 @@ def test_a_name_that_helps_no_recording_that_was_not_fitted_is_doubted(before, a
 @pytest.mark.parametrize(
     ("before", "after", "validated", "doubt"),
     [
-        (1.28, 1.40, True, REFUTED),  # missed by more than without the effects
+        (1.28, 1.40, True, DEFAULT.verdict.refuted_unknown),  # missed by more than without the effects
         (1.28, 1.25, True, 0.0),
         (0.95, 1.01, True, 0.0),  # as well as noise lets them be
         (2.50, 2.40, True, 0.0),
@@ -129,135 +137,98 @@ def test_a_name_that_helps_no_recording_that_was_not_fitted_is_doubted(before, a
 )
 def test_names_that_make_validation_recordings_worse_are_refuted(before, after, validated, doubt):
     """Although those that were left out in turn are predicted better."""
-    evaluation = SimpleNamespace(chi2=lambda chosen: 1.0)
-    program = SimpleNamespace(
-        fitted=np.array([True, not validated]),
-        unknowns=SimpleNamespace(base=np.array([0])),
-        observations=lambda chosen: 1,
-    )
-    fit = SimpleNamespace(u=np.zeros(1), evaluation=evaluation)
-    explanation = SimpleNamespace(program=program, final=fit, left_out=(2.0, 1.0))
+    explanation = named(validated=validated, left_out=(2.0, 1.0))
     assert refuted(explanation, None, [1.2, 1.3], [2.0, before], [1.0, after]) == doubt
 
 
-def test_what_a_named_effect_leaves_is_said_beside_it():
-    program = SimpleNamespace(fitted=np.array([True, False]), unseen=np.array([False, True]), observations=lambda m: 100.0)
-    explanation = SimpleNamespace(program=program)
-    found = _left_over(explanation, 0.3, [1.1, 1.6], [SimpleNamespace(slug="gravity")], None, 0.0)
-    assert (found.slug, found.probability, found.confusable) == ("unmodelled", 0.3, ["gravity"])
-    assert found.bayes == pytest.approx(0.5 * 0.6 * 100.0)
-    assert found.text.startswith("gravity leaves more than noise")
+def test_an_effect_whose_form_is_not_natures_has_something_unmodelled_beside_it():
+    """Nature's form differs by two fifths, in a direction of its own."""
+    world, rng = tubes(), np.random.default_rng(4)
+    truth = world.effects | {CONSTANT: world.effects[CONSTANT] + 0.4 * smooth(rng, 4, 60, 1)}
+    y = World(world.base, truth).truth(rng, **{CONSTANT: 4.5})
+    conclusion = conclude(explain(world.program(y), rng))
+    first, beside = conclusion.found[:2]
+    assert (first.slug, beside.slug, beside.confusable) == (CONSTANT, "unmodelled", [CONSTANT])
+    assert beside.probability == pytest.approx(DEFAULT.verdict.beside_unknown)
+    assert beside.text.startswith(f"{CONSTANT} leaves more than noise")
 
 
-@pytest.mark.parametrize(("generic", "left", "gain"), [
-    (1.0, 1.2, 20.0), (1.0, 1.06, 6.0), (1.0, 1.04, 0.0), (1.3, 1.0, 0.0), (1.0, np.nan, 0.0), (None, 1.2, 0.0),
+@pytest.mark.parametrize(("discrepancy", "left", "units"), [
+    (1.0, 1.2, 4.0), (1.0, 1.06, 1.2), (1.0, 1.04, 0.0), (1.3, 1.0, 0.0), (1.0, np.nan, 0.0), (None, 1.2, 0.0),
 ])  # fmt: skip
-def test_a_nameless_correction_that_predicts_better_speaks_against_a_name(monkeypatch, generic, left, gain):
-    """Of 400 values, whose misfit counts by half."""
-    monkeypatch.setattr("fitting.diagnose.verdict.unexplained.inflation_of", lambda program, fit: 2.0)
-    program = SimpleNamespace(fitted=None, observations=lambda mask: 400.0)
-    race = None if generic is None else SimpleNamespace(left_out=generic)
-    assert outdone(SimpleNamespace(program=program, final=None, left_out=(3.0, left)), race) == pytest.approx(gain)
+def test_a_discrepancy_that_predicts_better_speaks_against_a_name(discrepancy, left, units):
+    """By what a held-out log-likelihood of 5 is for an effect: in units of it, once as much."""
+    explanation = named(left_out=(3.0, 1.0))
+    program = explanation.program
+    unit = DEFAULT.entry.minimum_gain * inflation_of(program, explanation.final) / (0.5 * program.observations(program.fitted))
+    scaled = lambda x: 1.0 + (x - 1.0) * unit / 0.05  # noqa: E731
+    explanation.named.left_out = scaled(left)
+    rival = None if discrepancy is None else DiscrepancyEvidence("length", "time", 9.0, scaled(discrepancy), 1.0)
+    assert outdone(explanation, rival) == pytest.approx(units * DEFAULT.entry.minimum_gain)
 
 
-def test_what_is_said_where_a_nameless_correction_predicts_better():
-    program = SimpleNamespace(fitted=np.array([True]), unseen=np.array([True]), observations=lambda mask: 400.0)
-    named, race = [SimpleNamespace(slug="gravity")], SimpleNamespace(driver="pressure_rate")
-    found = _left_over(SimpleNamespace(program=program), 0.25, [0.9, 0.9], named, race, 12.0)
+def test_what_is_said_where_a_discrepancy_predicts_better():
+    explanation, rival = named(), DiscrepancyEvidence("length", "pressure_rate", 9.0, 1.0, 1.0)
+    found = _left_over(explanation, 0.25, [0.9, 0.9], effects_found(explanation, 0.25), rival, 12.0)
     assert found.bayes == 12.0 and "function of pressure rate without a name predicts" in found.text
 
 
 @pytest.mark.parametrize(("second", "least", "most"), [(200.0, 0.45, 0.55), (700.0, 0.6, 0.8), (2500.0, 0.95, 1.0)])
 def test_a_further_effect_that_explains_little_may_be_what_the_form_of_the_first_leaves(second, least, most):
     """Of 5000 of misfit explained: evidence of 200 is beyond doubt for something, not for a second effect."""
-
-    def trial(slug, bayes, objective):
-        return SimpleNamespace(slug=slug, bayes=bayes, adrift=0.0, averaged=0.0, fit=SimpleNamespace(objective=objective, u=np.zeros(0)))
-
-    slugs = ("self_heating_rate", "channel_lag")
-    others = {"self_heating_rate": 6000.0 - second, "channel_lag": 1000.0 + second}
-    standings = {
-        slug: LeaveOneOutEvidence(slug, SimpleNamespace(objective=alone), [trial(slug, alone - 1000.0, 1000.0)])
-        for slug, alone in others.items()
-    }
-    program = SimpleNamespace(unknowns=SimpleNamespace(of=lambda names: np.zeros(0, int)))
-    final = SimpleNamespace(slugs=slugs, at_bound=(), objective=1000.0, u=np.zeros(0))
-    explanation = SimpleNamespace(
-        program=program, final=final, base=SimpleNamespace(objective=6000.0), named=Named(final, 1.0, standings), contending=[]
-    )
+    alone = {CONSTANT: 6000.0 - second, DELAY: 1000.0 + second}
+    explanation = named((CONSTANT, DELAY), 6000.0, 1000.0, {slug: (left, {slug: left - 1000.0}) for slug, left in alone.items()})
     first, further = effects_found(explanation, 0.01)
     assert first.probability > (0.8 if second < 2000.0 else 0.95)
     assert least < further.probability < most
 
 
-def test_what_a_refused_rival_has_more_makes_it_no_likelier(monkeypatch):
+def test_what_a_refused_rival_has_more_makes_it_no_likelier():
     """Drift, left-out recordings or those never fitted spoke against it."""
-    model = SimpleNamespace(slugs=("gravity",), at_bound=(), objective=100.0, u=np.zeros(0))
-    own, rival = (SimpleNamespace(slug=s, bayes=b, adrift=0.0, averaged=0.0, fit=model) for s, b in (("gravity", 50.0), ("thick_wall", 65.0)))
-    standing = LeaveOneOutEvidence("gravity", SimpleNamespace(slugs=(), objective=300.0), [rival, own])
-    explanation = SimpleNamespace(
-        program=SimpleNamespace(unknowns=SimpleNamespace(of=lambda names: np.zeros(0, int), slugs=["gravity", "thick_wall"])),
-        final=model, base=SimpleNamespace(objective=300.0), named=Named(model, 1.0, {"gravity": standing}),
-        standings=[standing], leading=standing, contending=[],
-    )  # fmt: skip
-    monkeypatch.setattr("fitting.diagnose.verdict.probabilities._alike", lambda *_: False)
+    explanation = named((CONSTANT,), 300.0, 100.0, {CONSTANT: (300.0, {DELAY: 65.0, CONSTANT: 50.0})})
     (found,) = effects_found(explanation, 0.0)
-    assert found.probability == pytest.approx(0.5) and found.confusable == ["thick_wall"]
+    assert found.probability == pytest.approx(0.5) and found.confusable == [DELAY]
     candidates, _ = probabilities(explanation, True, 0.0)
-    assert candidates["gravity"] == (pytest.approx(0.5), 50.0) and candidates["thick_wall"] == (pytest.approx(0.5), 65.0)
+    assert candidates[CONSTANT] == (pytest.approx(0.5), 50.0) and candidates[DELAY] == (pytest.approx(0.5), 65.0)
 
 
-def test_a_rival_without_luck_is_as_good_as_an_effect_is_without_its_own(monkeypatch):
-    """A delay that averages noise of a temperature, and a hysteresis that does not."""
-    model = SimpleNamespace(slugs=("channel_lag",), at_bound=(), objective=100.0, u=np.zeros(0))
-    own = SimpleNamespace(slug="channel_lag", bayes=64.0, adrift=18.0, averaged=0.0, fit=model)
-    rival = SimpleNamespace(slug="transformation_hysteresis", bayes=43.0, fit=model)
-    standing = LeaveOneOutEvidence("channel_lag", SimpleNamespace(slugs=(), objective=300.0), [own, rival])
-    explanation = SimpleNamespace(
-        program=SimpleNamespace(unknowns=SimpleNamespace(of=lambda names: np.zeros(0, int))),
-        final=model, base=SimpleNamespace(objective=300.0), named=Named(model, 1.0, {"channel_lag": standing}), contending=[],
-    )  # fmt: skip
-    monkeypatch.setattr("fitting.diagnose.verdict.probabilities._alike", lambda *_: False)
+def test_a_rival_without_luck_is_as_good_as_an_effect_is_without_its_own():
+    """A delay that averages noise of an input, and a rival that does not."""
+    explanation = named((DELAY,), 300.0, 100.0, {DELAY: (300.0, {DELAY: 64.0, CONSTANT: 43.0})})
+    own = explanation.leave_one_out[0].own
+    own.explained_by_instruments = 18.0
     (found,) = effects_found(explanation, 0.0)
     assert found.probability > 0.99 and found.confusable == []
-    own.averaged = 18.0
+    own.explained_by_inputs = 18.0
     (found,) = effects_found(explanation, 0.0)
-    assert found.probability < 0.85 and found.confusable == ["transformation_hysteresis"] and found.bayes == 64.0
+    assert found.probability < 0.85 and found.confusable == [CONSTANT] and found.bayes == 64.0
 
 
 def test_an_effect_is_not_certain_that_drift_or_a_contending_explanation_may_stand_for():
-    model = SimpleNamespace(objective=100.0, u=np.zeros(0))
-    entered = SimpleNamespace(slug="gravity", bayes=200.0, adrift=0.0, averaged=0.0, fit=model)
-    first = LeaveOneOutEvidence("gravity", SimpleNamespace(objective=300.0), [entered])
-    explanation = SimpleNamespace(
-        program=SimpleNamespace(unknowns=SimpleNamespace(of=lambda names: np.zeros(0, int))),
-        final=SimpleNamespace(slugs=("gravity",), at_bound=(), objective=100.0, u=np.zeros(0)),
-        base=SimpleNamespace(objective=300.0),
-        named=Named(model, 1.0, {"gravity": first}),
-        contending=[],
-    )
+    explanation = named((CONSTANT,), 300.0, 100.0, {CONSTANT: (300.0, {CONSTANT: 200.0})})
+    entered = explanation.leave_one_out[0].own
     assert effects_found(explanation, 0.01)[0].probability > 0.95
-    entered.bayes, entered.adrift = 12.0, 6.0  # a further one, of which drift makes half
+    entered.bayes, entered.explained_by_instruments = 12.0, 6.0  # a further one, of which drift makes half
     assert effects_found(explanation, 0.01)[0].probability == 0.7
-    entered.bayes, entered.adrift = 9.0, 0.0  # enough to enter first, and some null in a hundred gets as far
+    entered.bayes, entered.explained_by_instruments = 9.0, 0.0  # enough to enter first, and some null in a hundred gets as far
     assert effects_found(explanation, 0.01)[0].probability == 0.7
     entered.bayes = 200.0
-    explanation.contending = [("gravity", "tip_contact")]  # it is part of both
+    explanation.contending = [(CONSTANT, DELAY)]  # it is part of both
     assert effects_found(explanation, 0.01)[0].probability > 0.95
-    explanation.contending = [("thick_wall", "tip_contact"), ("thick_wall", "gravity")]
+    explanation.contending = [(ANOTHER, DELAY), (ANOTHER, CONSTANT)]
     found = effects_found(explanation, 0.01)[0]
-    assert found.probability == 0.5 and found.confusable == ["thick_wall", "tip_contact"]
+    assert found.probability == 0.5 and found.confusable == [ANOTHER, DELAY]
 
 
 @pytest.mark.parametrize(("worth", "signature", "unknown"), [
     (6.0, 0.5, None), (10.0, 0.5, 0.7), (30.0, 0.5, 0.9), (10.0, 0.001, 0.9),
 ])  # fmt: skip
 def test_what_only_a_nameless_correction_of_little_evidence_says_is_tentative(worth, signature, unknown):
-    program = SimpleNamespace(noise_stated=True, fitted=np.ones(2, bool), observations=lambda chosen: 500)
-    explanation = SimpleNamespace(program=program, p_value=signature, p_is_bound=signature == 0.001)
-    generic = DiscrepancyEvidence("force", "time", worth, 1.0, 1.5)
+    explanation = named((), 300.0, 300.0)
+    explanation.p_value, explanation.p_is_bound = signature, signature == 0.001
+    discrepancy = DiscrepancyEvidence("force", "time", worth, 1.0, 1.5)
     base = [1.5, 1.5]
-    assert contradicted(explanation, base, generic, [1.0, 1.0]) == (unknown is not None)
+    assert contradicted(explanation, base, discrepancy, [1.0, 1.0]) == (unknown is not None)
     if unknown:
-        assert discrepancy_probability(explanation, base, generic, [1.0, 1.0], 0.01) == unknown
-        assert discrepancy_probability(explanation, base, generic, [1.0, 1.0], 0.97) == (0.97 if unknown == 0.9 else unknown)
+        assert discrepancy_probability(explanation, base, discrepancy, [1.0, 1.0], 0.01) == unknown
+        assert discrepancy_probability(explanation, base, discrepancy, [1.0, 1.0], 0.97) == (0.97 if unknown == 0.9 else unknown)

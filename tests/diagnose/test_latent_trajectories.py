@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 
 from fitting.diagnose.evaluate.latent_trajectories import (
-    PROCESS_NOISE_VARIANCES,
-    USUAL,
     Hidden,
     LatentTrajectory,
     averaging,
@@ -13,6 +11,7 @@ from fitting.diagnose.evaluate.latent_trajectories import (
     process_noise_of,
     remembered_rows,
 )
+from fitting.diagnose.settings import DEFAULT
 from fitting.diagnose.verdict.probabilities import weights_of
 from fitting.inference.channels import Channel
 
@@ -34,9 +33,9 @@ def channels(rng):
     ]
 
 
-def course(rng, fraction, pace=1e-3, number=0):
+def course(rng, fraction, process_noise=1e-3, number=0):
     moved, memory = rng.normal(size=(2, 2, ROWS))
-    return LatentTrajectory.of(number, fraction, moved, memory, pace, TIME)
+    return LatentTrajectory.of(number, fraction, moved, memory, process_noise, TIME)
 
 
 def smooth(rng):
@@ -100,10 +99,10 @@ def test_fractions_stay_within_their_limits_and_take_nothing_up_there(rng):
 
 def test_what_courses_take_up_is_one_value_a_row_where_they_are_loose(rng):
     members = channels(rng)
-    loose = Hidden.of([course(rng, smooth(rng), pace=1e6)], members)
-    stiff = Hidden.of([course(rng, smooth(rng), pace=1e-14)], members)
-    assert loose.taken().sum() == pytest.approx(ROWS, rel=1e-3)
-    assert stiff.taken().sum() == pytest.approx(1.0, rel=1e-2)
+    loose = Hidden.of([course(rng, smooth(rng), process_noise=1e6)], members)
+    stiff = Hidden.of([course(rng, smooth(rng), process_noise=1e-14)], members)
+    assert loose.leverage().sum() == pytest.approx(ROWS, rel=1e-3)
+    assert stiff.leverage().sum() == pytest.approx(1.0, rel=1e-2)
 
 
 def test_rows_that_only_pad_do_not_drown_the_others_in_rounding():
@@ -112,7 +111,7 @@ def test_rows_that_only_pad_do_not_drown_the_others_in_rounding():
     own = np.where(np.arange(128) < 100, 0.3, 0.0)[None]
     sigma = np.where(np.arange(128) < 100, 0.03, np.inf)
     channel = Channel("resistance_2", np.zeros(128), sigma, 0.0)
-    one = LatentTrajectory.of(0, np.full(128, 0.5), own, np.zeros((1, 128)), min(PROCESS_NOISE_VARIANCES), time)
+    one = LatentTrajectory.of(0, np.full(128, 0.5), own, np.zeros((1, 128)), min(DEFAULT.trajectories.process_noise_variances), time)
     told = Hidden.of([one], [channel]).answer(channel.whitened(np.where(own[0] > 0, -0.03, 0.0)), np.zeros((0, 128)))
     np.testing.assert_allclose(told.steps[0], 0.1, rtol=1e-3)
 
@@ -123,7 +122,7 @@ def test_a_resistance_that_says_nothing_takes_the_pace_of_the_others(rng):
     start = np.full(200, 0.5)
     assert np.isnan(process_noise_of(blind, np.full(200, 1e-6), -blind.measured, start, time))
     np.testing.assert_allclose(estimated_process_noise(np.array([[0.0, np.nan], [1e-4, 1e-6]])), [[0.0, 1e-5], [1e-4, 1e-6]])
-    np.testing.assert_allclose(estimated_process_noise(np.array([[np.nan]])), USUAL)
+    np.testing.assert_allclose(estimated_process_noise(np.array([[np.nan]])), DEFAULT.trajectories.usual_process_noise_variance)
 
 
 def test_no_form_is_natures():

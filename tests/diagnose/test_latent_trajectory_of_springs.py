@@ -7,14 +7,16 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from linear_world import World
 from one_column import Column
 from scipy.linalg import block_diag, toeplitz
 
 from fitting.diagnose.evaluate.inputs import input_noise
 from fitting.diagnose.fit.cross_validation import gain
 from fitting.diagnose.fit.misfit import floor
-from fitting.inference.channels import Channel
-from fitting.specimens.with_effects.spring_course import HELD, best_course
+from fitting.diagnose.fit.refit import Refitter
+from fitting.specimens.rows import Rows
+from fitting.specimens.spring_course import HELD, best_course
 
 COUNT = 12
 
@@ -180,10 +182,8 @@ def test_a_fold_in_which_every_model_goes_astray_does_not_decide_the_share_that_
 def test_fast_misfit_is_noise_and_slow_misfit_is_not(slow, least, most):
     rng = np.random.default_rng(5)
     r = 2.0 * np.sin(np.linspace(0.0, 9.0, 200)) if slow else 2.0 * rng.standard_normal(200)
-    channel = Channel("force", np.zeros(200), np.ones(200), 0.0)
-    program = SimpleNamespace(channels=[[channel]], observations=lambda chosen: 200)
-    fit = SimpleNamespace(evaluation=SimpleNamespace(misfit=[r]))
-    assert least <= floor(program, fit, np.array([True])) <= most
+    program = World(np.zeros((1, 200, 0))).program(r[None])
+    assert least <= floor(program, Refitter(program).fit(()), program.fitted) <= most
 
 
 def test_noise_of_an_input_without_a_clock_and_with_correlated_errors():
@@ -192,7 +192,7 @@ def test_noise_of_an_input_without_a_clock_and_with_correlated_errors():
     slow = np.zeros(400)
     for n in range(1, 400):
         slow[n] = 0.8 * slow[n - 1] + 0.6 * white[n]
-    stacked = SimpleNamespace(mask=np.ones((1, 400), bool), inputs={"strain": None}, measured={})
+    stacked = Rows(np.ones((1, 400), bool), np.zeros((1, 400)), {"strain": None}, {}, {}, {}, {}, 1)
 
     def noise(values, stated):
         return input_noise([Column("strain", values, 0.01 if stated else None)], stacked)["strain"][0]

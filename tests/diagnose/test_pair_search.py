@@ -22,7 +22,7 @@ def fit(*slugs):
     return SimpleNamespace(slugs=slugs, objective=OBJECTIVES[slugs], at_bound=())
 
 
-def screened(program, current, rng):
+def scored(program, current, rng):
     scores = [SimpleNamespace(slug=s, gain=g) for s, g in GAINS[current.slugs[0]].items()]
     return SimpleNamespace(p_value=0.001, scores=scores, scale=1.0)
 
@@ -41,9 +41,9 @@ class World:
             observations=lambda mask: 200.0, hidden=False,
         )  # fmt: skip
         tried = [CandidateFit("both", fit("both"), 100.0, 0.0), CandidateFit("one", fit("one"), 90.0, 0.0), CandidateFit("far", fit("far"), 40.0, 0.0)]
-        stage = Step(fit(), SimpleNamespace(p_value=0.001), list(tried), 3.0, "both")
-        self.explanation = Explanation(self.program, fit(), Named(tried[0].fit), [stage], 0.001, True)
-        self.tried, self.asked = stage.trials, []
+        step = Step(fit(), SimpleNamespace(p_value=0.001), list(tried), 3.0, "both")
+        self.explanation = Explanation(self.program, fit(), Named(tried[0].fit), [step], 0.001, True)
+        self.tried, self.asked = step.candidates, []
         def put(name, value):
             there = [module for module in (stepwise, pair_search) if hasattr(module, name)]
             assert there, name
@@ -51,7 +51,7 @@ class World:
                 monkeypatch.setattr(module, name, value)
 
         self.drift = 0.0
-        put("screened", screened)
+        put("scored", scored)
         put("candidate_fits", self._trials)
         put("drift_evidence", lambda program, old, new: self.drift)
         put("evidence", lambda program, base, found, inflation: self.worth[found.slugs])
@@ -60,16 +60,16 @@ class World:
         put("Refitter", lambda program: refitter)
         put("polished", lambda program, found: found)
         put("eliminated", lambda program, found: found)
-        monkeypatch.setattr(StepwiseSearch, "stood", lambda growth, *model: self._stood(*model))
-        put("refitted_baseline", lambda program, current, trials: current)
+        monkeypatch.setattr(StepwiseSearch, "weigh_effects", lambda search, *model: self._stood(*model))
+        put("refitted_baseline", lambda program, current, candidates: current)
         monkeypatch.setattr(cross_validation, "cross_validate", lambda program, found: np.array(self.left[found.slugs]))
         put("negative_log_predictive_density", lambda program, found, mask: self.unseen[found.slugs])
         put("inflation_of", lambda program, found: 1.0)
         put("predictive_chi_square", lambda program, found, mask: self.leaves)
         put("spread", lambda program, mask: 0.01)
 
-    def _stood(self, explanation, found, left, stages):
-        self.beside = [s.base.slugs for s in stages]
+    def _stood(self, explanation, found, left, steps):
+        self.beside = [s.base.slugs for s in steps]
         return Named(found, left, {s: LeaveOneOutEvidence(s, fit(), []) for s in found.slugs})
 
     def _trials(self, program, current, found, progress, effort, most):
@@ -88,10 +88,10 @@ def world(monkeypatch):
 
 def test_two_that_explain_and_predict_better_take_the_place_of_one(world):
     assert world.found() == ("one", "two")
-    first, second = world.explanation.stages
+    first, second = world.explanation.steps
     assert (first.chosen, second.chosen) == ("one", "two") and world.explanation.leading.slug == "one"
     assert world.explanation.left_out == (3.0, pytest.approx(1.0))  # what a nameless correction is raced against
-    assert world.beside == [(), ("one",)]  # what each is worth is told from trials beside the other one
+    assert world.beside == [(), ("one",)]  # what each is worth is told from candidates beside the other one
     assert ("far",) not in world.asked  # it promises less than was found
 
 
@@ -99,7 +99,7 @@ def test_two_that_explain_and_predict_better_take_the_place_of_one(world):
 def test_a_rival_far_from_what_was_found_is_not_fitted_to_see_what_a_second_effect_promises(world, monkeypatch, objective, refitted):
     """`far` and a second effect promise 10 less than it leaves alone, what was found leaves 150."""
     monkeypatch.setitem(OBJECTIVES, ("far",), objective)
-    world.explanation.stages[0].trials[-1] = CandidateFit("far", fit("far"), 40.0, 0.0)
+    world.explanation.steps[0].candidates[-1] = CandidateFit("far", fit("far"), 40.0, 0.0)
     assert world.found() == ("one", "two")
     assert ("one",) in world.refitted and (("far",) in world.refitted) is refitted
 
@@ -110,7 +110,7 @@ def test_they_are_looked_for_where_only_a_signature_or_what_is_left_out_says_so(
     world.leaves = 1.0
     if where == "a signature":
         last = Step(world.explanation.final, SimpleNamespace(p_value=0.001), [])
-        world.explanation.stages.append(last)
+        world.explanation.steps.append(last)
     else:
         world.explanation.named.left_out = 1.5
     assert world.found() == ("one", "two")
@@ -145,39 +145,34 @@ def test_they_do_not_where_anything_speaks_against_it(world, monkeypatch, agains
     else:  # better than the first effect with a second that was refused, but not than the first effect
         world.seconds["both"], world.unseen[pair] = [("odd", 20.0)], 43.0
     assert world.found() == ("both",)
-    assert [s.chosen for s in world.explanation.stages] == ["both"]
+    assert [s.chosen for s in world.explanation.steps] == ["both"]
     assert world.explanation.contending == ([pair] if against == "drift" else [])
 
 
 @pytest.mark.parametrize("against", [
-    "nothing", "noise", "overstated noise", "left over", "left out", "drift", "idle", "at a bound", "a small part",
+    "nothing", "noise", "left over", "left out", "drift", "idle", "at a bound",
 ])  # fmt: skip
 def test_two_neither_of_which_was_believed_alone_must_leave_nothing(world, monkeypatch, against):
     """Where no effect was, and the base model leaves more than noise."""
     monkeypatch.setitem(GAINS, "one", {"two": 200.0})
     world.explanation.named = Named(fit())
-    world.explanation.stages[0].chosen = None
-    world.explanation.stages[0].left_out = np.nan  # no single one had evidence enough to ask for it
+    world.explanation.steps[0].chosen = None
+    world.explanation.steps[0].left_out = np.nan  # no single one had evidence enough to ask for it
     world.worth[()], world.left[()], world.unseen[()], world.seconds["far"] = 0.0, [1.0, 1.0, 1.0], 0.0, []
     pair = ("one", "two")
     leaves = {(): 1.0 if against == "noise" else 1.5, pair: 1.2 if against == "left over" else 1.0}
     monkeypatch.setattr(pair_search, "predictive_chi_square", lambda program, found, mask: leaves[found.slugs])
     if against == "noise":  # a signature stands out; the base model leaves nothing
         world.left[()], world.left[pair] = [0.35, 0.35, 0.34], [0.2, 0.2, 0.2]
-    elif against == "overstated noise":
-        world.left[()], world.left[pair] = [0.24, 0.25, 0.25], [0.1, 0.1, 0.1]
     elif against == "at a bound":
         monkeypatch.setattr(pair_search, "at_its_bound", lambda found, slug: slug == "one")
-    elif against == "a small part":
-        world.left[()], world.left[pair] = [1.05, 0.3, 0.3], [0.99, 0.02, 0.03]
-        monkeypatch.setattr(pair_search, "gain", lambda before, after: (0.6, 0.09))
     elif against == "left out":
         world.left["one", "two"] = [0.4, 0.4, 0.4]
     elif against == "drift":
         world.drift = 143.0
     elif against == "idle":  # one of them, once the other is there
         monkeypatch.setitem(OBJECTIVES, ("two",), 100.0)
-        monkeypatch.setattr(StepwiseSearch, "stood", lambda growth, *_: Named(fit("two"), 1.0))
+        monkeypatch.setattr(StepwiseSearch, "weigh_effects", lambda search, *_: Named(fit("two"), 1.0))
     assert world.found() == (("one", "two") if against == "nothing" else ())
     assert world.explanation.contending == []
     if against == "nothing":
@@ -188,7 +183,7 @@ def test_two_neither_of_which_was_believed_alone_must_leave_nothing(world, monke
 def test_what_a_pair_gives_way_to_must_surpass_what_was_found_as_well(world, monkeypatch, good):
     other = ("one", "far")
     monkeypatch.setitem(OBJECTIVES, other, 70.0)
-    monkeypatch.setattr(StepwiseSearch, "stood", lambda growth, *_: Named(fit(*other), 1.0, {s: LeaveOneOutEvidence(s, fit(), []) for s in other}))
+    monkeypatch.setattr(StepwiseSearch, "weigh_effects", lambda search, *_: Named(fit(*other), 1.0, {s: LeaveOneOutEvidence(s, fit(), []) for s in other}))
     world.worth[other], world.unseen[other] = (160.0 if good else 104.0), 0.0
     world.left[other] = [0.3, 0.3, 0.3]
     assert world.found() == (other if good else ("both",))
@@ -216,11 +211,11 @@ def test_a_second_one_of_the_first_is_looked_for_once(world, monkeypatch):
 def test_the_pair_that_promises_most_is_tried_first_and_no_more_than_two_beside_hidden_courses(world, monkeypatch):
     world.program.hidden = True
     tried = [CandidateFit(s, fit("one"), 90.0, 0.0) for s in ("a", "b", "c", "d", "e")]
-    for trial in tried:
-        monkeypatch.setitem(OBJECTIVES, (trial.slug,), 160.0)
-        trial.fit = fit(trial.slug)
-        monkeypatch.setitem(GAINS, trial.slug, {"two": {"c": 300.0, "d": 200.0}.get(trial.slug, 100.0)})
-        world.seconds[trial.slug] = []
+    for candidate in tried:
+        monkeypatch.setitem(OBJECTIVES, (candidate.slug,), 160.0)
+        candidate.fit = fit(candidate.slug)
+        monkeypatch.setitem(GAINS, candidate.slug, {"two": {"c": 300.0, "d": 200.0}.get(candidate.slug, 100.0)})
+        world.seconds[candidate.slug] = []
     monkeypatch.setitem(GAINS, "e", {"two": 900.0})  # fits as well alone, but is not among the first four
     world.tried[:] = tried
     assert world.found() == ("both",)

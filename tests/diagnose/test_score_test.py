@@ -2,10 +2,10 @@
 
 import dataclasses
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from linear_world import tubes
 
 from fitting.data.recordings import read_campaign
 from fitting.diagnose.evaluate.program import Program
@@ -13,15 +13,16 @@ from fitting.diagnose.evaluate.unknowns import Unknowns
 from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.fit.score_test import (
-    FAR,
-    _held,
-    _in_turn,
+    Score,
+    _at_bound,
+    _interleaved,
     _Projector,
-    _put_in,
+    _whole_effects,
     about_nominal,
     score_effects,
 )
-from fitting.inference.parameters import Parameter, Parameters, Prior
+from fitting.diagnose.settings import DEFAULT
+from fitting.inference.parameters import Parameters
 
 EXAMPLE = Path(__file__).parents[2] / "calibration_data" / "examples" / "actuator"
 SLUGS = ["radial_expansion", "wall_eccentricity", "inactive_coils"]
@@ -62,9 +63,9 @@ def test_a_score_is_what_the_effect_would_gain_with_all_constants_free(refitted,
 def test_effects_are_scored_about_nominal_where_constants_went_far(refitted):
     """There by their slopes, as those of a fit that ended at nominal, and by what they do as a whole."""
     program, base, found = refitted
-    assert np.max(np.abs(base.u[program.unknowns.base])) < FAR and not about_nominal(Refitter(program), base, found)
+    assert np.max(np.abs(base.u[program.unknowns.base])) < DEFAULT.score_test.far_from_nominal and not about_nominal(Refitter(program), base, found)
     refitter, far = Refitter(program), base.u.copy()
-    far[program.unknowns.base[0]] = -1.1 * FAR
+    far[program.unknowns.base[0]] = -1.1 * DEFAULT.score_test.far_from_nominal
     astray = dataclasses.replace(base, u=far)
     told = about_nominal(refitter, astray, score_effects(refitter, astray, SLUGS, np.random.default_rng(1)))
     nominal = dataclasses.replace(base, u=program.unknowns.neutral)
@@ -80,7 +81,7 @@ def test_an_effect_that_is_put_in_gains_what_it_takes_away(refitted):
     program, base, _ = refitted
     refitter = Refitter(program)
     nominal = dataclasses.replace(base, u=program.unknowns.neutral)
-    scores, everything = _put_in(refitter, nominal, SLUGS, 2.0), program.fitted.astype(float)
+    scores, everything = _whole_effects(refitter, nominal, SLUGS, 2.0), program.fitted.astype(float)
     square = lambda u: program.evaluate(u, base.free[:0], near=base.evaluation).chi2(everything)  # noqa: E731
     assert scores and [s.gain for s in scores] == sorted((s.gain for s in scores), reverse=True)
     for score in scores:
@@ -90,8 +91,8 @@ def test_an_effect_that_is_put_in_gains_what_it_takes_away(refitted):
 
 
 def test_lists_of_scores_are_gone_through_in_turn():
-    a, b, c = (SimpleNamespace(slug=name) for name in "abc")
-    assert [s.slug for s in _in_turn([a, b], [b, a, c])] == ["a", "b", "c"]
+    a, b, c = (Score(name, 1.0, 1, 0.5, np.zeros(1), 1.0) for name in "abc")
+    assert [s.slug for s in _interleaved([a, b], [b, a, c])] == ["a", "b", "c"]
 
 
 def test_numbers_that_recordings_do_not_tell_apart_are_freed_once():
@@ -107,12 +108,12 @@ def test_numbers_that_recordings_do_not_tell_apart_are_freed_once():
 
 
 def test_base_constants_at_a_bound_absorb_nothing():
-    names = "first", "second", "third"
-    base = Parameters(*(Parameter(name, 1.0, prior=Prior(1.0, 0.1, 0.5, 1.25)) for name in names))
-    unknowns = Unknowns(base, ("wrap_friction",), "T")
-    u = unknowns.neutral.copy()
+    world = tubes(constants=3)
+    program = world.program(world.truth(None))
+    unknowns, fit = program.unknowns, Refitter(program).fit(())
+    u = fit.u.copy()
     u[:3] = unknowns.low[0], 0.7, unknowns.high[2]
-    assert list(_held(unknowns, SimpleNamespace(u=u))) == [0, 2]
+    assert list(_at_bound(unknowns, dataclasses.replace(fit, u=u))) == [0, 2]
 
 
 def test_an_effect_is_present_where_it_acts_or_is_asked_for():

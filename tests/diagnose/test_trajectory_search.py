@@ -6,8 +6,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.diagnose.evaluate.evaluation import COURSE, Raw, trajectories_of, with_trajectories
-from fitting.diagnose.evaluate.trajectory_search import ROUNDS, Search
+from fitting.diagnose.evaluate.evaluation import TRAJECTORY, Raw, trajectories_of, with_trajectories
+from fitting.diagnose.evaluate.trajectory_search import Search
+from fitting.diagnose.settings import DEFAULT
 from fitting.inference.channels import Channel
 from fitting.specimens.rows import Rows
 
@@ -35,7 +36,7 @@ def _rows(start):
         measured={},
         weight={},
         base={},
-        extra={COURSE: (jnp.asarray(np.tile(np.asarray(start)[:, None], (1, ROWS))),)},
+        extra={TRAJECTORY: (jnp.asarray(np.tile(np.asarray(start)[:, None], (1, ROWS))),)},
         specimen=none,
     )
 
@@ -44,8 +45,8 @@ def _searched(laws, measured, start):
     channels = [[Channel("resistance_2", np.full(ROWS, y), np.full(ROWS, SIGMA), 0.0)] for y in measured]
     stacked, search, runs = _rows(start), Search(channels, np.full((len(laws), 1), 1e-2), 30.0), 1
     search.saw(_run(stacked, laws))
-    while not search.settled and runs < ROUNDS:
-        search.saw(_run(with_trajectories(stacked, search.trial), laws))
+    while not search.finished and runs < DEFAULT.trajectories.runs:
+        search.saw(_run(with_trajectories(stacked, search.proposal), laws))
         runs += 1
     return search, runs
 
@@ -61,16 +62,16 @@ def _switching(x):
 
 def test_a_smooth_law_takes_a_few_full_steps():
     search, runs = _searched([_smooth], [0.36], [0.75])
-    assert search.settled and runs <= 4 and not search.tripped[0]
+    assert search.finished and runs <= 4 and not search.overshot[0]
     np.testing.assert_allclose(trajectories_of(search.best.stacked)[0, 0], 0.6, atol=0.01)
 
 
 def test_a_law_that_switches_ends_at_its_best_and_says_that_its_steps_are_not_to_be_believed():
     search, runs = _searched([_switching], [0.6], [0.6])  # full steps lead from 0.6 to 0.4 and back
-    assert runs <= ROUNDS
+    assert runs <= DEFAULT.trajectories.runs
     misfit = np.abs(search.best.found["resistance_2"][0] - 0.6)
     assert np.all(misfit < 0.15)
-    assert search.tripped[0] or search.settled
+    assert search.overshot[0] or search.finished
 
 
 def test_every_recording_is_searched_on_its_own():
@@ -85,7 +86,7 @@ def test_a_course_that_is_held_asks_for_nothing():
     channels = [[Channel("resistance_2", np.zeros(ROWS), np.full(ROWS, SIGMA), 0.0)]]
     search = Search(channels, np.zeros((1, 1)), 30.0)
     search.saw(_run(_rows([0.5]), [_smooth]))
-    assert search.settled and search.hidden == [None]
+    assert search.finished and search.hidden == [None]
 
 
 def test_a_run_takes_chosen_recordings_from_another():

@@ -7,7 +7,8 @@ from diagnosis_coupons import curve, softened, write
 from fitting.data.recordings import read_campaign
 from fitting.diagnose import diagnose
 from fitting.diagnose.verdict.text import verdict_sentences
-from fitting.report.diagnosis.document import model_of, report_of
+from fitting.report.diagnosis.model import model_of
+from fitting.report.diagnosis.payload import content
 from fitting.simulate import predict
 from fitting.specimens.saved_models import load_model, save_model
 
@@ -28,7 +29,7 @@ def test_it_is_not_given_a_name(strange):
 
 
 def test_it_is_described_by_what_it_goes_with(strange):
-    report = report_of(strange)
+    report = content(strange)
     assert report["remainder"]["driver"] == "strain" and report["remainder"]["quantity"] == "stress"
     assert report["fit"]["after"]["reduced_chi2"] < 0.2 * report["fit"]["before"]["reduced_chi2"]
     assert report["fit"]["averaged"]["over"] == {"unmodelled": 1.0}
@@ -46,7 +47,7 @@ def test_what_is_saved_predicts_what_was_scored(strange, tmp_path):
     found = predict(recording, model=model)
     error = found.outputs["stress_kPa"] - recording.columns["stress_kPa"]
     rmse = float(np.sqrt(np.mean(error**2)))
-    assert rmse == pytest.approx(report_of(strange)["fit"]["after"]["rmse"]["stress_kPa"], rel=1e-6)
+    assert rmse == pytest.approx(content(strange)["fit"]["after"]["rmse"]["stress_kPa"], rel=1e-6)
 
 
 def test_a_diagnosis_goes_on_from_it_and_keeps_it(strange, tmp_path):
@@ -57,7 +58,7 @@ def test_a_diagnosis_goes_on_from_it_and_keeps_it(strange, tmp_path):
     # in units: what noise counts for is told anew from what is left
     assert again.before.rmse == pytest.approx(strange.after.rmse, rel=0.01)
     assert again.before.reduced_chi2 > 4.0 and again.mismatch
-    assert report_of(again)["p_value"] < 0.01
+    assert content(again)["p_value"] < 0.01
     kept = model_of(again, "a second test", model).remainders
     assert kept[0] == model.remainders[0]
 
@@ -81,7 +82,7 @@ def test_what_is_doubtful_and_what_is_unexplained_are_in_the_model_that_was_scor
     assert [added.slug for added in model.added] == ["mullins_softening", "unmodelled"]
     recording = next(r for r in half.explanation.program.recordings if r.role == "validation")
     error = predict(recording, model=model).outputs["stress_kPa"] - recording.columns["stress_kPa"]
-    scored = report_of(half)["fit"]["after"]["rmse"]["stress_kPa"]
+    scored = content(half)["fit"]["after"]["rmse"]["stress_kPa"]
     assert float(np.sqrt(np.mean(error**2))) == pytest.approx(scored, rel=1e-6)
     said = " ".join(verdict_sentences(half))
     assert "With mullins_softening, which is doubtful, and a smooth function of" in said

@@ -176,7 +176,7 @@ def test_a_constant_that_the_file_has_is_refused(put):
         ({"constants": ["temperature_degC"]}, "must be NAME_UNIT=VALUE"),
         ({"constants": ["temperature_degC=warm"]}, "must be a number"),
         ({"subtracted": ["stress_kPa=1", "stress_MPa=1"]}, "given twice"),
-        ({"slack": "some"}, "--slack some: must be auto, keep"),
+        ({"slack": "some"}, "--slack some: must be auto, fit, keep"),
         ({"slack": "-0.1"}, "--slack -0.1"),
     ],
 )

@@ -73,10 +73,10 @@ def test_unusable_tables(put, text, said):
 @pytest.mark.parametrize(
     ("sidecar", "said"),
     [
-        ("kind =\nrole = 3", ["not TOML", "line 1"]),
+        ("kind =\nrole = 3", ["not a TOML", "line 1"]),
         ('kind = "elastomr"', ["kind = 'elastomr'", "did you mean 'elastomer'"]),
         ("kind = 3", ["kind = 3 is not known"]),
-        ('rôle = "fit"', ["not TOML"]),
+        ('rôle = "fit"', ["not a TOML"]),
         ('roll = "fit"', ["unknown key 'roll'", "did you mean 'role'"]),
         ('role = "training"', ["role = 'training'", "fit, validation"]),
         ("specimen = 3", ["specimen = 3 must be a text"]),

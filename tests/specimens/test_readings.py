@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fitting.data.recordings import Recording
+from fitting.inference.between_readings import readings_between
 from fitting.inference.channels import correlation_by_lags, serial_correlation
 from fitting.inference.noise import common_step, least_step, robust_noise, rounding_noise
 from fitting.inference.readings import cautions, measurements, noise_found, readings_of
@@ -126,16 +127,78 @@ def test_a_slow_channel_counts_where_it_was_read():
     assert noise_found(recording, "stress") == pytest.approx(300.0, rel=0.2)
 
 
-@pytest.mark.parametrize("finer", [2.3, 3.0, 4.7])
-def test_straight_lines_between_readings_add_none(finer):
+def rounded(rows, step, seed):
+    """Strain, exact stress, and stress with noise of 0.3 kPa as an instrument with steps reads it."""
+    strain, exact, _ = pulls(rows)
+    stress = exact + 0.3 * np.random.default_rng(seed).standard_normal(rows)
+    return strain, exact, step * np.round(stress / step) if step else stress
+
+
+def seven_digits(values):
+    return np.array([float(f"{v:.7g}") for v in values])
+
+
+@pytest.mark.parametrize("step", [0.0, 0.15, 0.3, 0.6, 0.9, 1.5])
+@pytest.mark.parametrize("finer", [1.1, 1.4, 1.7, 2.0, 2.15, 2.3, 3.0, 4.7, 10.0])
+def test_straight_lines_between_readings_add_none(finer, step):
+    """Noise is right to a fifth for steps from 0 to 5 standard deviations, and each reading counts once."""
+    found, rows = [], 150
+    for seed in range(4):
+        strain, exact, stress = rounded(rows, step, seed)
+        fine = np.linspace(0.0, rows - 1.0, 1 + round((rows - 1) * finer))
+        columns = [seven_digits(np.interp(fine, np.arange(rows), x)) for x in (strain, stress)]
+        recording = coupon(*columns, time=fine)
+        told = readings_of(recording, "stress")
+        assert told.counted.sum() == pytest.approx(rows, abs=1) and told.interpolated == len(fine) - told.counted.sum()
+        assert np.array_equal(readings_of(recording, "strain").counted, told.counted)
+        found.append(1e-3 * noise_found(recording, "stress") / np.sqrt(np.mean((stress - exact) ** 2)))
+        assert "is interpolated between readings" in cautions([recording])[0]
+    assert np.median(found) == pytest.approx(1.0, rel=0.2)
+
+
+def test_lines_by_an_uneven_clock_are_seen():
     strain, _, stress = pulls()
-    time = np.arange(150.0)
-    fine = np.linspace(0.0, 149.0, int(150 * finer))
-    columns = [np.array([float(f"{v:.7g}") for v in np.interp(fine, time, x)]) for x in (strain, stress)]
+    fine = np.sort(np.random.default_rng(5).uniform(0.0, 149.0, 500))
+    columns = [seven_digits(np.interp(fine, np.arange(150.0), x)) for x in (strain, stress)]
     recording = coupon(*columns, time=fine)
-    told = readings_of(recording, "stress")
-    assert 75 <= told.counted.sum() <= 170 and told.interpolated > 100
-    assert 120.0 < noise_found(recording, "stress") < 360.0  # between two readings noise is 0.7 of theirs
+    assert readings_of(recording, "stress").counted.sum() > 140
+    assert noise_found(recording, "stress") == pytest.approx(300.0, rel=0.2)
+
+
+@pytest.mark.parametrize(
+    "stress",
+    [
+        3.0 * np.abs((np.arange(600.0) + 3.0) % 60.0 - 30.0),
+        np.interp(np.arange(600.0) % 60.0, [0.0, 10.0, 30.0, 40.0, 60.0], [0.0, 5.0, 6.1, 2.3, 0.0]),
+        np.round(200.0 * RAMP, 0),
+        np.round(100.0 * np.sin(9.0 * RAMP), 1),
+        np.random.default_rng(0).standard_normal(600),
+        np.round(np.random.default_rng(1).standard_normal(600), 1),
+        np.concatenate([np.zeros(60), np.round(np.cumsum(np.random.default_rng(2).uniform(0.0, 1.0, 300))), np.full(60, 151.0)]),
+        np.concatenate([np.arange(100.0), 99.0 + 0.1 * np.random.default_rng(2).standard_normal(100), np.arange(99.0, 0.0, -1.0)]),
+    ],
+    ids=["triangles", "bilinear loops", "staircase", "rounded sine", "noise", "rounded noise", "held ends", "straight ends"],
+)
+def test_straight_pieces_of_a_law_are_no_lines_between_readings(stress):
+    assert readings_between(np.arange(float(len(stress))), stress) is None
+
+
+@pytest.mark.parametrize("step", [0.0, 0.15, 0.3, 0.6, 0.9, 1.5])
+@pytest.mark.parametrize("slower", [1.4, 2.0, 2.3, 3.0])
+def test_a_channel_that_is_slower_than_the_clock_is_seen_in_any_steps(slower, step):
+    found = []
+    for seed in range(4):
+        strain, exact, _ = pulls(600)
+        _, _, stress = rounded(600, step, seed)
+        kept = np.unique(np.ceil(np.arange(0.0, 600.0, slower)).astype(int))
+        kept = kept[kept < 600]
+        held = kept[np.searchsorted(kept, np.arange(600), side="right") - 1]
+        recording = coupon(strain, stress[held])
+        if step <= 0.3:
+            assert readings_of(recording, "stress").counted.sum() == pytest.approx(len(kept), rel=0.12)
+        error = np.sqrt(np.mean((stress[held] - exact)[readings_of(recording, "stress").counted] ** 2))
+        found.append(1e-3 * noise_found(recording, "stress") / error)
+    assert np.median(found) == pytest.approx(1.0, rel=0.2)
 
 
 @pytest.mark.parametrize("recording", [coupon(*pulls()[::2]), coupon(pulls()[0], np.round(pulls()[2]))], ids=["exact", "round"])

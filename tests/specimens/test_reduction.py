@@ -6,8 +6,8 @@ import pytest
 from fitting.calibrate.assumed import notices_of
 from fitting.data.recordings import Campaign, Recording
 from fitting.inference.channels import channel_weight
+from fitting.specimens import WIRE
 from fitting.specimens.reduction import reduced, said
-from fitting.specimens.wire import rows_for
 
 NOISE = 5e-5
 
@@ -101,7 +101,7 @@ def test_the_report_says_what_was_done_to_which_recording():
 
 
 def test_a_fit_gets_rows_with_their_own_noise():
-    (rows,) = rows_for(Campaign("c", [wire(60, 160)], None))
+    (rows,) = WIRE.rows_for(Campaign("c", [wire(60, 160)], None))
     assert len(rows.mask) <= 1024
     weight = np.asarray(rows.extra["clean"]["strain"])
     assert 1.0 / weight[0] == pytest.approx(NOISE, rel=0.15)
@@ -117,6 +117,5 @@ def test_rows_between_readings_are_left_out_whole_so_that_errors_of_neighbours_s
         new = values[at] if at is not None else np.interp(fine, np.arange(320.0), values)
         columns[name] = np.array([float(f"{v:.7g}") for v in new])
     short = reduced(Recording("fine", None, "wire", columns=columns), 1024)
-    least = 318 if way == "held" else 230  # readings on the line between their neighbours are not seen
-    assert short.block == 1 and least <= len(short) <= 322 and said([short]) == []
-    assert np.median(np.diff(short.reduction.rows)) in ((3.0,) if way == "held" else (3.0, 4.0))
+    assert short.block == 1 and 318 <= len(short) <= 321 and said([short]) == []
+    assert np.median(np.diff(short.reduction.rows)) == 3.0

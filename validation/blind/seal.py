@@ -11,6 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from pneusma_jax.files import write_whole
+
 from .cases import truth_of, write_case
 
 
@@ -25,9 +27,7 @@ def _read(path):
 
 
 def _write(path, content):
-    part = path.with_suffix(".part")
-    part.write_text(json.dumps(content, indent=1, sort_keys=True) + "\n", encoding="utf-8")
-    part.replace(path)
+    write_whole(path, json.dumps(content, indent=1, sort_keys=True) + "\n")
 
 
 def seal(cases, directory):

@@ -2,17 +2,15 @@
 
 from collections.abc import Callable, Sequence
 
-from fitting.inference.results import Presenter, register_presenter
-from fitting.report.figures import png
+from fitting.inference.results import register_presenter
+from fitting.report.results import presenter
 
 from .bench import Bench
 from .entry import Entry
-from .page import html_page
 from .registry import ENTRIES
+from .report import report_of
 from .results import Reproduction
 from .statement import judge
-from .tables import report_json, statements_csv
-from .text import verdict_sentences
 
 
 def reproduce(
@@ -39,23 +37,4 @@ def reproduce(
     return Reproduction(tuple(entries), tuple(judged), figures)
 
 
-def documents(result: Reproduction) -> dict[str, str | bytes]:
-    """The files by name: report.html, statements.csv, report.json and the figures."""
-    texts = {
-        "report.html": html_page(result),
-        "statements.csv": statements_csv(result),
-        "report.json": report_json(result),
-    }
-    drawn = {entry.file_name: png(result.figures[entry.number]) for entry in result.entries}
-    return texts | drawn
-
-
-register_presenter(
-    Reproduction,
-    Presenter(
-        verdict_sentences,
-        lambda result: "\n".join(verdict_sentences(result)),
-        lambda result: result.figures,
-        documents,
-    ),
-)
+register_presenter(Reproduction, presenter(report_of))

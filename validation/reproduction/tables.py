@@ -1,10 +1,10 @@
 """A reproduction as CSV and as JSON."""
 
-import csv
-import io
-import json
 import math
 from importlib.metadata import version
+from typing import Any
+
+from fitting.data.csv_text import csv_rows
 
 from .expectation import Interval, Near
 from .results import Reproduction
@@ -41,20 +41,17 @@ def row(judged: Judged) -> dict[str, object]:
 
 def statements_csv(result: Reproduction) -> str:
     """All statements, one a row; our number with all its digits."""
-    stream = io.StringIO()
-    writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    for judged in result.judged:
-        cells = row(judged) | {"ours": repr(float(judged.found.value))}
-        writer.writerow(
-            {name: str(cell).lower() if isinstance(cell, bool) else cell for name, cell in cells.items()}
-        )
-    return stream.getvalue()
+    rows = [row(judged) | {"ours": repr(float(judged.found.value))} for judged in result.judged]
+    return csv_rows(COLUMNS, [[_cell(cells[name]) for name in COLUMNS] for cells in rows])
 
 
-def report_json(result: Reproduction) -> str:
-    """Counts, statements and figures; bounds as numbers."""
-    document = {
+def _cell(value: object) -> object:
+    return str(value).lower() if isinstance(value, bool) else value
+
+
+def content(result: Reproduction) -> dict[str, Any]:
+    """The content of `report.json`: counts, statements and figures; bounds as numbers."""
+    return {
         "schema": SCHEMA,
         "version": version("pneusma-jax"),
         "counts": {verdict.name: count for verdict, count in result.counts().items()},
@@ -69,7 +66,6 @@ def report_json(result: Reproduction) -> str:
         ],
         "statements": [row(j) | {"expected": _bounds(j.statement.expected)} for j in result.judged],
     }  # fmt: skip
-    return json.dumps(document, indent=1, allow_nan=False) + "\n"
 
 
 def _bounds(expected: Near | Interval) -> dict[str, float | None]:

@@ -4,7 +4,6 @@ import functools
 from collections.abc import Callable, Mapping
 from typing import Any
 
-import jax.numpy as jnp
 import numpy as np
 
 from fitting.inference.least_squares import fit_least_squares
@@ -12,8 +11,9 @@ from fitting.inference.parameters import Parameter, Parameters, Prior
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.units import to_si
 
-from .fit import FACTOR, LawFit, describe, inflation_of
+from .fit import LawFit, describe, inflation_of
 from .laws import LAWS, CurveLaw, Start
+from .model import FACTOR, Zero, arrays, stress_of, zeros_of_samples
 from .samples import Samples
 
 CUT = 4.0  # sigma, where a tolerance's prior ends
@@ -45,8 +45,8 @@ class Engine:
             names = [name for law in LAWS.values() for name in law.names]
             raise InputError(f"no law has a constant {unknown[0]!r}, {nearest(unknown[0], names)}")
         self.specimens = samples.specimens() if samples.batch > 0.0 and len(samples.specimens()) > 1 else []
-        index = {name: k + 1 for k, name in enumerate(self.specimens)}
-        self._specimen = np.array([index.get(curve.specimen, 0) for curve in samples.curves])[samples.owner]
+        self.zeros = zeros_of_samples(samples)
+        self._arrays = arrays(samples, self.specimens, self.zeros)
 
     def fit(
         self, law: CurveLaw, mask: np.ndarray, near: LawFit | None = None, errors: bool = False
@@ -69,23 +69,20 @@ class Engine:
         self, law: CurveLaw, mask: np.ndarray, inflation: float, near: LawFit | None, fresh: bool = True
     ) -> LawFit:
         """Fit from the constants of `near`, if given, and from fresh starts, if asked for."""
-        samples, strain = self.samples, self.samples.strain[mask]
-        data = {
-            "strain": samples.strain,
-            "stress": samples.stress,
-            "weight": np.where(mask, 1.0 / (samples.spread * inflation), 0.0),
-            "specimen": self._specimen,
-        }
+        samples, names = self.samples, tuple(zero.name for zero in self.zeros)
+        data = {**self._arrays, "weight": np.where(mask, 1.0 / (samples.spread * inflation), 0.0)}
+        begin = {zero: near.zeros[zero][0] if near else zero.begin for zero in self.zeros}
+        strain, stress = (x[mask] for x in samples.rested(begin))
         starts = [law.start_at(near.values, strain)] if near else []
         if fresh:
             most = 1 if near else STARTS
-            starts += law.starts(strain, samples.stress[mask], samples.spread[mask], self.seed, most)
+            starts += law.starts(strain, stress, samples.spread[mask], self.seed, most)
         results = [
             fit_least_squares(
-                _residual(law.name, len(self.specimens)),
-                self._parameters(law, start),
+                _residual(law.name, len(self.specimens), names),
+                self._parameters(law, start, begin),
                 data=data,
-                use_priors=bool(self.specimens),
+                use_priors=bool(self.specimens or self.zeros),
                 scale_covariance=False,
                 observations=int(mask.sum()),
             )
@@ -93,9 +90,9 @@ class Engine:
         ]
         misfits = [np.inf if r.chi_square is None else r.chi_square for r in results]
         best = min(range(len(results)), key=lambda k: (not results[k].success, misfits[k]))
-        return describe(law, samples, mask, results[best], self.specimens, inflation)
+        return describe(law, samples, mask, results[best], self.specimens, self.zeros, inflation)
 
-    def _parameters(self, law: CurveLaw, start: Start) -> Parameters:
+    def _parameters(self, law: CurveLaw, start: Start, begin: Mapping[Zero, float]) -> Parameters:
         parameters = Parameters()
         for constant, value, low, high in zip(
             law.constants, start.values, start.lower, start.upper, strict=True
@@ -111,19 +108,18 @@ class Engine:
             batch = self.samples.batch
             prior = Prior(1.0, batch, max(1.0 - CUT * batch, 1e-3), 1.0 + CUT * batch)
             parameters.add(Parameter(f"{FACTOR}{k + 1}", value=1.0, prior=prior))
+        for zero in self.zeros:
+            parameters.add(Parameter(zero.name, value=begin[zero], prior=zero.prior, unit=zero.unit))
         return parameters
 
 
 @functools.cache
-def _residual(name: str, specimens: int) -> Callable:
+def _residual(name: str, specimens: int, zeros: tuple[str, ...]) -> Callable:
     """The residual function of a law: one object for each, so that it is compiled once."""
-    law = LAWS[name]
+    stress = stress_of(LAWS[name], specimens, zeros)
 
     def residual(values, data):
-        constants = jnp.stack([values[key] for key in law.names])
-        factors = jnp.stack([jnp.ones(()), *(values[f"{FACTOR}{k + 1}"] for k in range(specimens))])
-        model = factors[data["specimen"]] * law.stress(data["strain"], constants)
-        return (model - data["stress"]) * data["weight"]
+        return (stress(values, data) - data["stress"]) * data["weight"]
 
     return residual
 

@@ -14,10 +14,8 @@ from fitting.inference.parameters import Parameters
 from pneusma_jax.units import from_si
 
 from .laws import LAWS, CurveLaw
+from .model import FACTOR, Zero
 from .samples import Samples
-
-FACTOR = "stiffness_"
-"""Stem of the parameters that multiply the stress of each specimen."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +31,7 @@ class LawFit:
         sd_within: standard errors for the specimens as they are, their spread left out [SI], shape (k,).
         at_bound: sentence end for each constant that stopped at a bound.
         factors: stiffness of each specimen over the material's, and its standard error.
+        zeros: of recordings that leave them to the fit, and their standard errors, SI.
         mask: samples that were fitted, shape (n,).
         mean_square: of the residuals over their spread.
         lag_one: correlation of neighbouring residuals.
@@ -48,6 +47,7 @@ class LawFit:
     sd_within: np.ndarray
     at_bound: dict[str, str]
     factors: dict[str, tuple[float, float]]
+    zeros: dict[Zero, tuple[float, float]]
     mask: np.ndarray
     mean_square: float
     lag_one: float
@@ -78,10 +78,15 @@ class LawFit:
         modulus, gradient = _compiled(self.law.name).modulus(self.values)
         return float(modulus), float(np.sqrt(gradient @ self.covariance @ gradient))
 
+    def rested(self, samples: Samples) -> tuple[np.ndarray, np.ndarray]:
+        """Strain of the taut specimens and stress by the load cell's own zero, (n,) each."""
+        return samples.rested({zero: value for zero, (value, _) in self.zeros.items()})
+
     def predict(self, samples: Samples) -> np.ndarray:
-        """Engineering stress of every sample [Pa], with its specimen's factor where that was fitted."""
+        """Engineering stress of every sample [Pa], with its specimen's factor and its recording's zeros."""
         factors = np.array([self.factors.get(curve.specimen, (1.0, 0.0))[0] for curve in samples.curves])
-        return factors[samples.owner] * self.stress(samples.strain)
+        strain, stress = self.rested(samples)
+        return factors[samples.owner] * self.stress(strain) + samples.stress - stress
 
 
 def describe(
@@ -90,6 +95,7 @@ def describe(
     mask: np.ndarray,
     result: FitResult,
     specimens: Sequence[str],
+    zeros: Sequence[Zero],
     used: float,
 ) -> LawFit:
     """What the result of a fit says about a law.
@@ -100,6 +106,7 @@ def describe(
         mask: those that were fitted.
         result: of residuals over `used` times their spread.
         specimens: those that have a factor of their own.
+        zeros: of recordings, that were fitted with it.
         used: inflation of the standard errors.
     """
     series = samples.series(result.residual * used, mask)
@@ -117,6 +124,7 @@ def describe(
         sd_within=within[order],
         at_bound={law.names[k]: bounds[law.names[i]] for k, i in enumerate(order) if law.names[i] in bounds},
         factors={s: (result.values[n], errors[n] or np.nan) for s, n in zip(specimens, names, strict=True)},
+        zeros={zero: (result.values[zero.name], errors[zero.name] or np.nan) for zero in zeros},
         mask=mask,
         mean_square=float(np.sum(np.concatenate(series) ** 2) / mask.sum()),
         lag_one=lag_one(series),
@@ -162,7 +170,7 @@ def _constants(law: CurveLaw, result: FitResult) -> tuple[np.ndarray, np.ndarray
     known, everything = result.uncertainty.names, result.uncertainty.covariance
     places = [(i, known.index(name)) for i, name in enumerate(law.names) if name in known]
     rows, own = [i for i, _ in places], [a for _, a in places]
-    others = [k for k in range(len(known)) if k not in own]
+    others = [k for k, name in enumerate(known) if name.startswith(FACTOR)]
     joint, cross = everything[np.ix_(own, own)], everything[np.ix_(own, others)]
     conditional = (
         joint - cross @ np.linalg.solve(everything[np.ix_(others, others)], cross.T) if others else joint

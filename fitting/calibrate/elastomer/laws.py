@@ -72,6 +72,10 @@ class CurveLaw:
     basis: Callable[[np.ndarray, tuple[float, ...]], np.ndarray]
     assemble: Callable[[np.ndarray, tuple[float, ...]], np.ndarray]
 
+    def __reduce__(self) -> tuple:
+        """Pickled by its name: its functions have none."""
+        return _named, (self.name,)
+
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the constants."""
@@ -145,6 +149,10 @@ class CurveLaw:
         signs = np.sign(curved) if self.law == "ogden" else np.ones(count)
         values = self.assemble(modulus * signs / count, curved)
         return Start(values, *(limits(values) for limits in self._bounds(strain)))
+
+
+def _named(name: str) -> CurveLaw:
+    return LAWS[name]
 
 
 def excess_invariant(strain: np.ndarray) -> float:

@@ -1,12 +1,15 @@
 """The curves of a campaign as one stack of samples: what was pulled, how far, with how much noise."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from fitting.data.recordings import Recording
 from fitting.inference.noise import robust_noise
 from fitting.inference.readings import cautions, readings_of
+from fitting.specimens.zeros import Zeros, offered, taut, zeros_of
 from pneusma_jax.errors import InputError
 
 FEWEST_SAMPLES = 12  # a law of six constants needs some samples over
@@ -30,6 +33,7 @@ class Curve:
         noise_stated: the sidecar said so; otherwise it was estimated.
         rate: median of |d strain / d time| [1/s], or None without a clock.
         hysteresis: mean of stress going up minus going down, over the mean of both; None without a way down.
+        zeros: what the fit is to find of the zeros of strain and stress.
     """
 
     name: str
@@ -39,6 +43,7 @@ class Curve:
     noise_stated: bool
     rate: float | None
     hysteresis: float | None
+    zeros: Zeros
 
 
 @dataclass(frozen=True)
@@ -52,6 +57,7 @@ class Samples:
         spread: 1-sigma that the fit divides by [Pa], shape (n,).
         owner: index into `curves`, shape (n,).
         weighting: `absolute` (the instrument's noise) or `relative` (that, and 5 % of the stress).
+        flat: rows at which a specimen hung slack, shape (n,).
         batch: relative 1-sigma between specimens of the material; 0 if they are exactly alike.
         real: measured (True), simulated (False; one simulated recording is enough), or nobody said (None).
         notices: what was left out or assumed, one sentence each.
@@ -63,6 +69,7 @@ class Samples:
     spread: np.ndarray
     owner: np.ndarray
     weighting: str
+    flat: np.ndarray
     batch: float
     real: bool | None
     notices: tuple[str, ...] = ()
@@ -79,6 +86,21 @@ class Samples:
     def stretch(self) -> np.ndarray:
         """Axial stretch [1], shape (n,)."""
         return 1.0 + self.strain
+
+    def rested(self, zeros: Mapping[Any, float]) -> tuple[np.ndarray, np.ndarray]:
+        """Strain of the taut specimens and stress by the load cell's own zero, (n,) each.
+
+        Args:
+            zeros: values of recordings' zeros (`model.Zero`), SI.
+        """
+        strain, stress = self.strain.copy(), self.stress.copy()
+        for zero, value in zeros.items():
+            mine = self.of(zero.curve)
+            if zero.quantity == "stress":
+                stress[mine] -= value
+            else:
+                strain[mine] = np.asarray(taut(strain[mine], value, self.flat[mine]))
+        return strain, stress
 
     def of(self, index: int) -> np.ndarray:
         """Mask of the samples of one recording."""
@@ -117,6 +139,13 @@ def stack(
     for recording in recordings:
         strain, stress, kept = _usable(recording, max_strain)
         curve = _curve(recording, strain, stress, kept)
+        sure = ~curve.zeros.unsure(strain)
+        strain, stress = strain[sure], stress[sure]
+        if not sure.all():
+            notices.append(
+                f"{recording.name}: {np.sum(~sure)} rows beside the start of the rise left out: they cannot "
+                "tell slack from strain"
+            )
         step = -(-total // MOST_SAMPLES)
         notices += [f"{recording.name}: {notice}" for notice in recording.notices]
         if step > 1:
@@ -130,14 +159,15 @@ def stack(
         spread = np.full(len(strain), curve.noise)
         if weighting == "relative":
             spread = np.hypot(spread, RELATIVE_SPREAD * np.abs(stress))
-        parts.append((strain, stress, spread, np.full(len(strain), len(curves))))
+        flat = curve.zeros.flat(strain)
+        parts.append((strain, stress, spread, np.full(len(strain), len(curves)), flat))
         curves.append(curve)
-    strain, stress, spread, owner = (np.concatenate(column) for column in zip(*parts, strict=True))
-    notices += cautions(recordings)
+    strain, stress, spread, owner, flat = (np.concatenate(column) for column in zip(*parts, strict=True))
+    notices += cautions(recordings) + offered(recordings)
     batch = max(recording.full_tolerance().get("silicone_stiffness", 0.0) for recording in recordings)
     stated = [recording.real for recording in recordings]
     real = False if False in stated else None if None in stated else True
-    return Samples(tuple(curves), strain, stress, spread, owner, weighting, batch, real, tuple(notices))
+    return Samples(tuple(curves), strain, stress, spread, owner, weighting, flat, batch, real, tuple(notices))
 
 
 def _usable(recording: Recording, max_strain: float | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -176,6 +206,7 @@ def _curve(recording: Recording, strain: np.ndarray, stress: np.ndarray, kept: n
         noise_stated=stated is not None,
         rate=rate,
         hysteresis=_hysteresis(strain, stress),
+        zeros=zeros_of(recording),
     )
 
 

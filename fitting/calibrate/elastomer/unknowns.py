@@ -88,7 +88,7 @@ def unknowns_of(
         "specimen": slice(size + others + 2, size + others + 3),
         "rate": slice(size + others + 3, size + others + 4),
     }
-    strain = samples.strain[fit.mask]
+    strain = fit.rested(samples)[0][fit.mask]
     ends = (float(strain.min()), float(strain.max()))
     return Unknowns(covariance, slices, fit, tuple(fits[name] for name in rivals), ends)
 
@@ -101,7 +101,7 @@ def _given_the_tests(samples: Samples, fit: LawFit, rivals: list[LawFit], doubt:
     probability.
     """
     mask = fit.mask
-    strain, spread = samples.strain[mask], (samples.spread * fit.inflation)[mask, None]
+    strain, spread = fit.rested(samples)[0][mask], (samples.spread * fit.inflation)[mask, None]
     curve = fit.stress(strain)
     constants = fit.gradient(strain)[:, fit.free]
     shares = np.array([rival.stress(strain) - curve for rival in rivals]).reshape(len(rivals), len(curve)).T

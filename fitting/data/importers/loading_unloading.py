@@ -10,6 +10,7 @@ from .channels import numbered
 from .format import Format
 from .options import Options
 from .parts import Sample
+from .strain_unit import unit_assumed
 
 NAME = "loading-unloading"
 DEFAULT_UNIT = "kPa"
@@ -37,9 +38,7 @@ def read(sample: Sample, options: Options) -> Recording:
     notices = [*grid.notices, "columns without names, taken as time (s), stretch, nominal stress"]
     if "stress" not in options.units:
         channels["stress"] = replace(channels["stress"], unit=DEFAULT_UNIT)
-        notices.append(
-            f"the unit of stress is not stated: taken as {DEFAULT_UNIT} (--unit stress=... to correct)"
-        )
+        notices.append(unit_assumed(channels, DEFAULT_UNIT))
     # Such files come one per rate or stretch: those of one folder are one material.
     folder = slug(sample.raw.path.resolve().parent.name)
     if options.specimen is None:

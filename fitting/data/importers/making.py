@@ -42,6 +42,7 @@ class Making:
         notices: what was understood so far.
         sources: quantities that something was made of.
         raw: quantities that the file itself has.
+        zero: what every fit is to find of the zeros, one standard deviation by canonical column.
     """
 
     channels: dict[str, Channel]
@@ -52,6 +53,7 @@ class Making:
     notices: list[str]
     sources: set[str] = field(default_factory=set)
     raw: frozenset[str] = frozenset()
+    zero: dict[str, float] = field(default_factory=dict)
 
     def say(self, text: str) -> None:
         """Add to what was understood."""

@@ -15,7 +15,7 @@ from .spelling import unit_name
 # made from.
 QUANTITIES = tuple(
     dict.fromkeys(
-        [schema.quantity_and_unit(name)[0] for rules in schema.COLUMNS.values() for name in rules.known]
+        [schema.quantity_and_unit(name)[0] for kind in schema.KINDS.values() for name in kind.columns.known]
         + ["stretch", "true_strain", "true_stress", "voltage", "voltage_1", "voltage_2", "voltage_3"]
     )
 )
@@ -33,7 +33,7 @@ GEOMETRY = tuple(schema.GEOMETRY_NUMBERS)
 CIRCUIT = ("adjust_V", "set_ohm", "gain", "offset_V")
 
 
-SLACK_WORDS = ("auto", "keep")
+SLACK_WORDS = ("auto", "fit", "keep")
 
 
 @dataclass
@@ -64,8 +64,9 @@ class Options:
         constants: quantity that did not change during the test -> its value and unit.
         subtracted: quantity -> what is taken off it, with its unit: a zero, the air's pressure.
         compression: whether the specimen was pressed; None leaves it to the file.
-        slack: strain (or elongation in mm) up to which a specimen hung slack; `"auto"` finds it, `"keep"`
-            leaves the start as it is and says nothing; None says what is seen.
+        slack: strain (or elongation in mm) up to which a specimen hung slack; `"auto"` finds it, `"fit"`
+            leaves it and the load cell's zero to every fit, `"keep"` leaves the start as it is and says
+            nothing; None says what is seen.
         sheet: name or number of the only sheet to read.
         interval_s: seconds between samples, for files without a clock.
         licence, citation, specimen, role: go into the sidecar.
@@ -113,7 +114,7 @@ class Options:
             or self.constants
             or self.subtracted
             or self.compression
-            or self.slack not in (None, "keep")
+            or self.slack not in (None, "keep", "fit")
         )
 
     def alone(self) -> "Options":
@@ -209,7 +210,7 @@ def _slack(text: str | None) -> str | float | None:
         value = math.nan
     if not math.isfinite(value) or value < 0.0:
         raise InputError(
-            f"--slack {text}: must be auto, keep, or the strain (mm of a spring) at which it grew taut"
+            f"--slack {text}: must be auto, fit, keep, or the strain (mm of a spring) at which it grew taut"
         )
     return value
 
@@ -230,7 +231,7 @@ def _amounts(option: str, texts: Iterable[str]) -> dict[str, tuple[float, str]]:
             raise InputError(f"{option} {text}: must be NAME_UNIT=VALUE, e.g. {option} temperature_degC=22")
         canonical = _canonical_of(name)
         if canonical is None:
-            names = sorted({column for rules in schema.COLUMNS.values() for column in rules.known})
+            names = sorted({column for kind in schema.KINDS.values() for column in kind.columns.known})
             raise InputError(f"{option} {text}: {name!r} is not known here, {nearest(name, names)}")
         quantity, _ = schema.quantity_and_unit(canonical)
         try:
@@ -251,8 +252,8 @@ def _amounts(option: str, texts: Iterable[str]) -> dict[str, tuple[float, str]]:
 
 def _canonical_of(name: str) -> str | None:
     """A canonical column that a name speaks of, whatever its unit is."""
-    for rules in schema.COLUMNS.values():
-        for canonical in rules.known:
+    for kind in schema.KINDS.values():
+        for canonical in kind.columns.known:
             quantity, _ = schema.quantity_and_unit(canonical)
             if name == quantity or (name.startswith(quantity + "_") and "_" not in name[len(quantity) + 1 :]):
                 return canonical

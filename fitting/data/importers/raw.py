@@ -17,6 +17,21 @@ from ..recordings.table import refuse
 _CHINESE = ("时间", "位移", "力", "应变", "应力", "温度", "变形")
 
 
+# How files that are no tables begin.
+_OTHERS = {
+    b"%PDF": "a PDF",
+    b"\x89HDF": "an HDF5 file (MATLAB 7.3 or another program's)",
+    b"MATLAB 5.0": "a MATLAB file (.mat)",
+    b"\x1f\x8b": "a gzip archive",
+    b"\x89PNG": "a picture",
+    b"\xff\xd8\xff": "a picture",
+    b"{": "a JSON file",
+    b"<?xml": "an XML file",
+    b"<html": "a web page (some programs call it .xls)",
+    b"<!DOCTYPE": "a web page (some programs call it .xls)",
+}
+
+
 @dataclass(frozen=True)
 class Page:
     """One sheet of a workbook, or the whole of a text file.
@@ -25,11 +40,13 @@ class Page:
         name: of the sheet; nothing for text.
         lines: of text.
         rows: of cells as text, with no trailing empty ones; None for text.
+        hidden: whether the workbook does not show it.
     """
 
     name: str
     lines: list[str]
     rows: list[list[str]] | None = None
+    hidden: bool = False
 
     @property
     def is_sheet(self) -> bool:
@@ -89,6 +106,9 @@ class RawFile:
     def _lines(self) -> list[str]:
         if self.content[:4] == b"\xd0\xcf\x11\xe0":
             raise refuse(self.path, "this is an old Excel file (.xls); save it as .xlsx or .csv")
+        for start, what in _OTHERS.items():
+            if self.content.startswith(start):
+                raise refuse(self.path, f"this is {what}, not a table of text; export it as .csv or .xlsx")
         text = _decode(self.content)
         if "\0" in text:
             raise refuse(self.path, "this is neither text nor an Excel workbook; export it as .csv")
@@ -117,6 +137,9 @@ def _decode(content: bytes) -> str:
     """Text in UTF-8, UTF-16, a Chinese code whose headings are read, or else Windows Latin (degree signs)."""
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return content.decode("utf-16", errors="replace")
+    if content.count(0) > len(content) // 3:  # UTF-16 without its mark: every other byte is zero
+        odd = content[1::2].count(0) > content[::2].count(0)
+        return content.decode("utf-16-le" if odd else "utf-16-be", errors="replace")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -157,27 +180,78 @@ def _cell_text(cell: Any) -> str:
     return str(value).strip()
 
 
+def formulas_without_values(raw: RawFile) -> str:
+    """Why columns of a workbook are empty that hold formulas: no program computed them; nothing elsewhere."""
+    if not raw.is_workbook:
+        return ""
+    import openpyxl  # as below
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        books = [
+            openpyxl.load_workbook(io.BytesIO(raw.content), read_only=True, data_only=told)
+            for told in (False, True)
+        ]
+    for written, told in zip(*(book.worksheets for book in books), strict=True):
+        for formulas, values in zip(written.iter_rows(), told.iter_rows(), strict=False):
+            for formula, value in zip(formulas, values, strict=False):
+                if str(formula.value).startswith("=") and value.value is None:
+                    return (
+                        f"sheet {written.title!r} holds formulas that no program has computed"
+                        f" ({formula.coordinate}: {formula.value!r}); open it in a spreadsheet program and"
+                        " save it"
+                    )
+    return ""
+
+
+MOST_UNPACKED = 512 * 2**20
+"""Maximum of bytes that a workbook may unpack to: ten columns of a full sheet (2^20 rows) have 400 MiB."""
+
+
+def _check_size(raw: RawFile) -> None:
+    """Refuse a workbook that was packed to exhaust the memory; zipfile unpacks no more than is stated here.
+
+    Raises:
+        InputError: if its parts together are too large.
+    """
+    try:
+        with zipfile.ZipFile(io.BytesIO(raw.content)) as packed:
+            size = sum(part.file_size for part in packed.infolist())
+    except (zipfile.BadZipFile, ValueError, OSError, NotImplementedError):
+        return  # whoever reads it says so
+    if size > MOST_UNPACKED:
+        raise refuse(
+            raw.path,
+            f"this workbook unpacks to {size / 2**20:,.0f} MiB, but {MOST_UNPACKED // 2**20} MiB is the most "
+            "that is read; save the sheet that is wanted as .csv",
+        )
+
+
+def _texts_of(sheet: Any) -> list[list[str]]:
+    """Cells of a sheet as text; the size that the file states for it is not believed, but counted."""
+    sheet.reset_dimensions()
+    return [[_cell_text(cell) for cell in row] for row in sheet.iter_rows()]
+
+
 def _read_sheets(raw: RawFile) -> list[Page]:
+    _check_size(raw)
     import openpyxl  # slow to import, and most files are text
 
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about styles and extensions that do not touch the numbers
             book = openpyxl.load_workbook(io.BytesIO(raw.content), read_only=True, data_only=True)
-            sheets = [
-                (sheet.title, [[_cell_text(cell) for cell in row] for row in sheet.iter_rows()])
-                for sheet in book.worksheets
-            ]
+            sheets = [(s.title, s.sheet_state != "visible", _texts_of(s)) for s in book.worksheets]
             book.close()
-    except (zipfile.BadZipFile, KeyError, ValueError, OSError, TypeError) as error:
+    except Exception as error:  # of zip, XML or styles: a damaged workbook can end anywhere in there
         raise refuse(raw.path, f"this is not an Excel workbook that can be read ({error})") from None
     pages = []
-    for title, texts in sheets:
+    for title, hidden, texts in sheets:
         for row in texts:
             while row and not row[-1]:
                 row.pop()
         if any(texts):
-            pages.append(Page(title, [], texts))
+            pages.append(Page(title, [], texts, hidden))
     if not pages:
         raise refuse(raw.path, "the workbook has no filled sheet")
     return pages

@@ -23,9 +23,9 @@ from .channels import named_channels
 from .format import Format
 from .options import Options
 from .parts import Sample, samples_of
-from .raw import open_raw
+from .raw import formulas_without_values, open_raw
 from .refused import RECORDING as recording_format
-from .tables import words_for_numbers
+from .tables import few_numbers, words_for_numbers
 from .unmodelled import unmodelled
 
 FORMATS: tuple[Format, ...] = (
@@ -61,6 +61,10 @@ def detect(sample: Sample) -> Format:
         for page in sample.raw.pages:
             if why := words_for_numbers(page):
                 raise refuse(sample.raw.path, f"{why}; write them as numbers, or leave them empty")
+            if why := few_numbers(page):
+                raise refuse(sample.raw.path, why)
+    if why := formulas_without_values(sample.raw):
+        raise refuse(sample.raw.path, why)
     known = ", ".join(known.name for known in FORMATS)
     headings = [] if sample.grid is None else [heading.text for heading in sample.grid.headings]
     columns = f" ({', '.join(repr(text) for text in headings)})" if headings else ""

@@ -29,7 +29,7 @@ def best_reading(page: Page) -> Reading | None:
     """Delimiter and decimal mark with which most fields of a sample of lines are numbers, fewest text."""
     best: tuple[float, Reading] | None = None
     pure = False
-    for delimiter in ("",) if page.is_sheet else (",", ";", "\t", " "):
+    for delimiter in ("",) if page.is_sheet else (",", ";", "\t", "|", " "):
         fields = _sample(page, delimiter)
         if delimiter == " " and pure:
             continue  # a file that another mark divides into columns; spaces may group its thousands

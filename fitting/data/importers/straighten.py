@@ -5,7 +5,8 @@ import numpy as np
 from ..recordings.table import refuse
 from .channels import in_unit
 from .making import Channel, Making
-from .slack import Slack, find_slack, noise_of_steps
+from .slack import Slack, noise_of_steps
+from .taut import largest, leave_to_fit, offer, slack_of, start_at
 from .words import COMPRESS
 
 ATMOSPHERE_KPA = 101.325
@@ -15,6 +16,9 @@ AT_START = 0.05
 """Of its range, where a strain may begin that was counted from rest."""
 PRELOAD = 0.01
 """Of its range, the stress at no strain that is spoken of; load cells are zeroed to better."""
+ACROSS = 0.05
+"""Share of rows in which strain and stress have opposite signs, both by more than `AT_START`, from which one
+of them is counted from another zero: a loop of a rubber has fewer."""
 NOISES = 5.0
 """Standard deviations of its noise, below which a stress at the start is none."""
 OPPOSED = 0.2
@@ -94,16 +98,19 @@ def straighten(columns: dict[str, np.ndarray], making: Making, about: str) -> np
         return kept  # what is flat there is the alloy's own doing
     if making.kind in ("elastomer", "wire"):
         _refuse_opposed(columns, pair, making)
+        _refuse_beyond_nothing(columns, pair, making)
     drive, force = (columns[name] for name in pair)
-    if making.options.slack == "keep":
+    if making.options.slack == "fit":
+        leave_to_fit(columns, pair, making)
+    if making.options.slack in ("keep", "fit"):
         return kept
-    slack = _slack(drive, force, making)
+    slack = slack_of(drive, force, making)
     if slack is None:
         _speak_of_start(columns, pair, making)
     elif making.options.slack is None:
-        _offer(slack, pair, making)
+        offer(slack, pair, making)
     else:
-        kept = _start_at(slack, columns, pair, making)
+        kept = start_at(slack, columns, pair, making)
     if making.kind == "elastomer" and making.options.compression is None and not COMPRESS.search(about):
         _ask_whether_pressed(columns["strain"][kept], columns["stress_kPa"][kept], slack, making)
     return kept
@@ -121,7 +128,7 @@ def _turn(columns: dict[str, np.ndarray], making: Making, about: str) -> None:
     if making.options.compression is not None:
         making.use("--compression" if making.options.compression else "--tension")
     if wanted:
-        turned = [name for name in ("strain", "stress_kPa") if _largest(columns[name]) > 0.0]
+        turned = [name for name in ("strain", "stress_kPa") if largest(columns[name]) > 0.0]
         for name in turned:
             columns[name] = -columns[name] + 0.0
         if turned:
@@ -161,6 +168,18 @@ def _refuse_opposed(columns: dict[str, np.ndarray], pair: tuple[str, str], makin
             )  # fmt: skip
 
 
+def _refuse_beyond_nothing(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
+    """Refuse a strain of -1 and less, with stress negative, too: a pull that is counted the other way."""
+    least, stress = float(np.nanmin(columns["strain"])), largest(columns[pair[1]])
+    if least <= -1.0 and stress < 0.0 and making.channels["strain"].made:
+        elongation, force = _source(making, "strain"), _source(making, "stress")
+        raise refuse(
+            making.place, f"strain goes to {least:.4g} and stress to {stress:.4g}: nothing can be pressed to"
+            " less than no length. If it was pulled, both are counted the other way: --scale"
+            f" {elongation}=-1 --scale {force}=-1",
+        )  # fmt: skip
+
+
 def _source(making: Making, quantity: str) -> str:
     """The quantity to scale for strain or stress to turn: the column that it was made of, if it was made."""
     if not making.channels[quantity].made:
@@ -173,63 +192,6 @@ def _source(making: Making, quantity: str) -> str:
         ),
         quantity,
     )
-
-
-def _largest(values: np.ndarray) -> float:
-    """The value that is largest without its sign, with it; 0 where there is none."""
-    finite = values[np.isfinite(values)]
-    return float(finite[np.argmax(np.abs(finite))]) if finite.size else 0.0
-
-
-def _slack(drive: np.ndarray, force: np.ndarray, making: Making) -> Slack | None:
-    stated = making.options.slack
-    if not isinstance(stated, float):
-        return find_slack(drive, force)
-    start = stated if _largest(drive) >= 0.0 else -stated
-    there = np.isfinite(drive) & np.isfinite(force)
-    stroke = there & (np.arange(len(drive)) <= int(np.nanargmax(np.abs(drive))))
-    before = stroke & (np.abs(drive) <= abs(start))
-    return Slack(start, float(np.mean(force[before])) if before.any() else 0.0, int(before.sum()))
-
-
-def _words(slack: Slack, pair: tuple[str, str], making: Making) -> str:
-    answer, unit = pair[1].rsplit("_", 1)
-    drive = "strain" if pair[0] == "strain" else "elongation"
-    length = "" if drive == "strain" else " mm"
-    level, start = f"{slack.zero:.4g} {unit}", f"{drive} {slack.start:.4g}{length}"
-    return f"{answer} is flat at {level} up to {start} ({slack.rows} rows)"
-
-
-def _offer(slack: Slack, pair: tuple[str, str], making: Making) -> None:
-    making.warn(
-        f"{_words(slack, pair, making)} and rises from there: slack, and the load cell's zero. --slack auto"
-        " starts there and"
-        " takes the zero off; --slack keep leaves it"
-    )
-
-
-def _start_at(
-    slack: Slack, columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making
-) -> np.ndarray:
-    """Count from where the specimen grew taut; a coupon that hung slack was longer than its grips' gap."""
-    drive, force = pair
-    sign = 1.0 if slack.start >= 0.0 else -1.0
-    raw = columns[drive]
-    kept = ~(sign * raw < sign * slack.start)
-    if drive == "strain":
-        columns[drive] = (raw - slack.start) / (1.0 + slack.start)
-        how = f"strain is counted from there, as (strain - {slack.start:.4g}) / (1 + {slack.start:.4g})"
-    else:
-        columns[drive] = raw - slack.start
-        how = f"elongation is counted from there, {slack.start:.4g} mm less"
-    columns[force] = columns[force] - slack.zero
-    answer, unit = force.rsplit("_", 1)
-    making.say(
-        f"{_words(slack, pair, making)}: {int((~kept).sum())} slack rows left out, {how}; {slack.zero:.4g}"
-        f" {unit} taken off"
-        f" {answer} (--slack)"
-    )
-    return kept
 
 
 def _speak_of_start(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
@@ -249,6 +211,15 @@ def _speak_of_start(columns: dict[str, np.ndarray], pair: tuple[str, str], makin
             f" strain={x[0]:.4g}"
         )
         return
+    across = (x * y < 0.0) & (np.abs(x) > AT_START * reach) & (np.abs(y) > AT_START * float(np.abs(y).max()))
+    least = int(np.argmin(np.abs(y)))
+    if np.mean(across) > ACROSS and abs(x[least]) > AT_START * reach:
+        making.warn(
+            f"strain and {answer_name} have opposite signs in {int(across.sum())} rows, so one of them was"
+            f" counted from another zero; {answer_name} is nearest to none, {y[least]:.4g} {unit}, at strain"
+            f" {x[least]:.4g}. If the specimen was at rest there: --subtract strain={x[least]:.4g}"
+        )
+        return
     near = slice(0, max(5, x.size // 20))
     slope = float(np.polyfit(x[near], y[near], 1)[0]) if np.ptp(x[near]) > 0.0 else 0.0
     rest = float(y[0] - slope * x[0])
@@ -259,10 +230,15 @@ def _speak_of_start(columns: dict[str, np.ndarray], pair: tuple[str, str], makin
         )
 
 
-def _ask_whether_pressed(strain: np.ndarray, stress: np.ndarray, slack: Slack | None, making: Making) -> None:
-    """Ask whether a test that only stiffens was a compression: a pulled rubber softens first."""
+def _ask_whether_pressed(
+    strain: np.ndarray, stress: np.ndarray, slack: Slack | None, making: Making
+) -> None:
+    """Ask whether a test that only stiffens was a compression, and one of negative strain that softens was a
+    pull: a pulled rubber softens first, a pressed one stiffens."""
     there = np.isfinite(strain) & np.isfinite(stress)
     x, y = strain[there], stress[there]
+    way = 1.0 if x.size and x.max() >= -x.min() else -1.0
+    x, y = way * x, way * y
     if (
         x.size < 8
         or not x.max() > 0.0
@@ -272,20 +248,30 @@ def _ask_whether_pressed(strain: np.ndarray, stress: np.ndarray, slack: Slack | 
     ):
         return
     if slack is not None and making.options.slack is None:
-        x, y = x[x >= slack.start] - slack.start, y[x >= slack.start] - slack.zero
+        begun, zero = way * slack.start, way * slack.zero
+        x, y = x[x >= begun] - begun, y[x >= begun] - zero
     rising = slice(0, int(np.argmax(x)) + 1)
     x, y = x[rising], y[rising]
     if x.size < 8 or x.max() < 0.05:
         return
     misfits = []
-    for stretch in (1.0 + x, 1.0 - x):
+    for stretch in (1.0 + way * x, 1.0 - way * x):
         shape = np.abs(stretch - stretch**-2)
         columns = np.stack([shape, np.ones_like(shape)], axis=1)
         rest = y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]
         misfits.append(float(np.sqrt(np.mean(rest**2))))
-    if misfits[1] < FITS_BETTER * misfits[0]:
+    if misfits[1] >= FITS_BETTER * misfits[0]:
+        return
+    if way > 0.0:
         making.warn(
             "stress only stiffens over strain, as a pressed rubber does and a pulled one does not at first;"
             " if the specimen"
             " was pressed, turn it with --compression (--tension if it was pulled, and this line goes)"
         )
+        return
+    turned = " ".join(f"--scale {_source(making, name)}=-1" for name in ("strain", "stress"))
+    making.warn(
+        "strain and stress are negative, but stress softens over strain, as a pulled rubber does and a"
+        f" pressed one does not; if the specimen was pulled: {turned} (--compression if it was pressed, and"
+        " this line goes)"
+    )

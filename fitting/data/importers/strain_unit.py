@@ -1,10 +1,12 @@
-"""Whether a strain whose unit nobody states is a fraction or a percentage: told, or asked for."""
+"""Units that nobody states: whether a strain is a fraction or a percentage, and what an assumed one means."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from ..recordings.columns import WIRE_STRAIN_LIMIT, convert
+from ..recordings.columns import convert
+from ..recordings.kinds import WIRE_STRAIN_LIMIT
 from ..recordings.table import refuse
 from .making import Channel, Making
 from .spelling import dimension
@@ -61,6 +63,23 @@ def settle_strain_unit(making: Making) -> None:
         )  # fmt: skip
     making.say(f"{channel.label!r} has no unit: taken as a fraction (--unit strain=percent to correct)")
     making.channels["strain"] = replace(channel, unit="1")
+
+
+def unit_assumed(channels: Mapping[str, Channel], unit: str) -> str:
+    """What to look at where nobody states the unit of stress: the modulus that follows from an assumed one.
+
+    Args:
+        channels: with `stretch` and `stress`.
+        unit: that was taken.
+    """
+    stretch, stress = channels["stretch"].values, channels["stress"].values
+    far = int(np.nanargmax(np.abs(stretch - 1.0)))
+    modulus = float(stress[far] / (stretch[far] - 1.0))
+    return (
+        f"check: the unit of stress is not stated: taken as {unit}, by which the material is of"
+        f" {modulus:.3g} {unit} (stress over strain at the farthest stretch); --unit stress=... if it is"
+        " another"
+    )
 
 
 def _told(making: Making, channel: Channel) -> tuple[str, str] | None:

@@ -11,7 +11,7 @@ from .channels import numbered
 from .format import Format
 from .options import Options
 from .parts import Sample
-from .strain_unit import FARTHEST_STRETCH
+from .strain_unit import FARTHEST_STRETCH, unit_assumed
 
 NAME = "stress-stretch"
 DEFAULT_UNIT = "MPa"
@@ -69,9 +69,7 @@ def read(sample: Sample, options: Options) -> Recording:
         )
     if "stress" not in options.units:
         channels["stress"] = replace(channels["stress"], unit=DEFAULT_UNIT)
-        notices.append(
-            f"the unit of stress is not stated: taken as {DEFAULT_UNIT} (--unit stress=... to correct)"
-        )
+        notices.append(unit_assumed(channels, DEFAULT_UNIT))
     specimen = slug("_".join(path.parts[-3:-1])) if path.parent.name in ("UT", "UC") else slug(path.stem)
     return assemble(
         sample,

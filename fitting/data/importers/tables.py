@@ -18,7 +18,9 @@ from .words import heading_of, meaning
 
 # Names of columns, though units are called so, too.
 _NAMES_TOO = ("strain", "ratio", "t", "f", "r", "i", "temp")
-_SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", " ": "white space", "": "cells of a sheet"}
+_SEPARATORS = {
+    ",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "white space", "": "cells of a sheet",
+}  # fmt: skip
 
 
 def find_grids(page: Page) -> list[Grid]:
@@ -37,6 +39,10 @@ def find_grids(page: Page) -> list[Grid]:
         grid = _grid_of(fields, parsed, begin, end, delimiter, decimal)
         if grid is None:
             continue
+        if page.hidden:
+            grid.notices.append(
+                f"check: sheet {page.name!r} is hidden in the workbook; --sheet NAME reads another one alone"
+            )
         if doubtful:
             grid.notices.append(
                 f"check: {doubtful!r} was read with a decimal comma; if commas group thousands here: --scale"
@@ -48,7 +54,7 @@ def find_grids(page: Page) -> list[Grid]:
 
 def words_for_numbers(page: Page) -> str:
     """Why a page with headings of quantities holds no table: a column of words below them, or nothing."""
-    for delimiter in ("",) if page.is_sheet else (",", ";", "\t"):
+    for delimiter in ("",) if page.is_sheet else (",", ";", "\t", "|"):
         fields = page.fields(delimiter)
         for at, header in enumerate(fields):
             named = [c for c, text in enumerate(header) if text and meaning(heading_of(text)) is not None]
@@ -109,7 +115,7 @@ def _grid_of(
         return None
     start, named = run[0], max(_last_number(parsed[i]) for i in run)
     header, top = _header_above(fields, start, named, begin)
-    width = max(len(header), *(len(parsed[i]) for i in run))
+    width, stated = max(len(header), *(len(parsed[i]) for i in run)), len(header)
     header += [""] * (width - len(header)) if header else []
     if width == 1 and delimiter not in (" ", ""):
         return None
@@ -126,6 +132,7 @@ def _grid_of(
     if dropped:
         where = ", ".join(str(i + 1) for i in dropped[:3]) + (", ..." if len(dropped) > 3 else "")
         notices.append(f"{len(dropped)} rows below the header are not numbers and were dropped (row {where})")
+    notices += _longer(fields, keep, stated)
     grid = Grid(
         headings=[heading_of(text) for text in header],
         values=values,
@@ -136,6 +143,36 @@ def _grid_of(
     )
     read_texts(grid, [parsed[i] for i in keep])
     return grid
+
+
+def _longer(fields: list[list[str]], rows: list[int], stated: int) -> list[str]:
+    """A caution where a few rows have more fields than there are headings: a comma too many moves numbers."""
+    longer = [i for i in rows if len(fields[i]) > stated] if stated else []
+    if not longer or 2 * len(longer) > len(rows):
+        return []
+    row, count = longer[0], len(longer)
+    return [
+        f"check: {count} row{'s have' if count > 1 else ' has'} more fields than the {stated} headings (row"
+        f" {row + 1}: {len(fields[row])} fields); if a mark too many moved its numbers, mend it in the file"
+    ]
+
+
+def few_numbers(page: Page) -> str:
+    """Why a page with headings of quantities holds no table: fewer rows of numbers than one needs, or
+    nothing."""
+    for delimiter in ("",) if page.is_sheet else (",", ";", "\t", "|"):
+        fields = page.fields(delimiter)
+        for at, header in enumerate(fields):
+            named = [text for text in header if text and meaning(heading_of(text)) is not None]
+            if len(named) >= 2:
+                count = sum(any(to_number(t, ".") is not None and t for t in row) for row in fields[at + 1 :])
+                if count < LEAST_ROWS:
+                    what = f"{count} row{'s' * (count != 1)} of numbers" if count else "no numbers"
+                    return (
+                        f"below the headings {', '.join(map(repr, named))} stand {what}; a table needs"
+                        f" {LEAST_ROWS}"
+                    )
+    return ""
 
 
 def _first_run(parsed: list[list | None], fields: list[list[str]], begin: int) -> list[int]:

@@ -10,6 +10,8 @@ from .spelling import Heading
 from .words import meaning
 
 _DAY_S = 86400.0
+HUGE = 1e30
+"""Beyond any reading in any unit: instruments mark overflow by 1e37 or 9.9e37."""
 
 
 def read_texts(grid: Grid, parsed: list[list[float | None]]) -> None:
@@ -22,6 +24,7 @@ def read_texts(grid: Grid, parsed: list[list[float | None]]) -> None:
     _grouped_notice(grid)
     _percent_signs(grid)
     _read_words(grid, parsed)
+    _marks(grid)
 
 
 def _grouped_notice(grid: Grid) -> None:
@@ -50,6 +53,34 @@ def _percent_signs(grid: Grid) -> None:
                     " not"
                 )
             grid.notices.append(f"fields of column {heading.text!r} end in a percent sign: taken as percent")
+
+
+def _marks(grid: Grid) -> None:
+    """Leave out numbers that loggers write for no reading: all nines, or huge, and far from every other."""
+    for column in range(grid.values.shape[1]):
+        values = grid.values[:, column]
+        marks = np.array([_is_mark(value) for value in values])
+        others = values[~marks & np.isfinite(values)]
+        if not marks.any() or others.size < 2:
+            continue
+        for value in np.unique(values[marks]):
+            if np.min(np.abs(others - value)) <= np.ptp(others):
+                continue
+            where = values == value
+            row = grid.rows[int(np.argmax(where))]
+            label = repr(grid.headings[column].text) if grid.headings else f"column {column + 1}"
+            grid.notices.append(
+                f"check: {value:g} in {int(where.sum())} rows of {label} (first in row {row}) lies farther"
+                " from all others than these from each other: taken as a mark for no reading, so missing"
+            )
+            values[where] = np.nan
+
+
+def _is_mark(value: float) -> bool:
+    """Whether a number is all nines, three or more, or beyond what anything is."""
+    return bool(np.isfinite(value)) and (
+        abs(value) >= HUGE or bool(re.fullmatch(r"-?999+(\.9+|\.0*)?", f"{value:.10g}"))
+    )
 
 
 def _read_words(grid: Grid, parsed: list[list[float | None]]) -> None:

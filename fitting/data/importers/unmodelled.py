@@ -13,6 +13,7 @@ KINDS = (
     " with curvature, bend"
     " angle or length)"
 )
+TORSION = "torsion"  # a machine that can twist writes torque and angle of every pull, too
 # What a heading, the lines above the table, a sheet or the file's name speak of; whether that is certain.
 _THINGS: tuple[tuple[str, str], ...] = (
     (
@@ -28,7 +29,7 @@ _THINGS: tuple[tuple[str, str], ...] = (
         r"grip(per)? force|grasp|blocked force|blocking force|fingertip force|tip force",
         "a gripper or the blocked force of an actuator",
     ),
-    (r"torque|torsion|twist", "torsion"),
+    (r"torque|torsion|twist", TORSION),
     (r"heat flow|\bdsc\b", "a calorimeter scan"),
     (r"storage modulus|loss modulus|tan delta|tan\(delta\)", "a dynamic mechanical analysis"),
 )
@@ -68,6 +69,8 @@ def unmodelled(sample: Sample, channels: dict[str, Channel]) -> Told | None:
             )
     for pattern, what in _THINGS:
         if re.search(pattern, headings) or re.search(pattern, around):
+            if what == TORSION and channels.keys() & {"force", "stress"}:
+                continue
             return Told(_sentence(f"this looks like {what}"), bool(re.search(pattern, headings)))
     if "pressure" in channels and channels.keys() & {"force", "elongation", "strain"}:
         other = " and ".join(sorted(channels.keys() & {"force", "elongation", "strain"}))

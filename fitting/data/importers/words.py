@@ -23,7 +23,7 @@ WORDS: dict[str, tuple[str, ...]] = {
         "compressive strain extension", "compressive strain strain 1", "technical strain", "dehnung",
         "nenndehnung",
         "déformation", "deformation strain", "ε", "eps", "epsilon", "应变", "ひずみ", "stroke strain",
-        "standard strain",
+        "standard strain", "video strain", "video extensometer", "video axial strain", "ave", "ave2", "ave 2",
     ),
     "stress": (
         "engineering stress", "eng. stress", "eng stress", "nominal stress", "tensile stress",
@@ -96,6 +96,7 @@ _NEEDS_UNIT = {
     "δl": "length", "bend": "angle", "angle": "angle", "theta": "angle", "θ": "angle",
     "compression": "length", "p": "pressure", "p abs": "pressure", "p gauge": "pressure",
     "p rel": "pressure", "r": "resistance", "i": "current",
+    "ave": "number", "ave2": "number", "ave 2": "number",
 }  # fmt: skip
 _QUANTITY = {word: (quantity, rank) for quantity, words in WORDS.items() for rank, word in enumerate(words)}
 # What a unit makes of a heading whose word disagrees: `Elongation (%)` is a strain, `Stress (N)` a force.
@@ -169,6 +170,7 @@ def _lookup(name: str, heading: Heading) -> tuple[str, int] | None:
         name,
         name.replace("-", " "),
         re.sub(r"\s+(filtered|raw|corrected|measured|absolute|gauge|abs)$", "", name),
+        re.sub(r"(?<=ss)es$|(?<=ch)es$|(?<=[^s])s$", "", name),
     ):
         if written in _QUANTITY:
             quantity, rank = _QUANTITY[written]
@@ -189,6 +191,9 @@ def _fitting(written: str, quantity: str) -> tuple[str, ...]:
 def heading_of(text: str) -> Heading:
     """Heading of a text; a letter at its end is a unit where the rest names a quantity (`Temperature C`)."""
     heading = parse_heading(text)
+    percent = re.match(r"(?:percent|per cent|pct\.?|%)\s+(.+)$", text.strip(), re.IGNORECASE)
+    if heading.unit is None and percent and plain(percent[1]) in _QUANTITY:
+        return Heading(text, plain(percent[1]), "percent")
     stem, _, suffix = text.rpartition(" ")
     if heading.unit is None and plain(stem) in _QUANTITY and is_unit(suffix) and not suffix.isdigit():
         return Heading(text, plain(stem), unit_name(suffix))

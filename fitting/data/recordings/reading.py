@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from . import schema, sidecar
+from . import schema, sidecar, stated_columns
 from .checks import check_recording
 from .columns import canonical_columns, held_by, infer_kind
 from .recording import Recording
@@ -64,8 +64,8 @@ def read_merged(
         missing = f"{beside.name} does not state the kind" if beside.exists() else f"no sidecar {beside.name}"
         notices.append(f"{missing}: taken as kind {kind} from its columns ({reason})")
     where = beside if beside.exists() else path
-    own = sidecar.constants(settings.get("constant", {}), kind, where, {})
-    shared = sidecar.constants({}, kind, where, campaign.get("constant", {}))
+    own = stated_columns.constants(settings.get("constant", {}), kind, where, {})
+    shared = stated_columns.constants({}, kind, where, campaign.get("constant", {}))
     constant = {**{name: value for name, value in shared.items() if not held_by(table, kind, name)}, **own}
     for name in own:
         if held_by(table, kind, name):
@@ -73,7 +73,8 @@ def read_merged(
     columns, more = canonical_columns(table, kind, constant)
     if "specimen" not in settings:
         notices.append(f"no specimen stated: recordings that state none are taken as one specimen, {kind!r}")
-    extra = [column for column in columns if column not in schema.COLUMNS[kind].known]
+    zero = stated_columns.zeros(campaign.get("zero", {}), kind, where, strict=False)
+    extra = [column for column in columns if column not in schema.KINDS[kind].columns.known]
     recording = Recording(
         name=name or path.stem,
         path=path,
@@ -82,9 +83,10 @@ def read_merged(
         specimen=settings.get("specimen", kind),
         real=settings.get("real"),
         source=settings.get("source", {}),
-        noise=sidecar.check_noise(settings.get("noise", {}), kind, extra, where),
+        noise=stated_columns.check_noise(settings.get("noise", {}), kind, extra, where),
         geometry=settings.get("geometry", {}),
         tolerance=settings.get("tolerance"),
+        zero=zero | stated_columns.zeros(settings.get("zero", {}), kind, where),
         columns=columns,
         notices=notices + more,
         comments=table.comments,

@@ -45,6 +45,8 @@ class Recording:
         noise: marginal 1-sigma of the instrument by canonical column, in that column's unit.
         geometry: what the sidecar states, by canonical key; `full_geometry` adds the nominal values.
         tolerance: 1-sigma relative uncertainties, complete where given; None where the defaults hold.
+        zero: how far off a column's zero may be, one standard deviation by canonical column, in its unit; a
+            fit finds it.
         columns: by canonical name, in canonical units, each of shape (rows,); a missing sample is NaN.
             Columns that the kind does not know come after, under their own names (as text if they are not
             numbers).
@@ -64,6 +66,7 @@ class Recording:
     noise: dict[str, float] = field(default_factory=dict)
     geometry: dict[str, Any] = field(default_factory=dict)
     tolerance: dict[str, float] | None = None
+    zero: dict[str, float] = field(default_factory=dict)
     columns: dict[str, np.ndarray] = field(default_factory=dict)
     notices: list[str] = field(default_factory=list)
     comments: list[str] = field(default_factory=list)
@@ -128,13 +131,13 @@ class Recording:
     @property
     def known_columns(self) -> list[str]:
         """Canonical columns that are there, in the file's order."""
-        known = schema.COLUMNS[self.kind].known
+        known = schema.KINDS[self.kind].columns.known
         return [name for name in self.columns if name in known]
 
     @property
     def outputs(self) -> list[str]:
         """Canonical columns that are there and that the model can predict for this kind."""
-        return [name for name in schema.COLUMNS[self.kind].outputs if name in self.columns]
+        return [name for name in schema.KINDS[self.kind].columns.outputs if name in self.columns]
 
     def full_geometry(self) -> dict[str, Any]:
         """Geometry with the source's nominal values where the sidecar is silent; canonical keys and units."""

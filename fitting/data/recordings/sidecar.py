@@ -1,12 +1,12 @@
 """The TOML half of a recording, and `campaign.toml`: each key, word, number and unit checked, then merged."""
 
 import math
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from pneusma_jax.calibration import examples
+from pneusma_jax.documents import parse_toml
 from pneusma_jax.errors import InputError, nearest
 
 from . import schema
@@ -23,13 +23,12 @@ def read_toml(path: Path) -> dict[str, Any]:
         InputError: if it cannot be read, is not UTF-8, or is not TOML (with the line).
     """
     try:
-        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+        text = path.read_bytes().decode("utf-8")
     except OSError as error:
         raise refuse(path, f"the file cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:
         raise refuse(path, "this is not UTF-8 text; save it as UTF-8") from None
-    except tomllib.TOMLDecodeError as error:
-        raise refuse(path, f"this is not TOML: {error}") from None
+    return parse_toml(text, path)
 
 
 def check_settings(
@@ -69,6 +68,7 @@ def check_settings(
         "tolerance": _check_tolerance,
         "noise": None,
         "constant": _check_constant,
+        "zero": _check_zero,
     }
     for key, check in tables.items():
         if key in settings:
@@ -84,7 +84,12 @@ def _word(value: Any, words: tuple[str, ...], key: str, where: Path | str) -> st
     return value
 
 
-def _number(value: Any, key: str, where: Path | str) -> float:
+def finite_number(value: Any, key: str, where: Path | str) -> float:
+    """A number of a TOML as a float.
+
+    Raises:
+        InputError: if it is none, or not finite.
+    """
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise refuse(where, f"{key} = {value!r} must be a finite number")
     return float(value)
@@ -125,10 +130,10 @@ def _check_geometry(table: Mapping[str, Any], where: Path | str) -> dict[str, An
         if key in schema.GEOMETRY_WORDS:
             checked[key] = _geometry_word(key, value, where)
             continue
-        canonical, unit = canonical_geometry_key(key, "geometry", where, schema.GEOMETRY_KEYS)
+        canonical, unit = canonical_geometry_key(key, "geometry", where, schema.geometry_keys())
         if canonical in checked:
             raise refuse(where, f"[geometry] {key} is there twice, in two units; keep one")
-        number = _number(value, f"[geometry] {key}", where)
+        number = finite_number(value, f"[geometry] {key}", where)
         least, may_equal = schema.GEOMETRY_NUMBERS[canonical]
         if number < least or (number == least and not may_equal):
             right = f"must be {least:g} or more" if may_equal else f"must be more than {least:g}"
@@ -157,8 +162,8 @@ def _geometry_word(key: str, value: Any, where: Path | str) -> str:
 def _check_tolerance(table: Mapping[str, Any], where: Path | str) -> dict[str, float]:
     checked: dict[str, float] = {}
     for key, value in table.items():
-        canonical, _ = canonical_geometry_key(key, "tolerance", where, schema.TOLERANCE_KEYS)
-        number = _number(value, f"[tolerance] {key}", where)
+        canonical, _ = canonical_geometry_key(key, "tolerance", where, schema.tolerance_keys())
+        number = finite_number(value, f"[tolerance] {key}", where)
         if number < 0.0:
             raise refuse(where, f"[tolerance] {key} = {number:g} must be 0 (exact) or more")
         if number > 1.0:
@@ -170,99 +175,24 @@ def _check_tolerance(table: Mapping[str, Any], where: Path | str) -> dict[str, f
 
 
 def _check_constant(table: Mapping[str, Any], where: Path | str) -> dict[str, float]:
-    return {key: _number(value, f"[constant] {key}", where) for key, value in table.items()}
+    return {key: finite_number(value, f"[constant] {key}", where) for key, value in table.items()}
 
 
-def constants(
-    table: Mapping[str, float], kind: str, where: Path | str, shared: Mapping[str, float]
-) -> dict[str, float]:
-    """Values of columns that did not change, by canonical column in its unit.
-
-    Args:
-        table: of the recording's sidecar, value by column in any unit of that column's dimension.
-        kind: which decides what columns there are.
-        where: file that messages name.
-        shared: the campaign's; what a kind has no column for is passed over.
-
-    Raises:
-        InputError: for an unknown column or unit, or a column that is there twice.
-    """
-    found: dict[str, float] = {}
-    for source, strict in ((shared, False), (table, True)):
-        seen = set()
-        for key, value in source.items():
-            known = schema.COLUMNS[kind].known
-            if not strict and not any(key.startswith(schema.quantity_and_unit(name)[0]) for name in known):
-                continue
-            canonical, unit = _constant_column(key, known, where)
-            if canonical in seen:
-                raise refuse(where, f"[constant] {key} is there twice, in two units; keep one")
-            seen.add(canonical)
-            found[canonical] = float(convert(value, unit, schema.quantity_and_unit(canonical)[1]))
-    return found
-
-
-def _constant_column(key: str, known: tuple[str, ...], where: Path | str) -> tuple[str, str]:
-    for canonical in known:
-        quantity, _ = schema.quantity_and_unit(canonical)
-        if key == quantity or (key.startswith(quantity + "_") and "_" not in key[len(quantity) + 1 :]):
-            try:
-                return canonical, written_unit(key, canonical)
-            except InputError as error:
-                raise refuse(where, f"[constant] {key}: {error}") from None
-    raise refuse(where, f"unknown column {key!r} in [constant], {nearest(key, known)}")
-
-
-def check_noise(table: Mapping[str, Any], kind: str, extra: list[str], where: Path | str) -> dict[str, float]:
-    """Check the [noise] table of a recording of a known kind.
-
-    Args:
-        table: 1-sigma by column, in any unit of that column's dimension.
-        kind: which decides what columns there are.
-        extra: columns of the file that the kind does not know; their noise is kept as it is.
-        where: file that messages name.
-
-    Returns:
-        1-sigma by canonical column, in its unit.
-
-    Raises:
-        InputError: for an unknown column or unit, or a number that is not more than zero (an input may have
-        zero).
-    """
-    rules = schema.COLUMNS[kind]
-    checked: dict[str, float] = {}
+def _check_zero(table: Mapping[str, Any], where: Path | str) -> dict[str, float]:
     for key, value in table.items():
-        number = _number(value, f"[noise] {key}", where)
-        canonical, unit = (key, "1") if key in extra else _noise_column(key, rules.known, where)
-        if number < 0.0 or (number == 0.0 and canonical in rules.outputs):
+        if finite_number(value, f"[zero] {key}", where) <= 0.0:
             raise refuse(
-                where, f"[noise] {key} = {number:g} must be more than 0; leave it out to have it estimated"
-            )
-        if canonical in checked:
-            raise refuse(where, f"[noise] {key} is there twice, in two units; keep one")
-        wanted = "1" if key in extra else schema.quantity_and_unit(canonical)[1]
-        checked[canonical] = convert(number, unit, wanted, difference=True)
-    return checked
-
-
-def _noise_column(key: str, known: tuple[str, ...], where: Path | str) -> tuple[str, str]:
-    if key in known:
-        return key, schema.quantity_and_unit(key)[1]
-    quantity = key.rpartition("_")[0]
-    for canonical in known:
-        expected, _ = schema.quantity_and_unit(canonical)
-        if key == expected or quantity == expected:
-            try:
-                return canonical, written_unit(key, canonical)
-            except InputError as error:
-                raise refuse(where, f"[noise] {key}: {error}") from None
-    raise refuse(where, f"unknown column {key!r} in [noise], {nearest(key, known)}")
+                where, f"[zero] {key} = {value:g} must be more than 0: one standard deviation of a zero that"
+                " the fit finds; leave it out where the zero is known",
+            )  # fmt: skip
+    return {key: float(value) for key, value in table.items()}
 
 
 def merge(campaign: Mapping, sidecar: Mapping, command_line: Mapping) -> dict[str, Any]:
     """Settings of one recording: campaign, then its sidecar, then the command line, key by key.
 
-    A campaign's [constant] is for the columns that a recording lacks (`constants`), so it is not merged here.
+    A campaign's [constant] is for the columns that a recording lacks, and its [zero] for kinds that have one
+    (`stated_columns`), so they are not merged here.
     A [tolerance] table is complete, so a sidecar's replaces the campaign's as a whole; the command line
     changes the keys that it names and leaves the others as they stand (the defaults, where no table was
     given).

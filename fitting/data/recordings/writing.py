@@ -1,14 +1,14 @@
 """Writing a recording as CSV and sidecar that read back equal; both files appear whole or not at all."""
 
-import csv
-import io
 import os
-import uuid
+from contextlib import ExitStack
 from pathlib import Path, PurePosixPath
 
-import numpy as np
 import tomlkit
 
+from pneusma_jax.files import replacing
+
+from ..csv_text import csv_text
 from .checks import check_recording
 from .recording import Recording, locate_table
 from .table import refuse
@@ -29,29 +29,33 @@ def write_recording(recording: Recording, folder: str | Path, force: bool = True
         InputError: if the recording cannot be used, its name would leave the folder, a file is in the way, or
             the place cannot be written.
     """
-    check_recording(recording)
+    texts = recording_texts(recording, folder)
     target = target_path(recording, folder)
-    beside = target.with_suffix(".toml")
-    for file in (target, beside):
+    for file in texts:
         if file.exists() and not force:
             raise refuse(
                 file, "this file is already there; choose another folder, or allow it to be replaced"
             )
-    texts = {target: _csv_text(recording), beside: _toml_text(recording, target)}
-    drafts = {file: file.with_name(f".{file.name}.{uuid.uuid4().hex}") for file in texts}
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        for file, text in texts.items():
-            with drafts[file].open("x", encoding="utf-8", newline="") as draft:
-                draft.write(text)
-        for file in (beside, target):  # the CSV last: until it is there, there is no recording
-            os.replace(drafts[file], file)
     except OSError as error:
         raise refuse(target, f"the recording cannot be written here ({error.strerror})") from None
-    finally:
-        for draft in drafts.values():
-            draft.unlink(missing_ok=True)
+    with ExitStack() as drafts:
+        for file, text in texts.items():  # both or none; the CSV last: without it there is no recording
+            drafts.enter_context(replacing(file)).write_bytes(text.encode())
     return target
+
+
+def recording_texts(recording: Recording, folder: str | Path) -> dict[Path, str]:
+    """CSV and sidecar as they would stand in a folder, by path; nothing is written.
+
+    Raises:
+        InputError: if the recording cannot be used, or its name would leave the folder.
+    """
+    check_recording(recording)
+    target = target_path(recording, folder)
+    csv, sidecar = csv_text(recording.columns, recording.comments), _toml_text(recording, target)
+    return {target: csv, target.with_suffix(".toml"): sidecar}
 
 
 def target_path(recording: Recording, folder: str | Path) -> Path:
@@ -66,23 +70,6 @@ def target_path(recording: Recording, folder: str | Path) -> Path:
     return Path(folder) / name.parent / f"{name.name}.csv"
 
 
-def _csv_text(recording: Recording) -> str:
-    stream = io.StringIO()
-    for comment in recording.comments:
-        stream.write(f"# {comment}\n")
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(recording.columns)
-    writer.writerows(zip(*(_cells(values) for values in recording.columns.values()), strict=True))
-    return stream.getvalue()
-
-
-def _cells(values: np.ndarray) -> list[str]:
-    """Shortest text that reads back to the same number; nothing where a sample is missing."""
-    if values.dtype.kind in "US":
-        return [str(text) for text in values]
-    return ["" if np.isnan(value) else repr(float(value)).removesuffix(".0") for value in values]
-
-
 def _toml_text(recording: Recording, target: Path) -> str:
     document = tomlkit.document()
     document["kind"] = recording.kind
@@ -92,6 +79,7 @@ def _toml_text(recording: Recording, target: Path) -> str:
     if recording.real is not None:
         document["real"] = recording.real
     tables = {"source": recording.source, "noise": recording.noise, "geometry": _moved(recording, target)}
+    tables["zero"] = recording.zero
     for key, table in tables.items():
         if table:
             document[key] = {name: _one_a_line(value) for name, value in table.items()}

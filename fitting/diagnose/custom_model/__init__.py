@@ -4,7 +4,7 @@
     ...     pressure = slot("pressure", columns["pressure"])
     ...     return {"angle": slot("angle", values["compliance"] * facts["area"] * pressure)}
     >>> result = explain_own(OwnModel(base, parameters, terms), recordings)
-    >>> print(result.report())
+    >>> result.named
 
 The base is a plain function that JAX can differentiate. It passes numbers through named slots; a `Term` is a
 sentence, bounds and a function that acts at one of them. What is done with them is what `pneusma diagnose`

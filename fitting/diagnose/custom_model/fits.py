@@ -1,4 +1,4 @@
-"""Refits of an own model with some of its terms, scores of the others, and recordings left out in turn."""
+"""Fits of a custom model with some of its terms, scores of the others, and cross-validation."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,11 +11,11 @@ from jaxtyping import Array
 from fitting.inference.least_squares import FitResult, fit_least_squares
 from pneusma_jax.errors import InputError
 
+from ..settings import DEFAULT
 from .data import OwnRecording, stacked
 from .model import OwnModel
 
-FAINT = 1e-9
-"""Length of a signature, over that of a typical term, below which the recordings do not show it."""
+CUSTOM_MODEL = DEFAULT.custom_model
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,7 @@ class Problem:
         return total / self.data.counted(self.fitted)
 
     def gains(self, fit: OwnFit) -> dict[str, float]:
-        """Decrease of chi-square that each absent term could bring by its signature, freed of what is fitted.
+        """Score of each absent term: the decrease of chi-square along its sensitivity, projected off the fit.
 
         Where the derivative at neutral vanishes (a threshold), the difference that a typical term makes
         stands in.
@@ -154,11 +154,11 @@ class Problem:
             J = np.stack([slopes[n] for n in term.amplitudes], axis=1)
             spans = [abs(s.typical - s.neutral) or s.high - s.low for s in term.specs.values() if not s.shape]
             J = project(J * np.array(spans))
-            if np.linalg.norm(J) < FAINT * np.linalg.norm(r):
+            if np.linalg.norm(J) < CUSTOM_MODEL.minimum_length * np.linalg.norm(r):
                 typical = values | {term.full(k): s.typical for k, s in term.specs.items()}
                 J = project(np.asarray(self.residual(_arrays(typical), tree)) - r)[:, None]
             Q, R = np.linalg.qr(J)
-            Q = Q[:, np.abs(np.diag(R)) > FAINT * max(np.linalg.norm(r), 1e-300)]
+            Q = Q[:, np.abs(np.diag(R)) > CUSTOM_MODEL.minimum_length * max(np.linalg.norm(r), 1e-300)]
             found[term.name] = float(np.sum((Q.T @ r) ** 2))
         return found
 

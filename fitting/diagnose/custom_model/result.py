@@ -6,11 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fitting.inference.parameters import format_estimate
+from fitting.inference.results import Result
 
+from ..settings import DEFAULT
 from .fits import OwnFit, Problem
 
-CLOSE = 3.0
-"""Log Bayes factor within which two terms are not told apart."""
+CUSTOM_MODEL = DEFAULT.custom_model
 
 
 @dataclass(frozen=True)
@@ -57,12 +58,14 @@ class Stage:
         """Candidates that these recordings do not tell from the chosen one."""
         best = next((c.log_bayes_factor for c in self.candidates if c.name == self.chosen), np.inf)
         return [
-            c.name for c in self.candidates if c.name != self.chosen and best - c.log_bayes_factor < CLOSE
+            c.name
+            for c in self.candidates
+            if c.name != self.chosen and best - c.log_bayes_factor < CUSTOM_MODEL.minimum_evidence
         ]
 
 
 @dataclass(frozen=True)
-class Explained:
+class Explained(Result):
     """A base model, and what it missed.
 
     Attributes:
@@ -109,36 +112,3 @@ class Explained:
         parameter = self.final.result.parameters[name]
         error = parameter.standard_error
         return format_estimate(parameter.value, None if error is None else error * np.sqrt(self.inflation))
-
-    def report(self) -> str:
-        """The answer as text: terms, numbers with errors and bounds, rivals, errors before and after."""
-        lines = [_sentence(self)]
-        for stage in self.stages:
-            tail = f"; not told from it: {', '.join(stage.close)}" if stage.chosen and stage.close else ""
-            best = stage.candidates[0]
-            lines.append(
-                f"after {', '.join(('the base', *stage.present))}: {stage.chosen or 'nothing'} enters"
-                f" (best: {best.name}, log Bayes factor {best.log_bayes_factor:.1f}){tail}"
-            )
-        for name in self.named:
-            term = self.problem.model.term(name)
-            lines.append(f"{name}: {term.sentence}")
-            for key, spec in term.specs.items():
-                lines.append(
-                    f"    {key} = {self.estimate(term.full(key))} {spec.unit}, within"
-                    f" [{spec.low:g}, {spec.high:g}]: {spec.text}"
-                )
-        lines.append(
-            f"recordings left out in turn: chi-square per value {self.before:.1f} -> {self.after:.1f}"
-        )
-        if any(r.role == "validation" for r in self.problem.recordings):
-            before, after = self.errors()
-            for output in before:
-                lines.append(f"never fitted: RMSE of {output} {before[output]:.3g} -> {after[output]:.3g}")
-        return "\n".join(lines)
-
-
-def _sentence(explained: Explained) -> str:
-    if not explained.named:
-        return "None of the candidates is missing from the base: it stays as it is."
-    return f"The base misses {', '.join(explained.named)}."

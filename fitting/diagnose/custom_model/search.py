@@ -1,5 +1,4 @@
-"""Which terms an own model misses: forward, each weighed by evidence and by recordings left out, at most
-three."""
+"""Terms that a custom model misses: stepwise, by evidence and cross-validation, at most three."""
 
 from collections.abc import Callable, Sequence
 
@@ -7,33 +6,29 @@ import numpy as np
 
 from fitting.inference.noise import correlation_time
 
+from ..settings import DEFAULT
 from .data import OwnRecording
 from .fits import OwnFit, Problem
 from .model import OwnModel
 from .result import Candidate, Explained, Stage
 
-MOST_TERMS = 3
-TRIED = 6
-"""Terms that are fitted together with the base, of those whose signature explains most."""
-CERTAIN = 3.0
-"""Log Bayes factor from which a term may enter; the number of candidates is already counted."""
-SHARE = 0.02
-"""Of the chi-square of recordings left out in turn, what a term must take away to enter."""
+SEARCH = DEFAULT.search
+CUSTOM_MODEL = DEFAULT.custom_model
 
 
 def explain_own(
     model: OwnModel,
     recordings: Sequence[OwnRecording],
-    most: int = MOST_TERMS,
+    most: int = SEARCH.maximum_effects,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Explained:
     """Find what a base model misses.
 
-    The base is refitted within its priors first, so that no term gets credit for what a recalibration would
-    do. Then, up to `most` times: every absent term is scored by its signature; the best are fitted together
-    with base and present terms; evidence is deflated by what even the best of them leaves and by the serial
-    correlation of its residuals, since a misfit that is smooth says less than it has samples; the best that
-    also predicts recordings left out in turn enters. At the end, terms whose absence costs nothing go.
+    The base is refitted within its priors first, so that no term gets credit for a recalibration. Then a step
+    is repeated up to `most` times. Every absent term is scored by its sensitivity. The best are fitted
+    together with the base and the present terms. Their evidence is deflated by the misfit of the best one and
+    by the serial correlation of its residuals. The best term that also predicts recordings left out in turn
+    enters. At the end, redundant terms are removed.
 
     Args:
         model: base and candidate terms.
@@ -51,7 +46,7 @@ def explain_own(
     before, stages = kept, []
     while len(current.present) < most:
         gains = problem.gains(current)
-        order = sorted(gains, key=lambda name: -gains[name])[:TRIED]
+        order = sorted(gains, key=lambda name: -gains[name])[: CUSTOM_MODEL.tried]
         progress(f"fitting {', '.join(order)} together with {', '.join(('the base', *current.present))}")
         fits = {name: problem.fit((*current.present, name), current.result.values) for name in order}
         inflation = _inflation(problem, min(fits.values(), key=lambda f: f.objective))
@@ -60,11 +55,11 @@ def explain_own(
         stage = Stage(current.present, candidates, None, kept)
         stages.append(stage)
         for place, candidate in enumerate(candidates):
-            if candidate.log_bayes_factor < CERTAIN or candidate.at_bound:
+            if candidate.log_bayes_factor < CUSTOM_MODEL.minimum_evidence or candidate.at_bound:
                 continue
             score = problem.left_out(fits[candidate.name])
             candidates[place] = candidate.scored(score)
-            if score < (1.0 - SHARE) * kept:
+            if score < (1.0 - CUSTOM_MODEL.minimum_share) * kept:
                 stage.chosen, current, kept = candidate.name, fits[candidate.name], score
                 break
         if stage.chosen is None:
@@ -106,10 +101,10 @@ def _weighed(
 
 
 def _pruned(problem: Problem, fit: OwnFit) -> OwnFit:
-    """Without terms that the later ones made idle."""
+    """The model without terms that later ones made redundant."""
     for name in fit.present[:-1]:
         rest = tuple(n for n in fit.present if n != name)
         without = problem.fit(rest, fit.result.values)
-        if (without.objective - fit.objective) / _inflation(problem, fit) < CERTAIN:
+        if (without.objective - fit.objective) / _inflation(problem, fit) < CUSTOM_MODEL.minimum_evidence:
             return without
     return fit

@@ -1,9 +1,7 @@
-"""A campaign that can be evaluated anywhere.
+"""A campaign that can be evaluated at any numbers.
 
 - `unknowns`: scaled numbers of base model and effects;
-- `noise`, `high_frequency_noise`, `inputs`, `instruments`: measured channels and their noise, that of
-  measured inputs, too;
-- `compiled`, `program`, `evaluation`: one compiled function for everything (its laws are in
-  `fitting.specimens.with_effects`), a campaign, what its runs say;
+- `noise`, `high_frequency_noise`, `inputs`, `instruments`: measured channels, their noise and that of inputs;
+- `compiled`, `program`, `evaluation`: one compiled function, a campaign, results of its runs;
 - `latent_trajectories`, `trajectory_search`: latent trajectories, and how an evaluation finds them.
 """

@@ -1,5 +1,7 @@
-"""The compiled function of a campaign: the outputs of all recordings and their derivatives along a few
-directions, with every candidate effect, neutral where it is absent."""
+"""The compiled function of a campaign: outputs of all recordings, and derivatives along a few directions.
+
+Every candidate effect is in it, neutral where it is absent.
+"""
 
 from typing import Any
 
@@ -10,30 +12,31 @@ import numpy as np
 
 from fitting.inference.program_cache import cached_program
 from fitting.specimens.rows import Rows
-from fitting.specimens.with_effects import Kind
+from fitting.specimens.specimen import Specimen
 from pneusma_jax.pipeline import Effect, Switched
 
-from .evaluation import COURSE, Raw
+from ..settings import DEFAULT
+from .evaluation import TRAJECTORY, Raw
 from .latent_trajectories import remembered_rows
 from .unknowns import Unknowns
 
-WIDTH = 16
-"""Directions of one run, those of latent trajectories included."""
+OPTIMISER = DEFAULT.optimiser
 
 
 class Compiled:
     """One program for every campaign of the same shapes: what a campaign states are arguments.
 
     Args:
-        kind: name of the recordings' kind.
-        module: how its rows are predicted.
+        specimen: how rows are predicted.
         unknowns: numbers that may be free.
         always: effects that the base model has.
-        courses: latent trajectories of a recording.
+        trajectories: latent trajectories of a recording.
     """
 
-    def __init__(self, kind: str, module: Kind, unknowns: Unknowns, always: tuple[Effect, ...], courses: int):
-        self._unknowns, self._always, self._courses = unknowns, always, courses
+    def __init__(
+        self, specimen: Specimen, unknowns: Unknowns, always: tuple[Effect, ...], trajectories: int
+    ):
+        self._unknowns, self._always, self._trajectories = unknowns, always, trajectories
         count = len(unknowns.base)
 
         def outputs(
@@ -41,37 +44,37 @@ class Compiled:
         ) -> tuple:
             rows = eqx.tree_at(lambda r: r.base, stacked, base)
             if shifts:
-                moved = tuple(x + s for x, s in zip(rows.extra[COURSE], shifts, strict=True))
-                rows = eqx.tree_at(lambda r: r.extra[COURSE], rows, moved)
+                moved = tuple(x + s for x, s in zip(rows.extra[TRAJECTORY], shifts, strict=True))
+                rows = eqx.tree_at(lambda r: r.extra[TRAJECTORY], rows, moved)
             tried = unknowns.effects(jnp.concatenate([jnp.zeros(count), own]))
             effects = (*always, *(Switched(effect, on[k]) for k, effect in enumerate(tried)))
-            return jax.vmap(lambda row: module.predict({}, effects, row))(rows)
+            return jax.vmap(lambda row: specimen.answer({}, row, effects))(rows)
 
         def evaluate(
             base: dict,
             own: jax.Array,
             along_base: dict,
             along_own: jax.Array,
-            along_courses: tuple,
+            along_trajectories: tuple,
             on: jax.Array,
             always: tuple,
             stacked: Rows,
         ) -> tuple:
-            still = tuple(0.0 * s[0] for s in along_courses)
+            still = tuple(0.0 * s[0] for s in along_trajectories)
 
             def along(*steps: Any) -> tuple:
                 lead = lambda base, own, shifts: outputs(base, own, shifts, on, always, stacked)  # noqa: E731
                 return jax.jvp(lead, (base, own, still), steps, has_aux=True)
 
-            return jax.vmap(along, out_axes=(None, 0, None))(along_base, along_own, along_courses)
+            return jax.vmap(along, out_axes=(None, 0, None))(along_base, along_own, along_trajectories)
 
-        options = getattr(module, "COMPILER_OPTIONS", None)
-        self._evaluate = cached_program(evaluate, f"diagnosis of {kind}: {' '.join(unknowns.slugs)}", options)
+        name = f"diagnosis of {specimen.kind}: {' '.join(unknowns.slugs)}"
+        self._evaluate = cached_program(evaluate, name, specimen.compiler_options)
 
     @property
     def width(self) -> int:
         """Unknowns that one run brings derivatives by, at most."""
-        return WIDTH - 2 * self._courses
+        return OPTIMISER.directions - 2 * self._trajectories
 
     def run(self, u: np.ndarray, columns: np.ndarray, stacked: Rows) -> Raw:
         """One run, along a few of the unknowns and every latent trajectory.
@@ -81,28 +84,32 @@ class Compiled:
             columns: at most `width` indices of unknowns.
             stacked: recordings, with their latent trajectories.
         """
-        unknowns, count = self._unknowns, self._courses
+        unknowns, count = self._unknowns, self._trajectories
         base = unknowns.stated(u, stacked)
-        along_own = np.zeros((WIDTH, len(unknowns) - len(unknowns.base)))
-        along_base = {name: np.zeros((WIDTH, *value.shape)) for name, value in base.items()}
+        along_own = np.zeros((OPTIMISER.directions, len(unknowns) - len(unknowns.base)))
+        along_base = {name: np.zeros((OPTIMISER.directions, *value.shape)) for name, value in base.items()}
         for row, k in enumerate(columns):
             if k < len(unknowns.base):
                 stem, share = unknowns.slope(u, k, stacked)
                 along_base[stem][row] = share
             else:
                 along_own[row, k - len(unknowns.base)] = 1.0
-        along_courses = tuple(np.zeros((WIDTH, *stacked.mask.shape)) for _ in range(count))
-        for j, direction in enumerate(along_courses):
-            direction[WIDTH - 2 * count + j] = 1.0
-            direction[WIDTH - count + j] = remembered_rows(np.asarray(stacked.extra[COURSE][j]))
+        along_trajectories = tuple(
+            np.zeros((OPTIMISER.directions, *stacked.mask.shape)) for _ in range(count)
+        )
+        for j, direction in enumerate(along_trajectories):
+            direction[OPTIMISER.directions - 2 * count + j] = 1.0
+            direction[OPTIMISER.directions - count + j] = remembered_rows(
+                np.asarray(stacked.extra[TRAJECTORY][j])
+            )
         own, on = u[len(unknowns.base) :], unknowns.present(u, columns)
         found, slopes, drivers = jax.device_get(
-            self._evaluate(base, own, along_base, along_own, along_courses, on, self._always, stacked)
+            self._evaluate(base, own, along_base, along_own, along_trajectories, on, self._always, stacked)
         )
         return Raw(
             stacked,
             found,
             {name: value[: len(columns)] for name, value in slopes.items()},
-            {name: value[WIDTH - 2 * count :] for name, value in slopes.items()},
+            {name: value[OPTIMISER.directions - 2 * count :] for name, value in slopes.items()},
             drivers,
         )

@@ -1,7 +1,7 @@
-"""What a program returns: one run of the compiled function, and the evaluation that is made of runs.
+"""Results of a program: one run of the compiled function, and the evaluation that is made of runs.
 
-Between the two, latent trajectories are solved for: a run holds them where they were, an evaluation has taken
-what the best ones explain out of its misfit.
+Latent trajectories are solved for between the two. A run holds them where they were. The misfit of an
+evaluation is that of the best ones.
 """
 
 from collections.abc import Sequence
@@ -14,28 +14,29 @@ import numpy as np
 from fitting.inference.channels import Channel
 from fitting.specimens.rows import Rows
 
+from ..settings import DEFAULT
 from . import latent_trajectories
 
-COURSE = "xi0"
+TRAJECTORIES = DEFAULT.trajectories
+
+TRAJECTORY = "xi0"
 """Where rows keep latent trajectories: a tuple of columns."""
-FARTHEST = 0.2
-"""Largest change of a fraction that is foretold from derivatives."""
 
 
 def trajectories_of(stacked: Rows) -> np.ndarray:
-    """Latent trajectories of a stack, (recordings, courses, rows); none where it keeps none."""
-    columns = stacked.extra.get(COURSE, ())
+    """Latent trajectories of a stack, (recordings, trajectories, rows); none where it keeps none."""
+    columns = stacked.extra.get(TRAJECTORY, ())
     columns = columns if isinstance(columns, tuple) else ()  # a column of its own is no latent trajectory
     shape = (len(stacked.mask), 0, stacked.mask.shape[1])
     return np.stack([np.asarray(x) for x in columns], axis=1) if len(columns) else np.zeros(shape)
 
 
 def with_trajectories(stacked: Rows, found: np.ndarray) -> Rows:
-    """A stack with other latent trajectories, (recordings, courses, rows); the same where there are none."""
+    """A stack with other latent trajectories, (recordings, trajectories, rows)."""
     if not found.shape[1]:
         return stacked
     columns = tuple(jnp.asarray(found[:, j]) for j in range(found.shape[1]))
-    return eqx.tree_at(lambda r: r.extra[COURSE], stacked, columns)
+    return eqx.tree_at(lambda r: r.extra[TRAJECTORY], stacked, columns)
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class Raw:
     """One run of the compiled program.
 
     Attributes:
-        stacked: recordings that it saw.
+        stacked: the recordings.
         found: outputs by quantity, (recordings, rows).
         slopes: their derivatives by unknowns, (columns, recordings, rows).
         along: the same by latent trajectories: each moved as a whole, then in its remembered rows alone.
@@ -57,27 +58,29 @@ class Raw:
     drivers: dict[str, np.ndarray]
 
     def hidden(
-        self, k: int, channels: Sequence[Channel], pace: np.ndarray
+        self, k: int, channels: Sequence[Channel], process_noise: np.ndarray
     ) -> latent_trajectories.Hidden | None:
-        """Free courses of recording k, and what depends on them; None if there are none.
+        """Free trajectories of recording k, and what depends on them; None if there are none.
 
         Args:
             k: number of the recording.
             channels: that count.
-            pace: variance of every course per second, zero where it is held, (courses,).
+            process_noise: variance of every trajectory per second, zero where it is held, (trajectories,).
         """
         slopes = np.stack([self.along[channel.quantity][:, k] for channel in channels], axis=1)
         good = np.stack([self.good(k, channel) for channel in channels])
         slopes = np.where(good, np.nan_to_num(slopes), 0.0)
         at, time = trajectories_of(self.stacked)[k], np.asarray(self.stacked.time)[k]
         free = [
-            latent_trajectories.LatentTrajectory.of(j, at[j], slopes[j], slopes[len(pace) + j], pace[j], time)
-            for j in np.flatnonzero(pace)
+            latent_trajectories.LatentTrajectory.of(
+                j, at[j], slopes[j], slopes[len(process_noise) + j], process_noise[j], time
+            )
+            for j in np.flatnonzero(process_noise)
         ]
         return latent_trajectories.Hidden.of(free, channels) if free else None
 
     def taking(self, other: "Raw", chosen: np.ndarray) -> "Raw":
-        """The run with chosen recordings as another saw them.
+        """The run with chosen recordings taken from another.
 
         Args:
             other: of the same program and columns.
@@ -87,9 +90,9 @@ class Raw:
             return self
         if chosen.all():
             return other
-        row, course = chosen[:, None], chosen[:, None, None]
+        row, trajectory = chosen[:, None], chosen[:, None, None]
         pick = lambda mine, theirs: {n: np.where(row, theirs[n], x) for n, x in mine.items()}  # noqa: E731
-        moved = np.where(course, trajectories_of(other.stacked), trajectories_of(self.stacked))
+        moved = np.where(trajectory, trajectories_of(other.stacked), trajectories_of(self.stacked))
         return Raw(
             with_trajectories(self.stacked, moved),
             pick(self.found, other.found),
@@ -103,13 +106,17 @@ class Raw:
         slope = self.slopes[channel.quantity][:, k]
         return np.isfinite(self.found[channel.quantity][k]) & np.all(np.isfinite(slope), axis=0)
 
-    def paces(self, channels: Sequence[Sequence[Channel]], numbers: Sequence[int]) -> np.ndarray:
-        """How fast every latent trajectory walks, by its own resistance; 0 where there is none, (recordings,
-        courses).
+    def process_noise_of_trajectories(
+        self, channels: Sequence[Sequence[Channel]], numbers: Sequence[int]
+    ) -> np.ndarray:
+        """Process-noise variance of every latent trajectory, by its own resistance; 0 where there is none.
+
+        Returns:
+            Shape (recordings, trajectories).
 
         Args:
             channels: by recording.
-            numbers: of the springs, in the order of the courses.
+            numbers: of the springs, in the order of the trajectories.
         """
         names = [f"resistance_{n}" for n in numbers]
         found, at = np.zeros((len(channels), len(names))), trajectories_of(self.stacked)
@@ -124,21 +131,21 @@ class Raw:
         return latent_trajectories.estimated_process_noise(found)
 
     def averaging(
-        self, k: int, channels: Sequence[Channel], pace: np.ndarray, block: int
+        self, k: int, channels: Sequence[Channel], process_noise: np.ndarray, block: int
     ) -> list[np.ndarray]:
         """By channel of recording k: what averaging over fast changes of a phase leaves uncertain, (rows,).
 
         Args:
             k: number of the recording.
             channels: that count.
-            pace: as in `hidden`.
+            process_noise: as in `hidden`.
             block: readings that a row is the mean of.
         """
-        hidden, count = self.hidden(k, channels, pace), int(np.asarray(self.stacked.mask)[k].sum())
+        hidden, count = self.hidden(k, channels, process_noise), int(np.asarray(self.stacked.mask)[k].sum())
         found = [np.zeros(self.stacked.mask.shape[1]) for _ in channels]
-        for course in hidden.courses if hidden else ():
-            slopes = course.own + course.remembered
-            parts = latent_trajectories.averaging(slopes[:, :count], course.fraction[:count], block)
+        for trajectory in hidden.trajectories if hidden else ():
+            slopes = trajectory.own + trajectory.remembered
+            parts = latent_trajectories.averaging(slopes[:, :count], trajectory.fraction[:count], block)
             for total, part in zip(found, parts, strict=True):
                 total[:count] += np.abs(part)
         return found
@@ -176,10 +183,10 @@ class Evaluation:
         drivers: what drives the outputs, by name, (recordings, rows).
         u: scaled numbers, (unknowns,).
         columns: unknowns that derivatives are by.
-        courses: latent trajectories, (recordings of the stack, courses, rows).
-        course_slopes: their derivatives, (columns, recordings of the stack, courses, rows).
-        hidden: of every recording, what its courses explain; None where it has none, none were moved, or the
-            program itself finds them.
+        trajectories: latent trajectories, (recordings of the stack, trajectories, rows).
+        trajectory_slopes: their derivatives, (columns, recordings of the stack, trajectories, rows).
+        hidden: of every recording, what its trajectories explain; None where it has none, none were moved, or
+            the program itself finds them.
     """
 
     misfit: list[np.ndarray]
@@ -188,18 +195,21 @@ class Evaluation:
     drivers: dict[str, np.ndarray]
     u: np.ndarray
     columns: np.ndarray
-    courses: np.ndarray
-    course_slopes: np.ndarray
+    trajectories: np.ndarray
+    trajectory_slopes: np.ndarray
     hidden: list[latent_trajectories.Hidden | None]
 
-    def courses_at(self, u: np.ndarray) -> np.ndarray:
+    def trajectories_at(self, u: np.ndarray) -> np.ndarray:
         """Latent trajectories at other numbers, to first order."""
-        change = np.tensordot(u[self.columns] - self.u[self.columns], self.course_slopes, axes=1)
-        return np.clip(self.courses + np.clip(change, -FARTHEST, FARTHEST), 0.0, 1.0)
+        change = np.tensordot(u[self.columns] - self.u[self.columns], self.trajectory_slopes, axes=1)
+        return np.clip(
+            self.trajectories + np.clip(change, -TRAJECTORIES.maximum_step, TRAJECTORIES.maximum_step),
+            0.0,
+            1.0,
+        )
 
     def bettered(self, other: "Evaluation") -> "Evaluation":
-        """With the recordings of another evaluation at the same numbers, from other courses, that fit better
-        there."""
+        """The evaluation with those recordings of another one, at the same numbers, that fit better there."""
         squares = [[float(m @ m) for m in one.misfit] for one in (self, other)]
         better = [b < a for a, b in zip(*squares, strict=True)]
         row = np.zeros(len(next(iter(self.drivers.values()))), bool)
@@ -215,8 +225,8 @@ class Evaluation:
             jacobian=pick(self.jacobian, other.jacobian),
             predicted=pick(self.predicted, other.predicted),
             drivers={n: np.where(row[:, None], other.drivers[n], x) for n, x in self.drivers.items()},
-            courses=np.where(along, other.courses, self.courses),
-            course_slopes=np.where(along, other.course_slopes, self.course_slopes),
+            trajectories=np.where(along, other.trajectories, self.trajectories),
+            trajectory_slopes=np.where(along, other.trajectory_slopes, self.trajectory_slopes),
             hidden=pick(self.hidden, other.hidden),
         )
 

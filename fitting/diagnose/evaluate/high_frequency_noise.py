@@ -1,10 +1,9 @@
-"""Noise of resistances behind which courses hide, where nobody states it.
+"""High-frequency noise estimate of resistances that latent trajectories follow, where no noise is stated.
 
-A model that is free to follow a resistance never tells its errors. So they are told by the resistance alone:
-by fourth differences of neighbouring samples in the quieter stretches of all recordings together. Ramps and
-slow ripple leave little of themselves there, and a heater that is switched nothing in most stretches.
-What lasts from sample to sample counts as course; ripple of fewer than about ten samples a period counts as
-noise. Samples that a logger made up between others look too quiet; state the noise then.
+A model that may follow a resistance does not show its errors. The resistance itself does, by fourth
+differences of neighbouring samples in the quieter stretches of all recordings. Ramps and slow ripple leave
+little there, and a switched heater nothing in most stretches. Ripple of fewer than about ten samples a period
+counts as noise. Samples that a logger interpolated look too quiet; state the noise then.
 """
 
 from collections.abc import Sequence
@@ -18,19 +17,17 @@ from fitting.inference.noise import robust_noise, rounding_noise
 from fitting.inference.readings import read_values
 from fitting.specimens.rows import Rows
 
-ORDER, STRETCH, QUIETER = 4, 16, 0.3
-"""Of the differences; how many of them make a stretch; the quantile of stretches that tells the noise."""
-SIMULATED, LONGEST = 50, 2000
-"""Draws that say what a quantile is worth, and samples of a recording beyond which it is worth the same."""
-LASTING = 2.0
-"""Times the noise of a mean of independent errors from which what the means show is noise, too."""
+from ..settings import DEFAULT
+
+NOISE = DEFAULT.noise
 
 
 def high_frequency_readings(recordings: Sequence[Recording], rows: Sequence[Rows]) -> list[dict[str, float]]:
     """1-sigma of a row of every resistance whose noise nobody states, SI, by recording and quantity.
 
-    Where rows are means over blocks of samples, what the means show counts if it is much more: errors that
-    last over a block do not average out. A little more is course, which bends faster from row to row.
+    Where rows are means over blocks of samples, the noise of the means counts if it is much larger. Errors
+    that last over a block do not average out. A little more is the trajectory, which bends faster from row to
+    row.
 
     Args:
         recordings: as they were read, or reduced.
@@ -53,14 +50,14 @@ def high_frequency_readings(recordings: Sequence[Recording], rows: Sequence[Rows
             sigma = block_noise(own, 0.0, blocks[k])[0]
             span = float(np.ptp(raw)) if len(raw) else 0.0
             floor = max(LEAST_NOISE * span, rounding_noise(raw), 1e-12)
-            if blocks[k] > 1 and means > LASTING * sigma:
+            if blocks[k] > 1 and means > NOISE.minimum_block_excess * sigma:
                 sigma = means
             found[k][quantity] = max(sigma, floor)
     return found
 
 
 def high_frequency_noise(pieces: Sequence[np.ndarray]) -> float | None:
-    """Standard deviation of white noise on courses that are smooth in some of their stretches.
+    """Standard deviation of white noise on a signal that is smooth in some of its stretches.
 
     Args:
         pieces: finite samples of every recording in their order, (samples,).
@@ -68,24 +65,26 @@ def high_frequency_noise(pieces: Sequence[np.ndarray]) -> float | None:
     Returns:
         The standard deviation; 0 where they are as flat as rounding makes them, and None for too few samples.
     """
-    pieces = [piece for piece in pieces if len(piece) > ORDER + STRETCH // 2]
+    pieces = [piece for piece in pieces if len(piece) > NOISE.difference_order + NOISE.stretch // 2]
     squares = [_stretches(piece[None])[0] for piece in pieces]
     if not squares:
         return None
-    found = np.sqrt(np.quantile(np.concatenate(squares), QUIETER))
-    return float(found / _unit(tuple(sorted(min(len(piece), LONGEST) for piece in pieces))))
+    found = np.sqrt(np.quantile(np.concatenate(squares), NOISE.quiet_quantile))
+    return float(found / _unit(tuple(sorted(min(len(piece), NOISE.simulated_samples) for piece in pieces))))
 
 
 def _stretches(values: np.ndarray) -> np.ndarray:
     """Mean squares of the differences in every stretch, (..., stretches), from samples (..., samples)."""
-    bend = np.diff(values, ORDER, axis=-1) ** 2
-    count = max(bend.shape[-1] // STRETCH, 1)
+    bend = np.diff(values, NOISE.difference_order, axis=-1) ** 2
+    count = max(bend.shape[-1] // NOISE.stretch, 1)
     return np.stack([part.mean(axis=-1) for part in np.array_split(bend, count, axis=-1)], axis=-1)
 
 
 @cache
 def _unit(counts: tuple[int, ...]) -> float:
-    """What white noise of unit size shows in recordings of so many samples, by simulation."""
+    """The same statistic of white noise of unit size in recordings of so many samples, by simulation."""
     rng = np.random.default_rng(0)
-    squares = [_stretches(rng.standard_normal((SIMULATED, count))) for count in counts]
-    return float(np.mean(np.sqrt(np.quantile(np.concatenate(squares, axis=-1), QUIETER, axis=-1))))
+    squares = [_stretches(rng.standard_normal((NOISE.simulated_draws, count))) for count in counts]
+    return float(
+        np.mean(np.sqrt(np.quantile(np.concatenate(squares, axis=-1), NOISE.quiet_quantile, axis=-1)))
+    )

@@ -1,10 +1,9 @@
-"""Errors in variables: what noise of measured inputs (pressure, temperature, a resistance) adds to that of
-the outputs.
+"""Errors in variables: noise of measured inputs (pressure, temperature, a resistance) in the outputs.
 
-The model says by how much: its outputs with an input shifted by its 1-sigma, up and down. Inputs are smoothed
-before they drive a model, which leaves their slow errors as large as those of white noise; so the whole
-variance counts, as if it were new in every row. Beside an instrument's own wandering errors only neighbouring
-rows are whitened exactly then: what lasts longer stays, and is counted where evidence is deflated.
+The model gives its size: the change of the outputs when an input is shifted by its 1-sigma, up and down.
+Inputs are smoothed before they drive a model, which leaves their slow errors. So the whole variance counts,
+as if it were new in every row. Beside correlated errors of an instrument, only neighbouring rows are whitened
+exactly. The deflation of evidence accounts for longer correlation.
 """
 
 from collections.abc import Mapping
@@ -53,10 +52,10 @@ def _noise(recording: Recording, name: str) -> float:
 
 
 def white_noise(recordings: list[Recording], stacked: Rows) -> dict[str, np.ndarray]:
-    """1-sigma of what is new from row to row of noisy inputs, SI, by quantity, (recordings of the stack,).
+    """1-sigma of the white part of noisy inputs, SI, by quantity, (recordings of the stack,).
 
-    As rows have it, smoothed or averaged, told by their second differences; not more than `input_noise`,
-    since a course may change as fast. Errors that last, or a stated size that readings do not have, are none.
+    It is that of the rows, smoothed or averaged, from their second differences, and at most `input_noise`.
+    Correlated errors are not part of it, nor is a stated size that the readings do not show.
     """
     found = input_noise(recordings, stacked)
     for name, sigma in found.items():

@@ -1,10 +1,9 @@
-"""The noise of an instrument, told by all of its recordings at once: its size, how it grows with the
-signal, how long its errors last.
+"""The noise of an instrument from all of its recordings: size, growth with the signal, correlation.
 
-A recording of small signals by itself cannot say whether its errors are small or last long. Second
-differences of what a fitted model leaves, over several distances, of all recordings together can: physics
-that is missing leaves slow courses, and corners, which a heavy-tailed likelihood lets pass. Where rows are
-means of samples and the noise is stated, the samples tell, too, how long errors last: their means hardly do.
+One recording of small signals cannot tell small errors from correlated ones. Second differences of residuals
+of all recordings can, over several distances. Missing physics leaves slow residuals, which second differences
+remove, and corners, which a heavy-tailed likelihood tolerates. Where rows are means of samples and the noise
+is stated, the samples are used as well, because means hardly show correlation.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,34 +17,14 @@ from scipy.stats import norm
 from fitting.inference.channels import Channel, block_noise
 from fitting.specimens.reduction import averaged
 
-LAGS = (1, 2, 3)
-"""Distances of second differences, in rows."""
-DEPENDENT = 4.0
-"""Second differences that say as much as an independent one."""
-TAILS = 4.0
-"""Degrees of freedom of Student's t that corners of a course are allowed for by."""
-DECISIVE = 4.0
-"""Log-likelihood that growth and correlation must each gain to be believed."""
-LIKELY = 1.0
-"""The same of correlation where nobody states the noise: taking correlated errors for white ones there makes
-them much too small, and what is left of them passes for physics."""
-LEAST_FLOOR, MOST_CORRELATION = 0.04, 0.9
-"""Part of the usual 1-sigma that noise without a signal has at least; largest correlation of samples."""
-TAKEN = 0.2
-"""Share of a value that latent trajectories take up, from which what they leave of its error is too
-smooth."""
-FINEST = 4096
-"""Samples of a recording of which second differences are taken; more are averaged."""
-HALF = 0.5
-"""Of a step, how wide rounding errors are drawn anew: enough to fill it by second differences, and little
-that has to be taken off again."""
-FEWEST = 60
-"""Second differences below which nothing is told."""
+from ..settings import DEFAULT
+
+NOISE = DEFAULT.noise
 
 
 @dataclass(frozen=True)
 class Instrument:
-    """What the errors of one quantity are like.
+    """Size, growth and correlation of the errors of one quantity.
 
     Attributes:
         scale: root mean square of its 1-sigma, in units of the stated one; SI where nobody states it.
@@ -70,8 +49,8 @@ class Instrument:
         each, correlation = block_noise(1.0, self.correlation, block)
         return self.scale * (stated or 1.0) * each * _shape(signal, self.level, self.growth), correlation
 
-    def told(self, channel: Channel, one: "Series") -> Channel:
-        """A channel with this noise, where it counts: never less than its rounding, but as it is stated."""
+    def applied_to(self, channel: Channel, one: "Series") -> Channel:
+        """A channel with this noise. Unstated noise is at least that of rounding."""
         sigma, correlation = self.sigma(one.stated, one.signal, one.block)
         if one.stated is None:
             sigma = np.maximum(sigma, one.rounding)
@@ -84,7 +63,7 @@ class Series:
     """Errors of an instrument in one recording.
 
     Attributes:
-        errors: what a model leaves, SI, (rows,), NaN where there are none.
+        errors: residuals of a model, SI, (rows,), NaN where there are none.
         signal: SI, (rows,).
         inputs: variance that the noise of inputs brings, SI, (rows,).
         stated: 1-sigma of a sample, or None.
@@ -101,22 +80,21 @@ class Series:
     rounding: float = 0.0
 
     def dithered(self, rounding: float) -> "Series":
-        """With rounding errors of half the size drawn anew: second differences of rounded rows are mostly
-        none.
+        """The same with random errors of half a rounding step: rounded rows have differences of 0.
 
         Args:
             rounding: 1-sigma, SI.
         """
         if not rounding > 0.0:
             return self
-        step = HALF * np.sqrt(12.0) * rounding
+        step = NOISE.dither * np.sqrt(12.0) * rounding
         anew = np.random.default_rng(0).uniform(-0.5 * step, 0.5 * step, self.errors.shape)
-        inputs = self.inputs + (HALF * rounding) ** 2
+        inputs = self.inputs + (NOISE.dither * rounding) ** 2
         return replace(self, errors=self.errors + anew, inputs=inputs, rounding=rounding)
 
-    def less(self, taken: np.ndarray) -> "Series":
-        """Without the rows of which latent trajectories take up much, by the share of every row, (rows,)."""
-        return replace(self, errors=np.where(taken > TAKEN, np.nan, self.errors))
+    def less(self, leverage: np.ndarray) -> "Series":
+        """Without rows that latent trajectories follow much; `leverage` is the share of each, (rows,)."""
+        return replace(self, errors=np.where(leverage > NOISE.maximum_followed, np.nan, self.errors))
 
     def finer(self, samples: np.ndarray, rows: int) -> "Series":
         """The errors of the samples whose means the rows are, at most `FINEST` of them.
@@ -125,7 +103,7 @@ class Series:
             samples: all of the recording, SI, NaN where missing, (samples,).
             rows: of the recording.
         """
-        each = -(-len(samples) // FINEST)
+        each = -(-len(samples) // NOISE.maximum_samples)
         values = averaged({"": samples}, each)
         block = -(-len(samples) // rows)
         middle = np.minimum(np.arange(rows) * block + 0.5 * (block - 1.0), len(samples) - 1.0)
@@ -138,7 +116,7 @@ class Series:
     def bends(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """By distance: second differences, and the rows in their middle."""
         found = []
-        for lag in LAGS:
+        for lag in NOISE.lags:
             bend = self.errors[2 * lag :] - 2.0 * self.errors[lag:-lag] + self.errors[: -2 * lag]
             there = np.flatnonzero(np.isfinite(bend))
             found.append((bend[there], there + lag))
@@ -148,7 +126,7 @@ class Series:
 def series_of(
     channel: Channel, bare: Channel, predicted: np.ndarray, stated: float | None, block: int
 ) -> Series:
-    """Errors of a channel: what a model leaves of it.
+    """Errors of a channel: residuals of a model.
 
     Args:
         channel: of one recording.
@@ -165,13 +143,13 @@ def series_of(
 
 
 def instrument_of(series: Sequence[Series]) -> Instrument | None:
-    """The noise that makes what was seen most likely; None where too little was.
+    """The noise of largest likelihood; None where there are too few differences.
 
     Args:
         series: of one quantity; all with a stated noise, or none.
     """
     bends = [one.bends() for one in series]
-    if sum(len(parts[0][0]) for parts in bends) < FEWEST:
+    if sum(len(parts[0][0]) for parts in bends) < NOISE.minimum_differences:
         return None
     rows = np.concatenate([one.signal[np.isfinite(one.errors)] for one in series])
     level = float(np.sqrt(np.mean(rows**2))) or 1.0
@@ -185,11 +163,18 @@ def instrument_of(series: Sequence[Series]) -> Instrument | None:
         total = 0.0
         for one, parts in zip(series, bends, strict=True):
             sigma, r = found.sigma(one.stated, one.signal, one.block)
-            for lag, (bend, rows) in zip(LAGS, parts, strict=True):
+            for lag, (bend, rows) in zip(NOISE.lags, parts, strict=True):
                 own = 6.0 - 8.0 * r**lag + 2.0 * r ** (2 * lag)
-                spread = _core(TAILS) * np.sqrt(own * sigma[rows] ** 2 + 6.0 * one.inputs[rows])
-                total += np.sum(np.log(spread) + 0.5 * (TAILS + 1.0) * np.log1p((bend / spread) ** 2 / TAILS))
-        return float(total / DEPENDENT)
+                spread = _core(NOISE.student_degrees) * np.sqrt(
+                    own * sigma[rows] ** 2 + 6.0 * one.inputs[rows]
+                )
+                total += np.sum(
+                    np.log(spread)
+                    + 0.5
+                    * (NOISE.student_degrees + 1.0)
+                    * np.log1p((bend / spread) ** 2 / NOISE.student_degrees)
+                )
+        return float(total / NOISE.dependent_differences)
 
     # a stated size is believed: fast physics would pass for noise
     scale, fall, correlation = _chosen(cost, () if stated else (0,))
@@ -197,18 +182,26 @@ def instrument_of(series: Sequence[Series]) -> Instrument | None:
 
 
 def _chosen(cost: Callable[..., float], always: tuple[int, ...]) -> np.ndarray:
-    """Logarithms of the scale and of the fall of the 1-sigma without a signal, and the correlation; the last
-    two only where they make what was seen much likelier."""
-    price = {1: DECISIVE, 2: LIKELY if always else DECISIVE}
+    """Logarithm of the scale, logarithm of the 1-sigma without a signal over it, and the correlation.
+
+    The last two differ from zero only where they make the differences much likelier.
+    """
+    price = {
+        1: NOISE.minimum_gain_stated,
+        2: NOISE.minimum_gain_unstated if always else NOISE.minimum_gain_stated,
+    }
     tried = [
         (*_least(cost, (*always, *more)), sum(price[n] for n in more)) for more in ((), (2,), (1,), (1, 2))
     ]
-    return min(tried, key=lambda told: told[1] + told[2])[0]
+    return min(tried, key=lambda one: one[1] + one[2])[0]
 
 
 def _least(cost: Callable[..., float], free: tuple[int, ...]) -> tuple[np.ndarray, float]:
     """Where the cost is least if only some numbers may differ from zero, from two starts, and its value."""
-    low, high = np.array([-3.0, 0.0, 0.0]), np.array([3.0, -np.log(LEAST_FLOOR), MOST_CORRELATION])
+    low, high = (
+        np.array([-3.0, 0.0, 0.0]),
+        np.array([3.0, -np.log(NOISE.minimum_floor), NOISE.maximum_correlation]),
+    )
     chosen, found = list(free), []
     if not chosen:
         return np.zeros(3), cost(*np.zeros(3))

@@ -1,12 +1,11 @@
-"""Latent trajectories: martensite fractions that have to explain a resistance and everything else together.
+"""Latent trajectories: martensite fractions that explain a resistance and all other outputs together.
 
-A fraction is no input and no parameter: it walks, as fast as its resistance shows and as the noise of all
-channels leaves open. Under every model the best course is found anew, and what it takes up leaves the
-misfit and its derivatives (variable projection): a fit sees only what no course explains. All of it
-is linear algebra on the derivatives by the fractions, which a program returns beside those by its unknowns.
+A fraction is a random walk. Its resistance determines the process-noise variance. Under every model the best
+trajectory is found anew and projected out of misfit and derivatives (variable projection). So a fit sees only
+what no trajectory explains. All of it is linear algebra on derivatives by the fractions.
 
-A spring remembers its hottest row: a fraction that noise pushed down there would bend all rows that follow.
-So rows are coupled to the one that they remember, and a course is found that both explain.
+A spring remembers its hottest row, so an error there bends all rows that follow. Every row is coupled to the
+row that it remembers.
 """
 
 from collections.abc import Sequence
@@ -17,27 +16,18 @@ from scipy.linalg import block_diag, cho_factor, cho_solve
 
 from fitting.inference.channels import Channel
 
-PROCESS_NOISE_VARIANCES = tuple(10.0**k for k in range(-10, -1))
-"""Variances per second of the walk that are tried: with the least, a fraction moves by 1e-4 in 100 s."""
-USUAL = 1e-6
-"""The same where no resistance of a campaign tells any."""
-DECISIVE = 3.0
-"""Spread of the log-evidence below which a resistance does not tell it."""
-HELD = 1e-6
-"""Weight of a step from the course so far in every row: rows that say nothing stay where they are."""
-LONGEST = 0.2
-"""Longest step of a fraction in one round."""
-PASSES = 3
-"""Solutions in which fractions that would leave 0 to 1 are held there."""
+from ..settings import DEFAULT
+
+TRAJECTORIES = DEFAULT.trajectories
 
 
 @dataclass(frozen=True)
 class LatentTrajectory:
-    """One free course of one recording, and how the channels change with it.
+    """One free trajectory of one recording, and derivatives of the channels by it.
 
     Attributes:
-        number: of the course.
-        fraction: where it was when the model was evaluated, (rows,).
+        number: of the trajectory.
+        fraction: at which the model was evaluated, (rows,).
         source: the row that each row remembers, (rows,).
         own: derivative of every channel by the fraction of the same row, (channels, rows).
         remembered: the same by that of the row it remembers.
@@ -58,28 +48,28 @@ class LatentTrajectory:
         fraction: np.ndarray,
         moved: np.ndarray,
         memory: np.ndarray,
-        pace: float,
+        process_noise: float,
         time: np.ndarray,
     ) -> "LatentTrajectory":
-        """A course from two derivatives of the channels, (channels, rows).
+        """A trajectory from two derivatives of the channels, (channels, rows).
 
         Args:
-            number: of the course.
+            number: of the trajectory.
             fraction: (rows,).
             moved: derivative when all rows move alike.
             memory: derivative when only `remembered_rows` move.
-            pace: variance of the walk per second.
+            process_noise: variance of the random walk per second.
             time: [s], (rows,).
         """
         keeps = remembered_rows(fraction)
         latest = np.maximum.accumulate(np.where(keeps, np.arange(len(fraction)), 0))
-        precision = 1.0 / (pace * intervals(time))
+        precision = 1.0 / (process_noise * intervals(time))
         precision[0] = 0.0
         remembered = np.where(keeps, 0.0, memory)
         return cls(number, fraction, latest, moved - remembered, remembered, precision)
 
     def design(self, channels: Sequence[Channel]) -> np.ndarray:
-        """Derivative of the misfit by every row of the course, (rows, values)."""
+        """Derivative of the misfit by every row of the trajectory, (rows, values)."""
         count = len(self.fraction)
         each = np.arange(count)
         parts = []
@@ -90,19 +80,19 @@ class LatentTrajectory:
         return np.concatenate(parts, axis=1)
 
     def change(self, step: np.ndarray) -> np.ndarray:
-        """Change of the channels (channels, rows) with that of the course (rows,)."""
+        """Change of the channels (channels, rows) with that of the trajectory (rows,)."""
         return self.own * step + self.remembered * step[self.source]
 
     def stiffness(self) -> np.ndarray:
         """Second derivative of half the increments' square, with a hold on every row, (rows, rows)."""
         after = np.append(self.precision[1:], 0.0)
-        found = np.diag(self.precision + after + HELD)
+        found = np.diag(self.precision + after + TRAJECTORIES.hold_weight)
         each = np.arange(len(after) - 1)
         found[each, each + 1] = found[each + 1, each] = -self.precision[1:]
         return found
 
     def roughness(self, step: np.ndarray | float = 0.0) -> float:
-        """Square of the increments once the course has moved by a step, (rows,)."""
+        """Square of the increments once the trajectory has moved by a step, (rows,)."""
         moved = self.fraction + step
         return float(np.sum(self.precision * np.diff(moved, prepend=moved[:1]) ** 2))
 
@@ -129,39 +119,50 @@ def remembered_rows(fraction: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Hidden:
-    """All free courses of one recording as one linear problem.
+    """All free trajectories of one recording as one linear least-squares problem.
 
     Attributes:
-        courses: at least one.
-        design: derivative of the misfit by their rows, one course after the other, (rows of all, values).
+        trajectories: at least one.
+        design: derivative of the misfit by their rows, one trajectory after the other, (rows of all, values).
         stiffness: of their walks, (rows of all, rows of all).
         information: second derivative of half the misfit's square by their rows.
     """
 
-    courses: Sequence[LatentTrajectory]
+    trajectories: Sequence[LatentTrajectory]
     design: np.ndarray
     stiffness: np.ndarray
     information: np.ndarray
 
     @classmethod
-    def of(cls, courses: Sequence[LatentTrajectory], channels: Sequence[Channel]) -> "Hidden":
-        """Courses of a recording with these channels."""
-        design = np.concatenate([course.design(channels) for course in courses])
-        return cls(courses, design, block_diag(*(c.stiffness() for c in courses)), design @ design.T)
+    def of(cls, trajectories: Sequence[LatentTrajectory], channels: Sequence[Channel]) -> "Hidden":
+        """Trajectories of a recording with these channels."""
+        design = np.concatenate([trajectory.design(channels) for trajectory in trajectories])
+        return cls(
+            trajectories, design, block_diag(*(c.stiffness() for c in trajectories)), design @ design.T
+        )
 
     @property
     def fraction(self) -> np.ndarray:
-        """All courses, one after the other."""
-        return np.concatenate([course.fraction for course in self.courses])
+        """All trajectories, one after the other."""
+        return np.concatenate([trajectory.fraction for trajectory in self.trajectories])
 
     def roughness(self, steps: np.ndarray | None = None) -> float:
-        """Square of all increments once the courses have moved by steps, (courses, rows)."""
-        moves = np.zeros(len(self.courses)) if steps is None else steps
-        return sum(course.roughness(step) for course, step in zip(self.courses, moves, strict=True))
+        """Square of all increments once the trajectories have moved by steps, (trajectories, rows)."""
+        moves = np.zeros(len(self.trajectories)) if steps is None else steps
+        return sum(
+            trajectory.roughness(step) for trajectory, step in zip(self.trajectories, moves, strict=True)
+        )
 
     def projected(self, jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Directions of the misfit, (columns, values), less what the courses explain of them, and how the
-        courses follow, (columns, free courses, rows). Rows at a limit are held there."""
+        """Directions of the misfit projected off the trajectories. Rows at 0 or 1 are held there.
+
+        Args:
+            jacobian: the directions, (columns, values).
+
+        Returns:
+            The projected directions, and the derivatives of the trajectories, (columns, free trajectories,
+            rows).
+        """
         now = self.fraction
         free = (now > 0.0) & (now < 1.0)
         return self._less(jacobian, free)
@@ -172,20 +173,20 @@ class Hidden:
             system = (self.information + self.stiffness)[np.ix_(free, free)]
             factor = cho_factor(system, check_finite=False)
             slopes[:, free] = -cho_solve(factor, self.design[free] @ jacobian.T, check_finite=False).T
-        shape = (len(jacobian), len(self.courses), len(free) // len(self.courses))
+        shape = (len(jacobian), len(self.trajectories), len(free) // len(self.trajectories))
         return jacobian + slopes @ self.design, slopes.reshape(shape)
 
     def answer(self, misfit: np.ndarray, jacobian: np.ndarray) -> "Answer":
-        """Best courses near those at which the model was evaluated, and the misfit that they leave.
+        """Best trajectories near those at which the model was evaluated, and the remaining misfit.
 
         Args:
             misfit: of the model there, whitened, (values,).
             jacobian: its derivatives, (columns, values).
         """
         system, now = self.information + self.stiffness, self.fraction
-        pull = self.design @ misfit + np.concatenate([course.pull() for course in self.courses])
+        pull = self.design @ misfit + np.concatenate([trajectory.pull() for trajectory in self.trajectories])
         free, step = np.ones(len(now), bool), np.zeros(len(now))
-        for _ in range(PASSES):
+        for _ in range(TRAJECTORIES.limit_passes):
             if not free.any():
                 break
             rest = pull[free] + system[np.ix_(free, ~free)] @ step[~free]
@@ -196,12 +197,14 @@ class Hidden:
                 break
             step[beyond] = np.clip(now + step, 0.0, 1.0)[beyond] - now[beyond]
             free &= ~beyond
-        step = np.clip(np.clip(now + step, 0.0, 1.0) - now, -LONGEST, LONGEST)
+        step = np.clip(
+            np.clip(now + step, 0.0, 1.0) - now, -TRAJECTORIES.maximum_step, TRAJECTORIES.maximum_step
+        )
         left, slopes = self._less(jacobian, free)
-        return Answer(step.reshape(len(self.courses), -1), slopes, misfit + step @ self.design, left)
+        return Answer(step.reshape(len(self.trajectories), -1), slopes, misfit + step @ self.design, left)
 
-    def taken(self) -> np.ndarray:
-        """Share of every measured value that courses take up: how far they follow its error, (values,)."""
+    def leverage(self) -> np.ndarray:
+        """Leverage of every measured value: the share of its error that trajectories follow, (values,)."""
         free = (self.fraction > 0.0) & (self.fraction < 1.0)
         design = self.design[free]
         if not free.any():
@@ -212,13 +215,13 @@ class Hidden:
 
 @dataclass(frozen=True)
 class Answer:
-    """What the courses of one recording do to its misfit.
+    """The best trajectories of one recording, and its misfit with them.
 
     Attributes:
-        steps: change of the free courses, (free courses, rows).
-        slopes: derivatives of the free courses, (columns, free courses, rows).
-        misfit: that is left, (values,). The increments of the walk are not in it: where a course is loose or
-            stiff they hardly count; between, a fit sees a little less than a profiled likelihood shows.
+        steps: change of the free trajectories, (free trajectories, rows).
+        slopes: derivatives of the free trajectories, (columns, free trajectories, rows).
+        misfit: that remains, (values,). It leaves out the increments of the walk, which hardly count where a
+            trajectory is loose or stiff. Between, a fit sees a little less than the profile likelihood.
         jacobian: its derivatives, (columns, values).
     """
 
@@ -229,7 +232,7 @@ class Answer:
 
 
 def averaging(slope: np.ndarray, fraction: np.ndarray, block: int) -> np.ndarray:
-    """What a channel's mean over a block differs from its value at the mean fraction, (..., rows).
+    """Difference of a channel's mean over a block from its value at the mean fraction, (..., rows).
 
     Half the law's second derivative times the fraction's variance within the block, which it crosses evenly.
 
@@ -243,40 +246,48 @@ def averaging(slope: np.ndarray, fraction: np.ndarray, block: int) -> np.ndarray
 
 
 def process_noise_of(
-    reading: Channel, slope: np.ndarray, misfit: np.ndarray, course: np.ndarray, time: np.ndarray
+    reading: Channel, slope: np.ndarray, misfit: np.ndarray, trajectory: np.ndarray, time: np.ndarray
 ) -> float:
-    """Variance per second with which a fraction walks, as its resistance says: that of largest evidence,
-    NaN where none is much better.
+    """Process-noise variance per second of a fraction, of largest evidence by its resistance.
+
+    NaN where no variance is much better than the others.
 
     Args:
         reading: the resistance.
         slope: its derivative by the fraction, (rows,).
         misfit: model minus data, SI, (rows,).
-        course: fraction at which the model was evaluated, (rows,).
+        trajectory: fraction at which the model was evaluated, (rows,).
         time: [s], (rows,).
     """
     there = np.isfinite(reading.sigma) & np.isfinite(misfit) & (slope != 0.0)
     if there.sum() < 3:
         return np.nan
     slow = np.sqrt((1.0 + reading.correlation) / (1.0 - reading.correlation))
-    told, noise = slope[there], (slow * reading.sigma)[there]
-    seen = told * course[there] - misfit[there]
+    gradient, noise = slope[there], (slow * reading.sigma)[there]
+    read = gradient * trajectory[there] - misfit[there]
     steps = intervals(time[there])
-    paces = np.asarray(PROCESS_NOISE_VARIANCES)
-    mean, variance = np.full(len(paces), course[there][0]), np.ones(len(paces))
-    evidence = np.zeros(len(paces))
-    for s, sigma, y, dt in zip(told, noise, seen, steps, strict=True):
-        variance = variance + paces * dt
+    process_noise_of_trajectories = np.asarray(TRAJECTORIES.process_noise_variances)
+    mean, variance = (
+        np.full(len(process_noise_of_trajectories), trajectory[there][0]),
+        np.ones(len(process_noise_of_trajectories)),
+    )
+    evidence = np.zeros(len(process_noise_of_trajectories))
+    for s, sigma, y, dt in zip(gradient, noise, read, steps, strict=True):
+        variance = variance + process_noise_of_trajectories * dt
         spread = s**2 * variance + sigma**2
-        surprise = y - s * mean
-        evidence -= 0.5 * (np.log(spread) + surprise**2 / spread)
+        innovation = y - s * mean
+        evidence -= 0.5 * (np.log(spread) + innovation**2 / spread)
         gain = variance * s / spread
-        mean, variance = mean + gain * surprise, variance * sigma**2 / spread
-    return float(paces[np.argmax(evidence)]) if np.ptp(evidence) > DECISIVE else np.nan
+        mean, variance = mean + gain * innovation, variance * sigma**2 / spread
+    return (
+        float(process_noise_of_trajectories[np.argmax(evidence)])
+        if np.ptp(evidence) > TRAJECTORIES.minimum_evidence_spread
+        else np.nan
+    )
 
 
 def estimated_process_noise(found: np.ndarray) -> np.ndarray:
-    """Paces of all courses, zero where there is none; where one is not told (NaN), the others' median."""
-    told = found[np.isfinite(found) & (found > 0.0)]
-    usual = 10.0 ** np.median(np.log10(told)) if told.size else USUAL
+    """Process-noise variances of all trajectories; the median of the others where one is NaN."""
+    known = found[np.isfinite(found) & (found > 0.0)]
+    usual = 10.0 ** np.median(np.log10(known)) if known.size else TRAJECTORIES.usual_process_noise_variance
     return np.where(np.isfinite(found), found, usual)

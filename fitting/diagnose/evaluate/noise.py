@@ -1,5 +1,4 @@
-"""What the instruments add to a recording: size and serial correlation of every channel, and how to whiten
-it."""
+"""Noise of every measured channel of a recording: its size and its serial correlation."""
 
 from collections.abc import Iterable, Mapping
 
@@ -10,13 +9,17 @@ from fitting.inference.channels import LEAST_NOISE, Channel, block_noise, serial
 from fitting.inference.readings import noise_found, read_values
 from fitting.specimens.rows import Rows
 
+from ..settings import DEFAULT
+
+NOISE = DEFAULT.noise
+
 
 def channels_of(
     recording: Recording,
     rows: Rows,
     outputs: tuple[str, ...],
     size: int,
-    quiet: Mapping[str, float],
+    high_frequency: Mapping[str, float],
 ) -> list[Channel]:
     """Measured outputs of a recording, padded to `size` rows.
 
@@ -27,7 +30,7 @@ def channels_of(
         rows: the same as arrays.
         outputs: quantities that the model predicts.
         size: rows of the stack.
-        quiet: 1-sigma of a row of quantities that tell it themselves, SI, see `quiet`.
+        high_frequency: 1-sigma of a row by quantity, SI, where `high_frequency_noise` estimated it.
     """
     found = []
     for quantity in outputs:
@@ -40,11 +43,11 @@ def channels_of(
         stated = recording.noise_si(quantity)
         if stated is not None and stated > 0.0:
             correlation, sigma = serial_correlation(raw, stated), stated
-        elif quantity in quiet:
-            sigma, correlation = quiet[quantity], 0.0
+        elif quantity in high_frequency:
+            sigma, correlation = high_frequency[quantity], 0.0
         else:
             sigma, correlation = unstated_noise(raw, noise_found(recording, quantity))
-        if block > 1 and quantity not in quiet:
+        if block > 1 and quantity not in high_frequency:
             sigma, correlation = block_noise(sigma, correlation, block)
         elif block == 1:
             correlation **= max(len(raw) / max(there.sum(), 1), 1.0)  # rows that are kept lie further apart
@@ -66,8 +69,8 @@ def noise_of(recording: Recording, quantity: str) -> float:
     return noise_found(recording, quantity)
 
 
-def lasting(pieces: Iterable[np.ndarray]) -> float:
-    """Factor on variances by the serial correlation that whitened misfits still have.
+def correlation_factor(pieces: Iterable[np.ndarray]) -> float:
+    """Serial-correlation factor: variance of a mean of whitened residuals over that of independent ones.
 
     Args:
         pieces: misfits of every recording in their order; those that are exactly 0 do not count.
@@ -77,5 +80,5 @@ def lasting(pieces: Iterable[np.ndarray]) -> float:
         r = r[r != 0.0]
         above += float(np.sum(r[1:] * r[:-1]))
         below += float(np.sum(r * r))
-    rho = np.clip(above / below, 0.0, 0.9)
+    rho = np.clip(above / below, 0.0, NOISE.maximum_correlation)
     return float((1.0 + rho) / (1.0 - rho))

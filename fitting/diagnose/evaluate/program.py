@@ -1,7 +1,7 @@
-"""A campaign that can be evaluated anywhere: every base constant and every candidate effect.
+"""A campaign that can be evaluated at any base constants and any candidate effects.
 
-One evaluation gives the outputs of all recordings, less what latent trajectories explain, and their
-derivatives by a few numbers. Everything else in a diagnosis is linear algebra on its whitened results.
+One evaluation gives the whitened misfit of all recordings, with latent trajectories projected out, and its
+derivatives by a few numbers. Everything else in a diagnosis is linear algebra on these results.
 """
 
 from collections.abc import Mapping
@@ -15,34 +15,30 @@ from fitting.data.recordings import Campaign, Recording
 from fitting.inference.channels import Channel
 from fitting.inference.parallel import RUNS, Tally
 from fitting.specimens.reduction import thinned
-from fitting.specimens.rows import MOST_ROWS, Rows, stack, with_numbers
+from fitting.specimens.registry import candidates, specimen_of
+from fitting.specimens.rows import Rows, stack, with_numbers
 from fitting.specimens.saved_models import AugmentedModel
-from fitting.specimens.with_effects import LETTERS, candidates, kind_module
+from fitting.specimens.specimen import Specimen
 from pneusma_jax.calibration.records import Calibration
 from pneusma_jax.errors import InputError
 
+from ..settings import DEFAULT
 from . import latent_trajectories
 from .compiled import Compiled
-from .evaluation import COURSE, Evaluation, Raw, trajectories_of, with_trajectories
+from .evaluation import TRAJECTORY, Evaluation, Raw, trajectories_of, with_trajectories
 from .high_frequency_noise import high_frequency_readings
 from .inputs import input_noise, shifted, with_input_noise
 from .noise import channels_of
-from .trajectory_search import ROUNDS, Search
+from .trajectory_search import Search
 from .unknowns import Unknowns
 
-FAILED = 30.0
-"""Standard deviations that a row counts for at least in which the model has no answer."""
-TOO_FAR = 0.02
-"""Change of a fraction beyond which its first-order answer is not believed."""
-SETTLING, SEARCHING = 3, 8
-"""Most rounds of courses and of how fast they walk, and as many where they were never looked for."""
-SETTLED = 1e-3
-"""Change of a fraction at which they end."""
+TRAJECTORIES = DEFAULT.trajectories
+OPTIMISER = DEFAULT.optimiser
 
 
 @dataclass
 class Program:
-    """A campaign that can be evaluated anywhere.
+    """A campaign that can be evaluated at any numbers.
 
     Attributes:
         kind: of the recordings.
@@ -53,12 +49,12 @@ class Program:
         fitted: recordings whose role is `fit`, shape (recordings,).
         tally: models that were fitted to the campaign and runs of the compiled program, shared by all copies
             of this one.
-        failed: standard deviations that a row without an answer counts for; more than any misfit of the
-            nominal base model, so that no fit gains by failing.
-        taken: measured values of every recording that latent trajectories take up, shape (recordings,).
-        pace: variance per second of every latent trajectory, (recordings, courses); no courses, no columns.
+        failed: misfit of a row in which the model has no answer, in standard deviations. It exceeds every
+            misfit of the nominal base model, so that no fit gains by failing.
+        followed_values: number of measured values that latent trajectories follow, (recordings,).
+        process_noise: variance per second of every latent trajectory, (recordings, trajectories).
         bare: channels with their own noise only.
-        apart: readings that are not counted because they stand apart from their neighbours, see `apart`.
+        outliers: readings that are not counted, see `fit.outliers`.
     """
 
     kind: str
@@ -68,11 +64,11 @@ class Program:
     unknowns: Unknowns
     fitted: np.ndarray
     tally: Tally = field(default_factory=Tally)
-    failed: float = FAILED
-    taken: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    pace: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    failed: float = OPTIMISER.failed_deviation
+    followed_values: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    process_noise: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     bare: list[list[Channel]] = field(default_factory=list)
-    apart: tuple = ()
+    outliers: tuple = ()
     _compiled: Compiled | None = field(default=None, repr=False)
 
     @classmethod
@@ -92,33 +88,33 @@ class Program:
             slugs: effects to try; all of the kind if None.
             model: base model to start from: its numbers are nominal, its effects are always there.
             tables: to start from where an alloy or material is to be identified, as the kind's `rows_for`
-            takes them.
+                takes them.
 
         Raises:
             InputError: if the recordings cannot be used together.
         """
-        module = kind_module(kind)
-        rows_for = getattr(module, "hidden_rows_for", module.rows_for)
-        campaign = thinned(campaign, getattr(module, "MOST_ROWS", MOST_ROWS))
-        rows = rows_for(campaign, **tables)
+        specimen = specimen_of(kind)
+        latent = specimen.latent
+        campaign = thinned(campaign, specimen.most_rows_with_effects)
+        rows = latent.rows_for(campaign, **tables)
         model = model or AugmentedModel()
         there = tuple(added.slug for added in model.added)
         tried = [slug for slug in (candidates(kind) if slugs is None else slugs) if slug not in there]
         known = {name: q for table in model.base.values() for name, q in table.items()}
         rows = [with_numbers(r, known) for r in rows]
         stacked = stack(rows, coarse=True)
-        unknowns = Unknowns(module.parameters_for(campaign, **tables), tried, LETTERS[kind], known)
+        unknowns = Unknowns(specimen.parameters_for(campaign, **tables), tried, specimen.letter, known)
         size = stacked.mask.shape[1]
-        hiding = hasattr(module, "hidden_rows_for") or hasattr(module, "prepared")
-        quiet = high_frequency_readings(campaign.recordings, rows) if hiding else [{}] * len(rows)
-        outputs = (*module.OUTPUTS, *getattr(module, "READINGS", ()))
+        nothing = [{}] * len(rows)
+        high_frequency = high_frequency_readings(campaign.recordings, rows) if latent.present else nothing
+        outputs = (*specimen.explained, *latent.readings)
         channels = [
-            channels_of(recording, r, outputs, size, told)
-            for recording, r, told in zip(campaign.recordings, rows, quiet, strict=True)
+            channels_of(recording, r, outputs, size, estimated)
+            for recording, r, estimated in zip(campaign.recordings, rows, high_frequency, strict=True)
         ]
         for recording, found in zip(campaign.recordings, channels, strict=True):
-            if not any(channel.count for channel in found if channel.quantity in module.OUTPUTS):
-                wanted = " or ".join(module.OUTPUTS)
+            if not any(channel.count for channel in found if channel.quantity in specimen.explained):
+                wanted = " or ".join(specimen.explained)
                 raise InputError(
                     f"{recording.path or recording.name}: there is no {wanted} to compare the model with"
                 )
@@ -126,16 +122,23 @@ class Program:
         if not fitted.any():
             raise InputError(f"{campaign.path}: every recording has role validation; nothing is left to fit")
         program = cls(kind, list(campaign.recordings), stacked, channels, unknowns, fitted)
-        program.taken, program.bare = np.zeros(len(channels)), channels
-        columns = len(stacked.extra[COURSE]) if hasattr(module, "hidden_rows_for") else 0
-        program.pace = np.zeros((len(channels), columns))
-        program._compiled = Compiled(kind, module, unknowns, model.effects, columns)
+        program.followed_values, program.bare = np.zeros(len(channels)), channels
+        columns = latent.count(stacked)
+        program.process_noise = np.zeros((len(channels), columns))
+        program._compiled = Compiled(specimen, unknowns, model.effects, columns)
         program.prepare(unknowns.neutral)
         program.count_input_noise(unknowns.neutral)
         program.prepare(unknowns.neutral)
         nominal = program.evaluate(unknowns.neutral, unknowns.base[:0]).misfit
-        program.failed = max(FAILED, *(float(np.max(np.abs(m), initial=0.0)) for m in nominal))
+        program.failed = max(
+            OPTIMISER.failed_deviation, *(float(np.max(np.abs(m), initial=0.0)) for m in nominal)
+        )
         return program
+
+    @property
+    def specimen(self) -> Specimen:
+        """What is recorded."""
+        return specimen_of(self.kind)
 
     @property
     def unseen(self) -> np.ndarray:
@@ -151,7 +154,7 @@ class Program:
     @property
     def hidden(self) -> bool:
         """Whether there are latent trajectories, which `prepare` looks for."""
-        return self.pace.shape[1] > 0 or hasattr(kind_module(self.kind), "prepared")
+        return self.process_noise.shape[1] > 0 or self.specimen.latent.inside
 
     def follows(self, quantity: str) -> bool:
         """Whether latent trajectories follow an output, so that its misfit says little by itself."""
@@ -162,29 +165,35 @@ class Program:
 
         Args:
             u: scaled numbers, (unknowns,).
-            near: an evaluation close by, for kinds whose compiled program searches itself: the search of a
-                recording begins with its courses where that ends better, as one from the readings may end in
-                a false optimum that it is out of. Other searches go on from the courses of the stack.
+            near: an evaluation close by, for kinds whose compiled program searches by itself. A recording
+                begins with the trajectories of this evaluation where that ends better. Other searches go on
+                from the trajectories of the stack.
         """
         nothing = self.unknowns.base[:0]
-        if self.pace.shape[1]:
-            for _ in range(SETTLING if self.pace.any() else SEARCHING):
+        if self.process_noise.shape[1]:
+            for _ in range(TRAJECTORIES.rounds if self.process_noise.any() else TRAJECTORIES.first_rounds):
                 here = self._run(u, nothing, self.stacked)
-                self.pace = here.paces(self.channels, self.stacked.extra["layout"].spring_numbers)
-                before, now = trajectories_of(self.stacked), self.evaluate(u, nothing).courses
+                self.process_noise = here.process_noise_of_trajectories(
+                    self.channels, self.stacked.extra["layout"].spring_numbers
+                )
+                before, now = trajectories_of(self.stacked), self.evaluate(u, nothing).trajectories
                 self.stacked = with_trajectories(self.stacked, now)
-                if np.max(np.abs(now - before)) < SETTLED:
+                if np.max(np.abs(now - before)) < TRAJECTORIES.converged_step:
                     break
             here = self._run(u, nothing, self.stacked)
-            self.taken = np.array([one.taken().sum() if one else 0.0 for one in self._explained(here)])
-        elif self.hidden:
+            self.followed_values = np.array(
+                [one.leverage().sum() if one else 0.0 for one in self._explained(here)]
+            )
+        elif self.specimen.latent.inside:
             values = self.unknowns.values(u)
-            self.stacked = kind_module(self.kind).prepared(values, self.stacked, self.channels)
+            self.stacked = self.specimen.latent.prepared(values, self.stacked, self.channels)
             here = self.evaluate(u, nothing)
             if near is not None:
                 here = here.bettered(self.evaluate(u, nothing, near=near))
             self.stacked = self.begun(self.stacked, here, u)
-            self.taken = np.array([np.sum(here.drivers["taken"][k]) for k in range(len(self.channels))])
+            self.followed_values = np.array(
+                [np.sum(here.drivers["taken"][k]) for k in range(len(self.channels))]
+            )
 
     def prepared(self, u: np.ndarray, near: Evaluation | None = None) -> "Program":
         """The program with latent trajectories as the model at `u` has them, see `prepare`; the original is
@@ -196,18 +205,18 @@ class Program:
     def followed(self, here: Evaluation) -> list[latent_trajectories.Hidden | None]:
         """What latent trajectories explain of every recording near an evaluation, those that the compiled
         program finds itself, too; None where there are none."""
-        names = [f"slope_{name}" for name in kind_module(self.kind).OUTPUTS]
+        names = [f"slope_{name}" for name in self.specimen.explained]
         if names[0] not in here.drivers:
             return here.hidden
-        found, pace = [], np.asarray(self.stacked.extra["wander"])
+        found, process_noise = [], np.asarray(self.stacked.extra["wander"])
         for k, channels in enumerate(self.channels):
             own, memory = (
                 np.stack([np.nan_to_num(here.drivers[f"{name}_{c.quantity}"][k]) for c in channels])
                 for name in ("slope", "memory")
             )
-            fraction, time = here.drivers[COURSE][k], np.asarray(self.stacked.time)[k]
+            fraction, time = here.drivers[TRAJECTORY][k], np.asarray(self.stacked.time)[k]
             own = latent_trajectories.LatentTrajectory.of(
-                0, fraction, own + memory, memory, float(pace[k]), time
+                0, fraction, own + memory, memory, float(process_noise[k]), time
             )
             found.append(latent_trajectories.Hidden.of([own], channels))
         return found
@@ -227,7 +236,7 @@ class Program:
                 [[b - a for a, b in zip(x, y, strict=True)] for x, y in zip(here, one, strict=True)]
                 for one in there
             ]
-        if self.pace.shape[1]:
+        if self.process_noise.shape[1]:
             here = self._run(u, nothing, self.stacked)
             pairs = zip(self._hiding(), self.recordings, strict=True)
             changes["averaging"] = [[here.averaging(k, *parts, r.block) for (k, parts), r in pairs]]
@@ -235,7 +244,7 @@ class Program:
 
     def _hiding(self) -> list[tuple[int, tuple[list[Channel], np.ndarray]]]:
         """Every recording's number, with its channels and how fast its latent trajectories walk."""
-        return [(k, parts) for k, parts in enumerate(zip(self.channels, self.pace, strict=True))]
+        return [(k, parts) for k, parts in enumerate(zip(self.channels, self.process_noise, strict=True))]
 
     def evaluate(
         self,
@@ -254,19 +263,19 @@ class Program:
             near: an evaluation close by, from whose latent trajectories the search for those here begins.
         """
         u, columns = np.asarray(u, float), np.asarray(columns, int)
-        moving = stacked is None and self.pace.shape[1] > 0
+        moving = stacked is None and self.process_noise.shape[1] > 0
         stacked = self.stacked if stacked is None else stacked
         width = self._compiled.width
         chunks = [columns[first : first + width] for first in range(0, max(len(columns), 1), width)]
         start = self.begun(stacked, near, u) if near is not None else stacked
-        search = Search(self.channels, self.pace, self.failed) if moving else None
+        search = Search(self.channels, self.process_noise, self.failed) if moving else None
         first = self._run(u, chunks[0], start)
         if search:
             search.saw(first)
-            for _ in range(ROUNDS - 1):
-                if search.settled:
+            for _ in range(TRAJECTORIES.runs - 1):
+                if search.finished:
                     break
-                search.saw(self._run(u, chunks[0], with_trajectories(stacked, search.trial)))
+                search.saw(self._run(u, chunks[0], with_trajectories(stacked, search.proposal)))
             first = search.best
         rest = [self._run(u, chunk, first.stacked) for chunk in chunks[1:]]
         names = first.slopes
@@ -285,18 +294,16 @@ class Program:
         Returns:
             SI per scaled unit, (columns, recordings of the stack, rows); NaN where the model has no answer.
         """
-        stacked, width = with_trajectories(self.stacked, here.courses), self._compiled.width
+        stacked, width = with_trajectories(self.stacked, here.trajectories), self._compiled.width
         chunks = [columns[first : first + width] for first in range(0, len(columns), width)]
         runs = [self._run(here.u, chunk, stacked) for chunk in chunks]
         return {name: np.concatenate([run.slopes[name] for run in runs]) for name in runs[0].slopes}
 
     def begun(self, stacked: Rows, near: Evaluation, u: np.ndarray) -> Rows:
-        """Recordings whose searches for latent trajectories begin with those of an evaluation, foretold at
-        `u`."""
-        if self.pace.shape[1]:
-            return with_trajectories(stacked, near.courses_at(u))
-        begun = getattr(kind_module(self.kind), "begun", None)
-        return begun(stacked, near.drivers) if begun else stacked
+        """Recordings with the latent trajectories of an evaluation, predicted at `u`, to start from."""
+        if self.process_noise.shape[1]:
+            return with_trajectories(stacked, near.trajectories_at(u))
+        return self.specimen.latent.begun(stacked, near.drivers)
 
     def _run(self, u: np.ndarray, columns: np.ndarray, stacked: Rows) -> Raw:
         """One run of the compiled program; see `Compiled.run`."""
@@ -304,14 +311,16 @@ class Program:
         return self._compiled.run(u, columns, stacked)
 
     def _explained(self, here: Raw) -> list[latent_trajectories.Hidden | None]:
-        """Free courses of every recording, and what they explain; None where there are none."""
+        """Free trajectories of every recording, and what they explain; None where there are none."""
         return [here.hidden(k, *parts) for k, parts in self._hiding()]
 
     def _evaluated(
         self, u: np.ndarray, columns: np.ndarray, here: Raw, search: Search | None, again: bool
     ) -> Evaluation:
-        """What a run says, less what latent trajectories explain: told anew where a row may lack a derivative
-        by further unknowns."""
+        """The evaluation of a run: latent trajectories are projected out.
+
+        With `again` their problem is set up anew, where a row may lack a derivative by further unknowns.
+        """
         found, moved, drivers = [], trajectories_of(here.stacked), dict(here.drivers)
         slopes = np.zeros((len(columns), *moved.shape))
         hidden = search.hidden if search else [None] * len(self.channels)
@@ -319,18 +328,21 @@ class Program:
         for k, (channels, one) in enumerate(zip(self.channels, hidden, strict=True)):
             misfit, jacobian, raw = here.whitened(k, channels, self.failed)
             if one is not None:
-                told = one.answer(misfit, jacobian)
-                jacobian, believed = told.jacobian, np.max(np.abs(told.steps)) < TOO_FAR
-                believed &= not search.tripped[k]
-                misfit = told.misfit if believed else misfit
-                for j, course in enumerate(one.courses):
-                    slopes[:, k, course.number] = told.slopes[:, j]
+                answer = one.answer(misfit, jacobian)
+                jacobian, believed = (
+                    answer.jacobian,
+                    np.max(np.abs(answer.steps)) < TRAJECTORIES.maximum_believed_step,
+                )
+                believed &= not search.overshot[k]
+                misfit = answer.misfit if believed else misfit
+                for j, trajectory in enumerate(one.trajectories):
+                    slopes[:, k, trajectory.number] = answer.slopes[:, j]
                     if believed:
-                        moved[k, course.number] += told.steps[j]
-                        raw = [x + dx for x, dx in zip(raw, course.change(told.steps[j]), strict=True)]
+                        moved[k, trajectory.number] += answer.steps[j]
+                        raw = [x + dx for x, dx in zip(raw, trajectory.change(answer.steps[j]), strict=True)]
             found.append((misfit, jacobian, raw))
         for j, number in enumerate(self.stacked.extra["layout"].spring_numbers if search else ()):
-            drivers[f"{COURSE}_{number}"] = moved[:, j]
+            drivers[f"{TRAJECTORY}_{number}"] = moved[:, j]
         parts = (list(x) for x in zip(*found, strict=True))
         return Evaluation(*parts, drivers, u, columns, moved, slopes, hidden)
 
@@ -345,4 +357,4 @@ class Program:
 
     def free_share(self, k: int) -> float:
         """Part of the measured values of recording k that no latent trajectory takes up."""
-        return 1.0 - float(self.taken[k]) / max(self.count(k), 1)
+        return 1.0 - float(self.followed_values[k]) / max(self.count(k), 1)

@@ -1,5 +1,7 @@
-"""What a diagnosis compares recordings with, where an alloy or a material is to be identified: what
-`characterise` finds from all of its starts."""
+"""The base model that recordings are compared with, where their alloy or material is to be identified.
+
+It is what `characterise` finds from all of its starts.
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -10,20 +12,21 @@ from fitting.calibrate import characterise
 from fitting.calibrate.elastomer.laws import LAWS
 from fitting.calibrate.elastomer.material import material
 from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation
-from fitting.calibrate.general.pipeline import WIRE_STARTS, characterise_general
+from fitting.calibrate.general import characterise_general
+from fitting.calibrate.registry import own_pipeline
 from fitting.data.recordings import Campaign
+from fitting.specimens import specimen_of
 from fitting.specimens.priors import FIT
 from fitting.specimens.silicones import UNKNOWN
 from pneusma_jax.calibration.records import Calibration, Prior
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import to_si
 
+from ..settings import DEFAULT
 from .program import Program
 
-IDENTIFIED = {"elastomer": "material", "tube": "material", "spring": "alloy", "wire": "alloy"}
-"""What may be identified from recordings of one kind alone."""
-SURE_SIGN = 0.01
-"""Part of a positive constant below which it is not looked for."""
+SCALING = DEFAULT.scaling
+
 
 
 @dataclass(frozen=True)
@@ -43,23 +46,23 @@ class Start:
 
 def identifies(campaign: Campaign, kind: str) -> bool:
     """Whether the alloy or material of recordings of one kind is to be identified."""
-    key = IDENTIFIED.get(kind)
+    key = specimen_of(kind).identified
     return any(str(r.full_geometry().get(key)) == FIT for r in campaign.recordings)
 
 
 def start_of(campaign: Campaign, kind: str, progress: Callable[[str], None] = lambda _: None) -> Start:
-    """The base model of a campaign whose recordings say what they are; a coupon of a silicone that nobody has
-    characterised gets the law that predicts it best.
+    """The base model of a campaign. A coupon of an unknown silicone gets the law that predicts it best.
 
     Args:
         campaign: recordings of one kind.
         kind: that kind.
-        progress: told what happens, in words.
+        progress: receives a line of text at every step.
     """
     if not identifies(campaign, kind):
         return Start(_named(campaign, kind))
-    if kind != "elastomer":
-        return Start(f"the published model, its {IDENTIFIED[kind]} identified from these recordings")
+    specimen = specimen_of(kind)
+    if not specimen.several_laws:
+        return Start(f"the published model, its {specimen.identified} identified from these recordings")
     progress("fitting laws of the silicone")
     try:
         found = characterise(campaign)
@@ -78,7 +81,7 @@ def loosened(found: ElastomerCharacterisation) -> Calibration:
     quantities = dict(table.quantities)
     for name in found.parameters:
         value = quantities[name].value
-        low = SURE_SIGN * value if name in positive and value > 0.0 else -np.inf
+        low = SCALING.minimum_positive_share * value if name in positive and value > 0.0 else -np.inf
         prior = Prior(value, max(UNKNOWN * abs(value), np.finfo(float).tiny), low, np.inf)
         quantities[name] = replace(quantities[name], prior=prior)
     return replace(table, quantities=quantities)
@@ -100,14 +103,17 @@ def _named(campaign: Campaign, kind: str) -> str:
 
 
 def characterised(campaign: Campaign, program: Program, progress: Callable[[str], None]) -> list[np.ndarray]:
-    """The constants that `characterise` finds from all of its starts, scaled, as one more start of the base
-    model; none where nothing is to be identified, or these recordings cannot be characterised."""
-    if program.kind == "elastomer" or not identifies(campaign, program.kind):
+    """One more start of the base fit, scaled: the constants that `characterise` finds from all of its starts.
+
+    None where nothing is to be identified, or these recordings cannot be characterised.
+    """
+    specimen = program.specimen
+    if specimen.several_laws or not identifies(campaign, program.kind):
         return []
     progress("characterising")
     try:
-        if program.kind == "wire":  # with the same residual strain as the program's
-            found = characterise_general(campaign, "wire", starts=WIRE_STARTS)
+        if own_pipeline(specimen) is None:  # by the same law as the program's, never by a simpler one
+            found = characterise_general(campaign, specimen, starts=specimen.starts)
         else:
             found = characterise(campaign, profile=0)
     except InputError:

@@ -1,8 +1,7 @@
-"""The search for latent trajectories under a model: each recording on its own, in runs that all of them
-share.
+"""The search for latent trajectories under a model: each recording by itself, in shared runs of the program.
 
-A step is that of Gauss and Newton; one that makes a recording worse is halved. Where rows switch between laws
-(friction, contact, reversal) full steps would go round in circles, and a fit would see noise.
+A Gauss-Newton step that makes a recording worse is halved. Where rows switch between laws (friction, contact,
+reversal), full steps would cycle, and a fit would see noise.
 """
 
 from collections.abc import Sequence
@@ -11,58 +10,53 @@ import numpy as np
 
 from fitting.inference.channels import Channel
 
+from ..settings import DEFAULT
 from .evaluation import Raw, trajectories_of
 from .latent_trajectories import Hidden
 
-ROUNDS = 5
-"""Most runs."""
-CLOSE = 0.005
-"""Step of a fraction up to which its first-order answer is enough."""
-WORTH, WORTH_SHARE = 0.05, 2e-3
-"""Decrease of chi-square that is worth a run, at least; and as a share of what there is."""
-LEAST_SHARE = 0.2
-"""Part of a step below which none is tried."""
+TRAJECTORIES = DEFAULT.trajectories
 
 
 class Search:
-    """What the runs so far say about the courses of every recording.
+    """State of the search after the runs so far.
 
     Args:
         channels: by recording.
-        pace: variance of every course per second, zero where it is held, (recordings, courses).
+        process_noise: variance of every trajectory per second, zero where it is held, (recordings,
+            trajectories).
         failed: standard deviations that a row without an answer counts for.
 
     Attributes:
-        best: every recording as the run saw it that had it best.
-        hidden: what its courses explain there; None where it has none.
-        tripped: recordings whose first-order answer was tried and was worse, (recordings,).
+        best: every recording from the run that fitted it best.
+        hidden: linear problem of its trajectories there; None where it has none.
+        overshot: recordings whose linear answer was tried and was worse, (recordings,).
     """
 
-    def __init__(self, channels: Sequence[Sequence[Channel]], pace: np.ndarray, failed: float):
-        self._channels, self._pace, self._failed = channels, pace, failed
+    def __init__(self, channels: Sequence[Sequence[Channel]], process_noise: np.ndarray, failed: float):
+        self._channels, self._pace, self._failed = channels, process_noise, failed
         count = len(channels)
         self.best: Raw | None = None
         self.hidden: list[Hidden | None] = [None] * count
-        self.tripped = np.zeros(count, bool)
+        self.overshot = np.zeros(count, bool)
         self._least, self._share = np.full(count, np.inf), np.full(count, 0.5)
         self._open = np.ones(count, bool)
         self._steps = np.zeros(0)
 
     @property
-    def settled(self) -> bool:
+    def finished(self) -> bool:
         """Whether no recording asks for another run."""
         return not self._open.any()
 
     @property
-    def trial(self) -> np.ndarray:
-        """Courses to try next, (recordings of the stack, courses, rows)."""
+    def proposal(self) -> np.ndarray:
+        """Trajectories to try next, (recordings of the stack, trajectories, rows)."""
         share = np.where(self._open, self._share, 0.0)
         found = trajectories_of(self.best.stacked)
         found[: len(share)] += share[:, None, None] * self._steps[: len(share)]
         return found
 
     def saw(self, run: Raw) -> None:
-        """Take in a run at `trial`, or at where the search begins."""
+        """Take in a run at `proposal`, or at where the search begins."""
         if self.best is None:
             self._steps = np.zeros_like(trajectories_of(run.stacked))
         better = np.zeros(len(run.stacked.mask), bool)
@@ -76,21 +70,23 @@ class Search:
                 self._begin(k, misfit)
             else:
                 self._share[k] *= 0.5
-                self.tripped[k] = True
-                self._open[k] = self._share[k] >= LEAST_SHARE
+                self.overshot[k] = True
+                self._open[k] = self._share[k] >= TRAJECTORIES.minimum_step_share
         self.best = run if self.best is None else self.best.taking(run, better)
 
     def _begin(self, k: int, misfit: np.ndarray) -> None:
         """A step of recording k from where it is best now."""
-        hidden, self.tripped[k] = self.hidden[k], False
+        hidden, self.overshot[k] = self.hidden[k], False
         if hidden is None:
             self._open[k] = False
             return
-        told = hidden.answer(misfit, np.zeros((0, len(misfit))))
-        gained = self._least[k] - float(told.misfit @ told.misfit) - hidden.roughness(told.steps)
+        answer = hidden.answer(misfit, np.zeros((0, len(misfit))))
+        gained = self._least[k] - float(answer.misfit @ answer.misfit) - hidden.roughness(answer.steps)
         self._steps[k] = 0.0
-        for course, step in zip(hidden.courses, told.steps, strict=True):
-            self._steps[k, course.number] = step
+        for trajectory, step in zip(hidden.trajectories, answer.steps, strict=True):
+            self._steps[k, trajectory.number] = step
         self._share[k] = min(2.0 * self._share[k], 1.0)
-        far = np.max(np.abs(told.steps), initial=0.0) >= CLOSE
-        self._open[k] = far and gained > max(WORTH, WORTH_SHARE * self._least[k])
+        far = np.max(np.abs(answer.steps), initial=0.0) >= TRAJECTORIES.sufficient_step
+        self._open[k] = far and gained > max(
+            TRAJECTORIES.minimum_gain, TRAJECTORIES.minimum_gain_share * self._least[k]
+        )

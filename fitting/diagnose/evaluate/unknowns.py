@@ -1,8 +1,7 @@
-"""The numbers of a diagnosis: free constants of the base model and the parameters of every candidate
-effect, scaled.
+"""Scaled numbers of a diagnosis: free constants of the base model, and parameters of every candidate effect.
 
-In scaled units a base constant is 0 at its nominal value and 1 a standard deviation of its tolerance away; a
-parameter of an effect is 0 where the effect is absent.
+A scaled base constant is 0 at its nominal value, and 1 at one standard deviation of its tolerance from it. A
+scaled parameter of an effect is 0 where the effect is absent.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -16,12 +15,9 @@ from fitting.specimens.rows import MARK, Rows
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.effects import CATALOGUE, Effect, specs_of
 
-WIDE = 20.0
-"""Ratio of its bounds from which a positive shape parameter is fitted by its logarithm."""
-DECADES = 5.0
-"""Scaled units between the bounds of such a parameter."""
-CUT = 4.0
-"""Standard deviations at which the prior of a base constant ends."""
+from ..settings import DEFAULT
+
+SCALING = DEFAULT.scaling
 
 
 @dataclass(frozen=True)
@@ -66,13 +62,15 @@ class Unknown:
         return (value - self.reference) / self.scale
 
     def at_share(self, share: float) -> float:
-        """Scaled number a share [1] of the way from what is low for it to what is high, about its typical
-        value where its bounds are decades from it."""
+        """Scaled number at a share [1] of the way from low to high.
+
+        The way is logarithmic, about the typical value, where a bound is far from it.
+        """
         low, high = float(self.value(self.low)), float(self.value(self.high))
         typical = float(self.value(self.start))
-        if low > 0.0 and high / low > 8.0:
+        if low > 0.0 and high / low > SCALING.minimum_wide_ratio:
             return self.scaled(low * (high / low) ** share)
-        if low >= 0.0 and typical > 0.0 and high / typical > 8.0:
+        if low >= 0.0 and typical > 0.0 and high / typical > SCALING.minimum_wide_ratio:
             return self.scaled(typical * 10.0 ** (2.0 * share - 1.0))
         return self.scaled(low + (high - low) * share)
 
@@ -190,7 +188,10 @@ def _base_unknowns(base: Parameters, known: Mapping[str, Quantity]) -> list[Unkn
         at = (lambda x, p=prior, s=scale: np.log(x / p.mean) / s) if logarithmic else (
             lambda x, p=prior, s=scale: (x - p.mean) / s
         )  # fmt: skip
-        low, high = max(at(prior.min), -CUT), min(at(prior.max), CUT)
+        low, high = (
+            max(at(prior.min), -SCALING.maximum_deviation),
+            min(at(prior.max), SCALING.maximum_deviation),
+        )
         found.append(
             Unknown(name, "", prior.mean, scale, low, high, 0.0, parameter.unit, name, False, logarithmic)
         )
@@ -200,8 +201,10 @@ def _base_unknowns(base: Parameters, known: Mapping[str, Quantity]) -> list[Unkn
 def _effect_unknowns(slug: str, letter: str) -> list[Unknown]:
     found = []
     for name, spec in specs_of(CATALOGUE[slug], letter).items():
-        if spec.shape and spec.low > 0.0 and spec.high > WIDE * spec.low:  # a time constant, say
-            scale = np.log(spec.high / spec.low) / DECADES
+        if (
+            spec.shape and spec.low > 0.0 and spec.high > SCALING.minimum_log_ratio * spec.low
+        ):  # a time constant, say
+            scale = np.log(spec.high / spec.low) / SCALING.log_units
             low, high = (float(np.log(x / spec.typical) / scale) for x in (spec.low, spec.high))
             found.append(
                 Unknown(name, slug, spec.typical, scale, low, high, 0.0, spec.unit, spec.text, True, True)

@@ -1,4 +1,4 @@
-"""The base model refitted, with the noise that recordings show about it: what every search begins with."""
+"""The base fit with its noise: every search begins with it."""
 
 from collections.abc import Callable, Sequence
 
@@ -8,24 +8,15 @@ from fitting.inference.parallel import run_parallel
 
 from ..evaluate.program import Program
 from ..evaluate.unknowns import Unknowns
+from ..settings import DEFAULT
 from .campaign_noise import with_noise_of
 from .evidence import inflation_of
 from .misfit import reduced
 from .outliers import without_outliers
-from .refit import AT_BOUND, Fit, Refitter
+from .refit import Fit, Refitter
 
-POOR = 1.2
-"""Reduced chi-square of the base model from which its fit is tried from the other side of nominal, too."""
-SCATTERED = 7
-"""Further starts of the same beside latent trajectories, where two of five found the better of two optima,
-and of a fit that did not move or sits at a bound."""
-MOVED = 1e-3
-"""Standard deviations from its start up to which a constant has not moved."""
-MIRRORED, CLEARLY = 2.0, 5.0
-"""Standard deviations from nominal at which those begin at most; and the log-likelihood, deflated as evidence
-is, by which it must be better."""
-SETTLING = 2
-"""Rounds in which noise is told from what a base model leaves, and the base model fitted with it."""
+OPTIMISER = DEFAULT.optimiser
+BASE_FIT = DEFAULT.base_fit
 
 
 def base_fit(
@@ -35,10 +26,9 @@ def base_fit(
 ) -> tuple[Program, Fit]:
     """The base model refitted, and the program with the noise and the latent trajectories that it shows.
 
-    Where much is left, or a constant sits at a bound, the fit is made again from the other side of nominal,
-    and from places all about it where it may be shut in: fractions at their limits, and rows that a metal
-    remembers,
-    shut in false optima that would pass for missing physics; so do constants that nothing is known of.
+    The fit is made again from other starts where it leaves much, or where a constant ends at a bound.
+    Fractions at their limits, and rows that a metal remembers, make false optima, which would pass for
+    missing physics.
 
     Args:
         program: of the campaign.
@@ -46,27 +36,27 @@ def base_fit(
         further: makes more starts, scaled; asked only where they are needed.
     """
     begin = program.unknowns.neutral if start is None else start
-    program, fit = settle(program, Refitter(program).fit((), start))
+    program, fit = fit_with_noise(program, Refitter(program).fit((), start))
     bound = at_bound(program.unknowns, fit)
-    if bound or reduced(program, fit, program.fitted) > POOR:
+    if bound or reduced(program, fit, program.fitted) > BASE_FIT.minimum_poor:
         stuck = bool(bound) or not departed_from(program, fit, begin)
         starts = [*_elsewhere(program, fit, stuck), *further()]
         others = run_parallel(lambda u: Refitter(program).fit((), u), starts)
         other = min(others, key=lambda f: f.objective)
         if clearly_better(program, fit, other):
-            program, fit = settle(program, other)
+            program, fit = fit_with_noise(program, other)
     return program, fit
 
 
 def clearly_better(program: Program, fit: Fit, other: Fit) -> bool:
-    """Whether another fit of the same model explains so much more that it takes the place of one."""
-    return (fit.objective - other.objective) / inflation_of(program, other) > CLEARLY
+    """Whether another fit of the same model is better by more than the minimum log-likelihood."""
+    return (fit.objective - other.objective) / inflation_of(program, other) > BASE_FIT.minimum_gain
 
 
 def departed_from(program: Program, fit: Fit, start: np.ndarray) -> bool:
     """Whether any base constant moved from where a fit began."""
     base = program.unknowns.base
-    return bool(np.max(np.abs(fit.u[base] - start[base]), initial=0.0) > MOVED)
+    return bool(np.any(fit.u[base] != start[base]))
 
 
 def at_bound(unknowns: Unknowns, fit: Fit) -> list[str]:
@@ -75,27 +65,28 @@ def at_bound(unknowns: Unknowns, fit: Fit) -> list[str]:
         unknowns.items[k].name
         for k in unknowns.base
         if min(fit.u[k] - unknowns.low[k], unknowns.high[k] - fit.u[k])
-        < AT_BOUND * (unknowns.high[k] - unknowns.low[k])
+        < OPTIMISER.at_bound_share * (unknowns.high[k] - unknowns.low[k])
     ]
 
 
 def _elsewhere(program: Program, fit: Fit, stuck: bool) -> list[np.ndarray]:
     """Starts far from where a fit of the base model ended, scaled."""
-    starts, rng = [np.clip(-fit.u, -MIRRORED, MIRRORED)], np.random.default_rng(0)
+    starts, rng = [np.clip(-fit.u, -BASE_FIT.maximum_start, BASE_FIT.maximum_start)], np.random.default_rng(0)
     base = program.unknowns.base
-    for _ in range(SCATTERED if program.hidden or stuck else 0):
+    for _ in range(BASE_FIT.scattered_starts if program.hidden or stuck else 0):
         starts.append(fit.u.copy())
-        starts[-1][base] = np.clip(rng.standard_normal(len(base)), -MIRRORED, MIRRORED)
+        starts[-1][base] = np.clip(
+            rng.standard_normal(len(base)), -BASE_FIT.maximum_start, BASE_FIT.maximum_start
+        )
     return starts
 
 
-def settle(program: Program, fit: Fit) -> tuple[Program, Fit]:
-    """The program with the noise that a base model shows, and its fit there; without readings that stand
-    apart from what the model leaves."""
+def fit_with_noise(program: Program, fit: Fit) -> tuple[Program, Fit]:
+    """The program with the noise about a base model, without outliers, and the base fit with both."""
     program = without_outliers(program, fit.evaluation)
-    for _ in range(SETTLING):
+    for _ in range(BASE_FIT.noise_rounds):
         program = with_noise_of(program, fit.evaluation).prepared(fit.u, fit.evaluation)
-        if program.pace.shape[1]:
+        if program.process_noise.shape[1]:
             program.count_input_noise(fit.u)
         fit = Refitter(program).fit((), fit.u)
     return program, fit

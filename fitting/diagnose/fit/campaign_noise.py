@@ -1,4 +1,4 @@
-"""The noise of every instrument of a campaign, told by what a fitted model leaves of its recordings."""
+"""The noise of every instrument of a campaign, from the residuals of a fitted model."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ from ..evaluate.program import Program
 def with_noise_of(program: Program, here: Evaluation) -> Program:
     """The program with the noise that all recordings of an instrument show once a model is fitted.
 
-    A resistance that latent trajectories follow shows no errors: what it was told at first stays
+    A resistance that latent trajectories follow shows no errors, so its first estimate stays
     (`high_frequency_noise`).
 
     Args:
@@ -26,7 +26,7 @@ def with_noise_of(program: Program, here: Evaluation) -> Program:
     groups: dict[tuple[str, bool], list[tuple[int, int, Series]]] = {}
     for k, (recording, hidden) in enumerate(zip(program.recordings, program.followed(here), strict=True)):
         shape = len(program.channels[k]), size
-        taken = hidden.taken().reshape(shape) if hidden else np.zeros(shape)
+        taken = hidden.leverage().reshape(shape) if hidden else np.zeros(shape)
         for j, channel in enumerate(program.channels[k]):
             stated = recording.noise_si(channel.quantity) or None
             if program.follows(channel.quantity):
@@ -39,7 +39,7 @@ def with_noise_of(program: Program, here: Evaluation) -> Program:
     for members in groups.values():
         noise = instrument_of([one for _, _, one in members] + _samples(program, members))
         for k, j, one in members if noise else ():
-            bare[k][j] = noise.told(bare[k][j], one)
+            bare[k][j] = noise.applied_to(bare[k][j], one)
     copy = replace(program, bare=bare)
     copy.count_input_noise(here.u)
     return copy

@@ -1,4 +1,4 @@
-"""Candidates fitted together with the base: who goes on, and what they are worth."""
+"""Candidate fits: effects fitted together with the base, by successive halving, and their evidence."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,72 +9,40 @@ from fitting.inference.parallel import run_parallel
 
 from ..evaluate.program import Program
 from ..evaluate.unknowns import Unknowns
+from ..settings import DEFAULT
 from .evidence import effective_degrees_of_freedom, evidence, inflation_of, log_likelihood
 from .refit import Fit, Refitter, at_its_bound, largest_deviation
-from .score_test import Score, Screen, about_nominal
+from .score_test import Score, ScoreTest, about_nominal
 
-TRIED = 10
-"""Candidates that are fitted together with the base, of those that the screen ranks first."""
-LIKELY = 0.01
-"""P-value of a signature, by itself, from which its effect is fitted."""
-HALVING = ((10, 2), (5, 4))
-"""How many of the best candidates take how many trial steps, before the best are fitted to the end."""
-PROMISING = 2
-"""Candidates that stay because the screen ranks them first, however they began; one more does whose next step
-promises most, if that is more than the others have: an effect of many shapes may need many steps."""
-WRONG_WAY = 4
-"""Candidates that are fitted, too, because they score about nominal constants: where those went far, an
-effect that is there may seem to act the other way."""
-COMPARABLE = 0.3
-"""Part of the best of those scores that theirs has at least."""
-PURSUED = 3
-"""Candidates that are fitted to the end, from two starts each."""
-ENDED, HOPELESS = 1.5, 3.0
-"""Reduced chi-square of the best candidate from which others are not fitted further whose next step does not
-promise at most so many times its objective: none can leave less than noise."""
-OTHER_SHAPES = (0.15, 0.5, 0.85)
-"""Shares of the range of its shapes from which such an effect is fitted, too, where fits are quick: a time
-constant or a width has optima of its own."""
-TO_THE_END = 40
-"""Most trial steps of such a fit."""
-FAINTER = 0.1
-"""Part of an effect with which a fit begins again that ended worse than the model without it."""
-SHUT_IN = 5.0
-"""Log Bayes factor of a trial from which the model without it is looked for from the trial's own base
-constants and near its latent trajectories, too."""
-AHEAD = 0.75
-"""Part of the largest log Bayes factor from which that is done beside latent trajectories, where fits are
-slow: no candidate further behind may enter (`choose.BEHIND`)."""
-ELSEWHERE = 0.5
-"""Standard deviations that a base constant must be elsewhere for it to be done from there."""
+OPTIMISER = DEFAULT.optimiser
+CANDIDATES = DEFAULT.candidates
+EVIDENCE = DEFAULT.evidence
 
 
 @dataclass
 class CandidateFit:
-    """A candidate fitted together with the base.
+    """A candidate effect, fitted together with the base.
 
     Attributes:
         slug: candidate effect.
         fit: the model with it.
-        bayes: log Bayes factor over the model without it, deflated by what the best model leaves.
-        returned: largest departure of a base constant from nominal, in standard deviations.
-        left_out: reduced chi-square of fitted recordings left out in turn, as `folds.gain` counts; NaN
-            where it was not asked for.
-        adrift: part of `bayes` that the instruments explain as well: their drift, and noise of inputs that
-            the effect averages away; 0 where it was not asked for.
-        averaged: the latter by itself, which rivals do not gain.
+        bayes: log Bayes factor over the model without it, deflated by the misfit of the best model.
+        largest_deviation_sd: largest deviation of a base constant from nominal, in standard deviations.
+        left_out: cross-validated reduced chi-square, counted by `cross_validation.gain`; NaN if not computed.
+        explained_by_instruments: part of `bayes` that drift and noise of inputs explain; 0 if not computed.
+        explained_by_inputs: part of `bayes` that noise of inputs explains, which rivals do not share.
     """
 
     slug: str
     fit: Fit
     bayes: float
-    returned: float
+    largest_deviation_sd: float
     left_out: float = np.nan
-    adrift: float = 0.0
-    averaged: float = 0.0
+    explained_by_instruments: float = 0.0
+    explained_by_inputs: float = 0.0
 
     @property
-    def stopped(self) -> bool:
+    def at_a_bound(self) -> bool:
         """Whether the effect's own strength ended at a physical bound."""
         return at_its_bound(self.fit, self.slug)
 
@@ -82,30 +50,32 @@ class CandidateFit:
 def candidate_fits(
     program: Program,
     current: Fit,
-    found: Screen,
+    found: ScoreTest,
     progress: Callable[[str], None],
     effort: int,
-    most: int = TRIED,
+    most: int = CANDIDATES.tried,
 ) -> list[CandidateFit]:
-    """The candidates that the screen ranks first, fitted together with everything that is present.
+    """The effects of largest score, each fitted together with everything that is present.
 
     Args:
         program: of the campaign.
         current: model so far.
-        found: what the screen says about it.
-        progress: told what happens, in words.
+        found: its score test.
+        progress: receives a line of text at every step.
         effort: 1; 2 follows twice as many.
-        most: candidates at effort 1.
+        most: number of candidates at effort 1.
 
     Returns:
-        The trials, strongest evidence first.
+        The candidates, strongest evidence first.
     """
     refitter = Refitter(program)
-    likely = [s for s in found.scores if s.p_value < LIKELY][: effort * most]
+    likely = [s for s in found.scores if s.p_value < CANDIDATES.maximum_p_value][: effort * most]
     nominal = about_nominal(refitter, current, found)
     others = [s for s in nominal if s.slug not in {known.slug for known in likely}]
-    enough = COMPARABLE * max((s.gain for s in nominal), default=0.0)
-    likely += [s for s in others if s.p_value < LIKELY and s.gain >= enough][: effort * WRONG_WAY]
+    enough = CANDIDATES.comparable_share * max((s.gain for s in nominal), default=0.0)
+    likely += [s for s in others if s.p_value < CANDIDATES.maximum_p_value and s.gain >= enough][
+        : effort * CANDIDATES.about_nominal
+    ]
     starts = {score.slug: _starts(program.unknowns, score) for score in likely}
     best: dict[str, Fit] = {}
     kept = [score.slug for score in likely]
@@ -122,38 +92,42 @@ def candidate_fits(
     def ahead(count: int) -> list[str]:
         first = sorted(best, key=lambda slug: best[slug].objective)[: effort * count]
         worst = max((best[slug].objective for slug in first), default=0.0)
-        first += [score.slug for score in likely[:PROMISING] if score.slug not in first]
+        first += [score.slug for score in likely[: CANDIDATES.kept_by_score] if score.slug not in first]
         promised = {slug: refitter.promised(fit) for slug, fit in best.items()}
         rest = sorted((slug for slug in best if slug not in first), key=promised.get)
         first += [slug for slug in rest[:1] if promised[slug] < worst]
         least = min((fit.objective for fit in best.values()), default=np.inf)
-        ended = least < log_likelihood(program, ENDED, 1.0)
-        return [slug for slug in first if promised[slug] <= HOPELESS * least] if ended else first
+        ended = least < log_likelihood(program, CANDIDATES.explained, 1.0)
+        return (
+            [slug for slug in first if promised[slug] <= CANDIDATES.hopeless_factor * least]
+            if ended
+            else first
+        )
 
-    for count, rounds in HALVING:
-        kept = ahead(count) if best else kept
+    for rounds in (CANDIDATES.first_steps, CANDIDATES.second_steps):
+        kept = ahead(CANDIDATES.second_count) if best else kept
         progress(f"fitting {len(kept)} candidates")
         jobs = [(slug, best[slug] if slug in best else starts[slug][0], rounds) for slug in kept]
         best |= dict(run_parallel(fitted, jobs))
-    kept = ahead(PURSUED)
+    kept = ahead(CANDIDATES.final_count)
     progress(f"fitting {', '.join(kept)} to the end")
-    jobs = [(slug, start, TO_THE_END) for slug in kept for start in (best[slug], starts[slug][1])]
+    jobs = [(slug, start, OPTIMISER.final_steps) for slug in kept for start in (best[slug], starts[slug][1])]
     if not program.hidden:
         elsewhere = {slug: _reshaped(program.unknowns, slug, best) for slug in kept}
-        jobs += [(slug, start, TO_THE_END) for slug in kept for start in elsewhere[slug]]
+        jobs += [(slug, start, OPTIMISER.final_steps) for slug in kept for start in elsewhere[slug]]
     for slug, fit in run_parallel(fitted, jobs):
         if fit.objective < best[slug].objective:
             best[slug] = fit
-    trials = [CandidateFit(slug, fit, 0.0, np.nan) for slug, fit in best.items()]
-    trials.sort(key=lambda t: t.fit.objective)
-    for trial in trials:
-        trial.returned = largest_deviation(program.unknowns, trial.fit)
-    weigh(program, current, trials)
-    return trials
+    candidates = [CandidateFit(slug, fit, 0.0, np.nan) for slug, fit in best.items()]
+    candidates.sort(key=lambda t: t.fit.objective)
+    for candidate in candidates:
+        candidate.largest_deviation_sd = largest_deviation(program.unknowns, candidate.fit)
+    weigh(program, current, candidates)
+    return candidates
 
 
 def _starts(unknowns: Unknowns, score: Score) -> list[np.ndarray]:
-    """Where the fit of a candidate begins: from the screen's estimate, and from nominal constants."""
+    """Two starts of a candidate fit: the estimate of the score test, and nominal base constants."""
     nominal = unknowns.at_nominal(score.start)
     own = unknowns.amplitudes(score.slug)
     typical = np.array([unknowns.items[k].start for k in own])
@@ -164,15 +138,15 @@ def _starts(unknowns: Unknowns, score: Score) -> list[np.ndarray]:
         unknowns.high[own],
     )
     first = score.start.copy()
-    idle = (first[own] == 0.0) & (typical != 0.0)  # an amplitude at zero never tells its shapes
-    first[own[idle]] = 0.02 * typical[idle]
+    zero = (first[own] == 0.0) & (typical != 0.0)  # an amplitude at zero never tells its shapes
+    first[own[zero]] = CANDIDATES.begin_share * typical[zero]
     return [first, nominal]
 
 
 def _reshaped(unknowns: Unknowns, slug: str, best: dict[str, Fit]) -> list[np.ndarray]:
     """The best fit of a candidate so far with its shapes elsewhere, at typical strength."""
     shapes, own, found = unknowns.shapes(slug), unknowns.amplitudes(slug), []
-    for share in OTHER_SHAPES if shapes.size else ():
+    for share in CANDIDATES.other_shapes if shapes.size else ():
         u = best[slug].u.copy()
         u[shapes] = [unknowns.items[k].at_share(share) for k in shapes]
         typical = np.array([unknowns.items[k].start for k in own])
@@ -183,29 +157,33 @@ def _reshaped(unknowns: Unknowns, slug: str, best: dict[str, Fit]) -> list[np.nd
 
 
 def _fainter(unknowns: Unknowns, slug: str, current: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """A start from which an effect cannot have led astray: the model so far, with a little of the effect."""
+    """A start close to the model so far, with a little of the effect."""
     found, whole, own = current.copy(), unknowns.of([slug]), unknowns.amplitudes(slug)
     typical = np.array([unknowns.items[k].start for k in own])
     found[whole] = start[whole]
-    found[own] = FAINTER * np.where(np.abs(start[own]) > FAINTER * np.abs(typical), start[own], typical)
+    found[own] = CANDIDATES.faint_share * np.where(
+        np.abs(start[own]) > CANDIDATES.faint_share * np.abs(typical), start[own], typical
+    )
     return found
 
 
-def refitted_baseline(program: Program, current: Fit, trials: list[CandidateFit]) -> Fit:
-    """The model so far, fitted anew from where its trials ended, where that is better.
+def refitted_baseline(program: Program, current: Fit, candidates: list[CandidateFit]) -> Fit:
+    """The refitted baseline: the model so far, fitted from where its candidates ended, if that is better.
 
-    A trial that came upon a better place of the base model's own constants would be credited with it. So
-    would
-    one that got past a kink of the metal's memory, at which the search for a course ends. The trials are
-    weighed anew.
+    Otherwise a candidate would get credit for a better optimum of the base constants, or of the trajectories.
+    The candidates are weighed anew.
     """
     slow, asked = program.hidden, set()
     while True:
-        best = max((t.bayes for t in trials), default=0.0)
-        enough = max(SHUT_IN, AHEAD * best) if slow else SHUT_IN
-        ahead = [t for t in trials if t.bayes > enough and t.slug not in asked]
+        best = max((t.bayes for t in candidates), default=0.0)
+        enough = (
+            max(EVIDENCE.minimum_further, CANDIDATES.minimum_ahead * best)
+            if slow
+            else EVIDENCE.minimum_further
+        )
+        ahead = [t for t in candidates if t.bayes > enough and t.slug not in asked]
         if not ahead:
-            weigh(program, current, trials)
+            weigh(program, current, candidates)
             return current
         ahead = ahead[:1] if slow else ahead
         asked |= {t.slug for t in ahead}
@@ -213,25 +191,25 @@ def refitted_baseline(program: Program, current: Fit, trials: list[CandidateFit]
         again = min(again, key=lambda fit: fit.objective, default=current)
         if again.objective < current.objective:
             current = again
-            weigh(program, current, trials)
+            weigh(program, current, candidates)
 
 
-def _without(program: Program, current: Fit, trial: CandidateFit) -> list[Fit]:
-    """The model so far, fitted from a trial's own constants and from its latent trajectories."""
+def _without(program: Program, current: Fit, candidate: CandidateFit) -> list[Fit]:
+    """The model so far, fitted from a candidate's own constants and from its latent trajectories."""
     refitter, base, found = Refitter(program), program.unknowns.base, []
-    if np.max(np.abs(trial.fit.u[base] - current.u[base]), initial=0.0) > ELSEWHERE:
-        found.append(refitter.fit(current.slugs, trial.fit))  # which leaves the others at their absence
+    if np.max(np.abs(candidate.fit.u[base] - current.u[base]), initial=0.0) > CANDIDATES.minimum_elsewhere:
+        found.append(refitter.fit(current.slugs, candidate.fit))  # which leaves the others at their absence
     if any(program.followed(current.evaluation)):
-        found.append(refitter.fit(current.slugs, current.u, near=trial.fit.evaluation))
+        found.append(refitter.fit(current.slugs, current.u, near=candidate.fit.evaluation))
     return found
 
 
-def weigh(program: Program, current: Fit, trials: list[CandidateFit]) -> None:
-    """Log Bayes factors over the current model, deflated by what the best model leaves; strongest first."""
-    if not trials:
+def weigh(program: Program, current: Fit, candidates: list[CandidateFit]) -> None:
+    """Log Bayes factors over the current model, deflated by the misfit of the best model; strongest first."""
+    if not candidates:
         return
-    inflation = inflation_of(program, min(trials, key=lambda t: t.fit.objective).fit)
+    inflation = inflation_of(program, min(candidates, key=lambda t: t.fit.objective).fit)
     followed = effective_degrees_of_freedom(program, current)
-    for trial in trials:
-        trial.bayes = evidence(program, current, trial.fit, inflation, followed)
-    trials.sort(key=lambda t: -t.bayes)
+    for candidate in candidates:
+        candidate.bayes = evidence(program, current, candidate.fit, inflation, followed)
+    candidates.sort(key=lambda t: -t.bayes)

@@ -1,5 +1,4 @@
-"""Recordings that are left out in turn: what decides whether an effect helps, without those of role
-`validation`."""
+"""Cross-validation: fitted recordings, or parts of them, are left out in turn to decide about effects."""
 
 from collections.abc import Sequence
 
@@ -8,21 +7,11 @@ import numpy as np
 from fitting.inference.parallel import run_parallel
 
 from ..evaluate.program import Program
+from ..settings import DEFAULT
 from .refit import Fit, Refitter
 
-BLOCKS = 4
-"""Parts of a single recording that are left out in turn."""
-DECIDING = 3
-"""Groups of recordings that are left out in turn to decide about an effect."""
-ROUNDS = 10
-"""Most trial steps of a model that is fitted without some recordings."""
-FEW = 8
-"""Recordings of one specimen up to which parts of all are left out at once: each usually stands for
-conditions that no other has, and predicting a whole one would be extrapolation."""
-LITTLE = 1e-3
-"""Misfit, as a reduced chi-square over 1, below which no share of it is told."""
-REAL = 0.05
-"""Part of the misfit that the other folds must hold where that with the largest is not counted."""
+CROSS_VALIDATION = DEFAULT.cross_validation
+
 
 Masks = list[np.ndarray]
 """A mask of the values of every recording."""
@@ -40,7 +29,7 @@ def folds(sizes: Sequence[int], members: Sequence[int], most: int) -> list[Masks
         groups = [list(members[k :: min(len(members), most)]) for k in range(min(len(members), most))]
         return [[np.full(size, float(k in group)) for k, size in enumerate(sizes)] for group in groups]
     (only,) = members
-    edges = np.linspace(0, sizes[only], BLOCKS + 1).astype(int)
+    edges = np.linspace(0, sizes[only], CROSS_VALIDATION.blocks + 1).astype(int)
     place = np.arange(sizes[only])
     blocks = [((place >= a) & (place < b)).astype(float) for a, b in zip(edges[:-1], edges[1:], strict=True)]
     return [[block if k == only else np.zeros(size) for k, size in enumerate(sizes)] for block in blocks]
@@ -55,26 +44,26 @@ def deciding(program: Program, sizes: Sequence[int]) -> list[Masks]:
     """
     members = np.flatnonzero(program.fitted)
     alone = len({program.recordings[k].specimen for k in members}) == 1
-    if alone and 1 < len(members) <= FEW:
+    if alone and 1 < len(members) <= CROSS_VALIDATION.few_recordings:
         return _parts_of_all(sizes, members)
-    return folds(sizes, members, DECIDING)
+    return folds(sizes, members, CROSS_VALIDATION.groups)
 
 
 def _parts_of_all(sizes: Sequence[int], members: Sequence[int]) -> list[Masks]:
     """Masks that leave out two stretches of every recording at once, all of it over the folds."""
     found = []
-    for j in range(BLOCKS):
+    for j in range(CROSS_VALIDATION.blocks):
         masks = [np.zeros(size) for size in sizes]
         for k in members:
-            edges = np.linspace(0, sizes[k], 2 * BLOCKS + 1).astype(int)
-            for i in (j, j + BLOCKS):
+            edges = np.linspace(0, sizes[k], 2 * CROSS_VALIDATION.blocks + 1).astype(int)
+            for i in (j, j + CROSS_VALIDATION.blocks):
                 masks[k][edges[i] : edges[i + 1]] = 1.0
         found.append(masks)
     return found
 
 
 class HeldOutScores:
-    """What models leave of fitted recordings left out in turn: many fits, so each is asked for once.
+    """Cross-validated chi-square of models, each computed once.
 
     Args:
         program: of the campaign.
@@ -90,7 +79,7 @@ class HeldOutScores:
         return self._known[id(fit)][1]
 
     def gained(self, base: Fit, fit: Fit) -> float:
-        """What a model leaves, as a reduced chi-square, as `gain` counts what it gains on a base model."""
+        """Cross-validated reduced chi-square of a model, with its gain on a base model counted by `gain`."""
         before = self(base)
         return float(before.sum()) - gain(before, self(fit))[0]
 
@@ -105,20 +94,19 @@ def cross_validate(program: Program, fit: Fit) -> np.ndarray:
 
     def without(out: Masks) -> float:
         weight = [f * (1.0 - w) for f, w in zip(program.fitted, out, strict=True)]
-        return Refitter(program, weight).fit(fit.slugs, fit, ROUNDS).evaluation.chi2(out)
+        return Refitter(program, weight).fit(fit.slugs, fit, CROSS_VALIDATION.steps).evaluation.chi2(out)
 
     found = run_parallel(without, deciding(program, [len(m) for m in fit.evaluation.misfit]))
     return np.array(found) / max(program.observations(program.fitted), 1)
 
 
 def gain(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
-    """What a model gains on values left out in turn: reduced chi-square, and as a share of the misfit there.
+    """Gain of a model on values left out in turn: in reduced chi-square, and as a share of the misfit there.
 
-    The fold that fares worst is left out where it loses: without the rows in which an effect acts, a fit may
-    end at another value of it that nothing contradicts. Neither is its misfit counted then: where a model
-    goes astray without some rows it may be larger than all the rest. For the same reason the share is that
-    without the fold of largest misfit, where both models go astray in it, every other fold gains and holds a
-    real part of the misfit.
+    The worst fold is left out, with its misfit, where it loses. Without the rows in which an effect acts, a
+    fit may end at another value of it that nothing contradicts. The share is computed without the fold of
+    largest misfit if three things hold there. Both models extrapolate badly in it, every other fold gains,
+    and the other folds hold a real part of the misfit.
 
     Args:
         before, after: of both models, by fold, as `cross_validate` gives them.
@@ -126,10 +114,13 @@ def gain(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
     gains, misfit = before - after, before - 1.0 / len(before)
     kept = np.arange(len(gains)) != (np.argmin(gains) if gains.min() < 0.0 else -1)
     gained = float(gains[kept].sum())
-    share = gained / max(float(misfit[kept].sum()), LITTLE)
+    share = gained / max(float(misfit[kept].sum()), CROSS_VALIDATION.minimum_misfit)
     most = int(np.argmax(misfit))
     rest = np.delete(gains, most), np.delete(misfit, most)
-    astray = after[most] > 0.5 * before[most] and rest[1].sum() > REAL * misfit.sum()
-    if astray and rest[0].min(initial=np.inf) > 0.0 and len(rest[0]) > 1:
+    forgiven = (
+        after[most] > CROSS_VALIDATION.astray_share * before[most]
+        and rest[1].sum() > CROSS_VALIDATION.minimum_rest * misfit.sum()
+    )
+    if forgiven and rest[0].min(initial=np.inf) > 0.0 and len(rest[0]) > 1:
         share = max(share, float(rest[0].sum() / rest[1].sum()))
     return gained, share

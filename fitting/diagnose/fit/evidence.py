@@ -1,31 +1,36 @@
-"""Log Bayes factors of fitted models, by Laplace's approximation, deflated by what the best one leaves."""
+"""Log Bayes factors of fitted models, by Laplace's approximation, deflated by misfit and correlation."""
 
 import numpy as np
 
-from ..evaluate.noise import lasting
+from ..evaluate.noise import correlation_factor
 from ..evaluate.program import Program
-from .refit import SHAPE_SD, Fit, absent, at_its_bound, prior_sd
+from ..settings import DEFAULT
+from .refit import Fit, absent, at_its_bound, prior_sd
 
-AT_BOUND = 8.0
-"""Log Bayes factor that an effect loses whose strength ends at a physical bound."""
+SCALING = DEFAULT.scaling
+EVIDENCE = DEFAULT.evidence
 
 
 def inflation_of(program: Program, fit: Fit) -> float:
-    """Factor on variances by what a model leaves and by the serial correlation of its residuals."""
+    """Inflation of variances: reduced chi-square of a model times its serial-correlation factor."""
     left = 2.0 * fit.objective / max(program.observations(program.fitted), 1)
-    return max(1.0, left) * lasting(fit.evaluation.misfit[k] for k in np.flatnonzero(program.fitted))
+    return max(1.0, left) * correlation_factor(
+        fit.evaluation.misfit[k] for k in np.flatnonzero(program.fitted)
+    )
 
 
 def log_likelihood(program: Program, gained: float, inflation: float = 1.0) -> float:
-    """What a gain in the reduced chi-square of the fitted recordings is worth, deflated as evidence is."""
+    """Log-likelihood of a gain in the reduced chi-square of fitted recordings, deflated like evidence."""
     return 0.5 * program.observations(program.fitted) * gained / inflation
 
 
 def effective_degrees_of_freedom(program: Program, fit: Fit) -> float:
-    """Measured values of the fitted recordings that latent trajectories follow instead of a model: a model
-    that lets them follow one more error explains half a unit of log-likelihood by that alone."""
+    """Effective degrees of freedom of latent trajectories in the fitted recordings: their summed leverage.
+
+    Each more of them explains half a unit of log-likelihood by chance.
+    """
     hidden = program.followed(fit.evaluation)
-    return float(sum(hidden[k].taken().sum() for k in np.flatnonzero(program.fitted) if hidden[k]))
+    return float(sum(hidden[k].leverage().sum() for k in np.flatnonzero(program.fitted) if hidden[k]))
 
 
 def evidence(
@@ -33,33 +38,38 @@ def evidence(
 ) -> float:
     """Log Bayes factor of a model with further effects over one without them; misfit counts by 1 / inflation.
 
-    Models are compared with each other under one inflation only. `followed` is what the current model's
-    courses take up, if that is known. An effect that ended at its neutral value has no evidence, whatever its
-    fit gained: something else did.
+    Models can be compared under one inflation only. An effect that ended at its neutral value has no
+    evidence.
+
+    Args:
+        program: of the campaign.
+        current: model without the effects.
+        further: model with them.
+        inflation: of variances, see `inflation_of`.
+        followed: effective degrees of freedom of the current model's trajectories, if they are known.
     """
     followed = effective_degrees_of_freedom(program, current) if followed is None else followed
     added = [slug for slug in further.slugs if slug not in current.slugs]
     luck = 0.5 * max(effective_degrees_of_freedom(program, further) - followed, 0.0)
     gain = (current.objective - further.objective - luck) / inflation
     penalty = len(added) * np.log(max(len(program.unknowns.slugs), 1))
-    penalty += AT_BOUND * sum(at_its_bound(further, slug) for slug in added)
+    penalty += EVIDENCE.bound_penalty * sum(at_its_bound(further, slug) for slug in added)
     found = gain + _occam(program, current, further, added, inflation) - penalty
     nothing = any(absent(program.unknowns, further, slug) for slug in added)
     return min(found, 0.0) if nothing else found
 
 
 def _occam(program: Program, current: Fit, further: Fit, added: list[str], inflation: float) -> float:
-    """What the freedom of added effects costs, by Laplace's approximation; misfit counts by 1 / inflation,
-    and so does what it tells of the numbers.
+    """Occam factor of added effects, by Laplace's approximation; information counts by 1 / inflation.
 
-    Of several strengths of an effect each is absent as likely as not: what the recordings do not need costs
-    no more than that.
+    Each of several strengths of an effect is absent with a probability of one half. So an unneeded strength
+    costs no more than that.
     """
     own, items = program.unknowns.of(added), program.unknowns.items
     before, after = (_information(program, fit, inflation) for fit in (current, further))
     total = 0.5 * (np.linalg.slogdet(before)[1] - np.linalg.slogdet(after)[1])
     present = 0.5 * np.log(2.0 * np.pi)
-    shape = SHAPE_SD * np.sqrt(2.0 * np.pi)
+    shape = SCALING.shape_deviation * np.sqrt(2.0 * np.pi)
     widths = {int(k): shape if items[k].shape else items[k].high - items[k].low for k in own}
     total += sum(present - np.log(width) for width in widths.values())
     place = {int(k): n for n, k in enumerate(further.free)}
@@ -84,7 +94,7 @@ def _information(program: Program, fit: Fit, inflation: float) -> np.ndarray:
 
 
 def _spared(covariance: np.ndarray, away: np.ndarray, cost: dict[int, float]) -> float:
-    """What leaving out strengths saves in log-evidence, to second order: one after the other, all but one.
+    """Log evidence that leaving out strengths saves, to second order: one after the other, all but one.
 
     Args:
         covariance: of the free numbers, (numbers, numbers).

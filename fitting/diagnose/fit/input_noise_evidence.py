@@ -1,21 +1,18 @@
-"""Noise of measured inputs that an effect averages away: what fits better by that alone is no physics.
+"""Evidence that noise of inputs explains: an effect that averages it away fits better by that alone.
 
-A channel that runs half a row late is predicted from the mean of two rows of a noisy temperature, and a lag
-from that of many. The same noise, new in every row, is put on the inputs under both models; what the further
-one passes on less is what it gains by luck.
+A channel half a row late is predicted from the mean of two rows of a noisy temperature, and a lag from many.
+The same white noise is put on the inputs under both models. The difference of what both pass on is no
+evidence.
 """
 
 import numpy as np
 
 from ..evaluate.inputs import shifted, white_noise
 from ..evaluate.program import Program
+from ..settings import DEFAULT
 from .refit import Fit
 
-SEED = 20
-"""Of the noise that both models get."""
-LOST = 5.0
-"""Change in standard deviations of a value that noise does not make: a row lost its answer, or a metal's
-memory took another course."""
+DRIFT = DEFAULT.drift
 
 
 def explained_by_input_noise(program: Program, current: Fit, further: Fit) -> float:
@@ -28,23 +25,23 @@ def explained_by_input_noise(program: Program, current: Fit, further: Fit) -> fl
 
 def _passed_on(program: Program, fit: Fit, noise: dict[str, np.ndarray]) -> float:
     """Chi-square of fitted recordings that noise of inputs alone makes under a model, less what hidden
-    courses follow of it.
+    trajectories follow of it.
 
     Args:
         program: of the campaign.
         fit: model.
         noise: 1-sigmas of inputs, SI, by quantity, (recordings of the stack,).
     """
-    quiet = program.begun(program.stacked, fit.evaluation, fit.u)
-    rng, noisy = np.random.default_rng(SEED), quiet
+    still = program.begun(program.stacked, fit.evaluation, fit.u)
+    rng, noisy = np.random.default_rng(DRIFT.input_seed), still
     for name, sigma in noise.items():
-        kicks = rng.standard_normal(np.shape(quiet.inputs[name]))
+        kicks = rng.standard_normal(np.shape(still.inputs[name]))
         noisy = shifted(noisy, name, sigma[:, None] * kicks)
     nothing, total = program.unknowns.base[:0], 0.0
-    there, moved = (program.evaluate(fit.u, nothing, rows).misfit for rows in (quiet, noisy))
+    there, moved = (program.evaluate(fit.u, nothing, rows).misfit for rows in (still, noisy))
     followed = program.followed(fit.evaluation)
     for k in np.flatnonzero(program.fitted):
-        change = np.where(np.abs(moved[k] - there[k]) < LOST, moved[k] - there[k], 0.0)
+        change = np.where(np.abs(moved[k] - there[k]) < DRIFT.maximum_change, moved[k] - there[k], 0.0)
         change = followed[k].projected(change[None])[0][0] if followed[k] else change
         total += float(change @ change)
     return total

@@ -1,8 +1,8 @@
-"""What instruments by themselves explain is no physics: slow drift of every one, and noise of inputs.
+"""Evidence that instruments explain by themselves: slow drift, and noise of inputs.
 
-A zero that wanders within its noise leaves slow misfit that some effect or other always fits a little. Drift
-is a Gaussian process of each output of each recording, a few cosines of a size within the noise, so its
-evidence beside any fitted model is a closed form.
+A zero that drifts within its noise leaves slow misfit, which effects fit a little. Drift is a Gaussian
+process of each output of each recording: a few cosines, of a size within the noise. So its evidence beside
+any fitted model is a closed form.
 """
 
 import numpy as np
@@ -13,31 +13,30 @@ from fitting.inference.channels import Channel
 
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
+from ..settings import DEFAULT
 from .evidence import inflation_of
 from .input_noise_evidence import explained_by_input_noise
 from .refit import Fit
 
-DRIFTS = (0.0, 0.2, 0.4, 0.6)
-"""1-sigmas of drift that are thought equally likely, in those of the noise: more would not pass for noise of
-the size that is stated."""
-SLOW = 6
-"""Cosines over each recording that drift is made of."""
-LASTING = 0.25
-"""Part of a recording over which drift lasts."""
+SCORE_TEST = DEFAULT.score_test
+DRIFT = DEFAULT.drift
 
 
 def drift_columns(program: Program, here: Evaluation) -> np.ndarray:
-    """What slow courses of every recording's outputs do to the misfit, less what latent trajectories take up.
+    """Sensitivities of the misfit to drift of every output, projected off latent trajectories.
 
     Returns:
-        In 1-sigmas of the noise, together as large as it, (values, courses).
+        In 1-sigmas of the noise, together as large as it, (values, cosines).
     """
     followed, drift = program.followed(here), []
     for quantity in outputs_of(program):
         parts = []
         for k, channels in enumerate(program.channels):
             own = [
-                _courses(c) if c.quantity == quantity else np.zeros((SLOW, len(c.measured))) for c in channels
+                _cosines(c)
+                if c.quantity == quantity
+                else np.zeros((SCORE_TEST.slow_cosines, len(c.measured)))
+                for c in channels
             ]
             added = np.concatenate(own, axis=1)
             parts.append((followed[k].projected(added)[0] if followed[k] else added).T)
@@ -46,28 +45,26 @@ def drift_columns(program: Program, here: Evaluation) -> np.ndarray:
 
 
 def outputs_of(program: Program) -> list[str]:
-    """Measured outputs whose misfit says something by itself: courses follow a resistance, and what they
-    leave of it is too little to go by."""
+    """Measured outputs that no latent trajectory follows."""
     names = dict.fromkeys(c.quantity for channels in program.channels for c in channels)
     return [name for name in names if not program.follows(name)]
 
 
-def _courses(channel: Channel) -> np.ndarray:
-    """Courses of slow drift of a channel, whitened, (courses, values); together as large as its noise."""
+def _cosines(channel: Channel) -> np.ndarray:
+    """Cosines of slow drift of a channel, whitened, (cosines, values); together as large as its noise."""
     there = np.isfinite(channel.sigma)
-    order = np.arange(SLOW)[:, None]
+    order = np.arange(SCORE_TEST.slow_cosines)[:, None]
     t = (np.cumsum(there) - 0.5) / max(there.sum(), 1)
-    size = 1.0 / (1.0 + (LASTING * np.pi * order) ** 2)
-    courses = np.sqrt(size / size.sum()) * np.where(order > 0, np.sqrt(2.0), 1.0) * np.cos(np.pi * order * t)
-    return channel.whitened(np.where(there, courses * np.where(there, channel.sigma, 0.0), 0.0))
+    size = 1.0 / (1.0 + (DRIFT.lasting_part * np.pi * order) ** 2)
+    cosines = np.sqrt(size / size.sum()) * np.where(order > 0, np.sqrt(2.0), 1.0) * np.cos(np.pi * order * t)
+    return channel.whitened(np.where(there, cosines * np.where(there, channel.sigma, 0.0), 0.0))
 
 
 def drift_gain(program: Program, fit: Fit) -> tuple[float, float]:
     """Log-evidence that drift adds to a fitted model, its numbers following; averaged over `DRIFTS`.
 
     Returns:
-        It, and what drift of the largest size would add on average if it were there: what drift is credited
-        with beyond that is a misfit too large to be drift.
+        It, and its mean if drift of the largest size were there. A gain beyond that mean is no drift.
     """
     here = fit.evaluation
     counts = [np.full(len(m), float(f)) for m, f in zip(here.misfit, program.fitted, strict=True)]
@@ -76,11 +73,11 @@ def drift_gain(program: Program, fit: Fit) -> tuple[float, float]:
     across = D.T @ A
     known, axes = np.linalg.eigh(D.T @ D - across @ fit.covariance @ across.T)
     known = np.maximum(known, 0.0)
-    told = (axes.T @ (D.T @ r)) ** 2
-    ratio = np.square(DRIFTS)[:, None] * known
-    gains = 0.5 * np.sum(np.square(DRIFTS)[:, None] * told / (1.0 + ratio) - np.log1p(ratio), axis=1)
+    seen = (axes.T @ (D.T @ r)) ** 2
+    ratio = np.square(DRIFT.sizes)[:, None] * known
+    gains = 0.5 * np.sum(np.square(DRIFT.sizes)[:, None] * seen / (1.0 + ratio) - np.log1p(ratio), axis=1)
     most = 0.5 * np.sum(ratio[-1] - np.log1p(ratio[-1]))
-    return float(logsumexp(gains) - np.log(len(DRIFTS))), float(most)
+    return float(logsumexp(gains) - np.log(len(DRIFT.sizes))), float(most)
 
 
 def explained_by_drift(program: Program, current: Fit, further: Fit) -> float:
@@ -90,8 +87,7 @@ def explained_by_drift(program: Program, current: Fit, further: Fit) -> float:
 
 
 def instrument_parts(program: Program, current: Fit, further: Fit) -> tuple[float, float]:
-    """What the instruments explain of a further effect, deflated as its log Bayes factor is: slow drift, and
-    noise of inputs that the effect averages away."""
+    """Evidence of a further effect that drift explains, and that noise of inputs explains, both deflated."""
     inflation = inflation_of(program, further)
     parts = explained_by_drift(program, current, further), explained_by_input_noise(program, current, further)
     return parts[0] / inflation, parts[1] / inflation

@@ -1,13 +1,13 @@
-"""What a fitted model leaves of recordings, and how well it foretold those that it has not seen."""
+"""Misfit of a fitted model, and its predictive chi-square and density on recordings that were not fitted."""
 
 import numpy as np
 from scipy.optimize import lsq_linear
 
 from ..evaluate.program import Program
-from .refit import NARROWEST, Fit
+from ..settings import DEFAULT
+from .refit import Fit
 
-SINGULAR = 1e-14
-"""Share of the largest variance of a fit's numbers that rounding leaves of none."""
+OPTIMISER = DEFAULT.optimiser
 
 
 def reduced(program: Program, fit: Fit, chosen: np.ndarray) -> float:
@@ -21,23 +21,30 @@ def spread(program: Program, chosen: np.ndarray) -> float:
 
 
 def predictive_chi_square(program: Program, fit: Fit, chosen: np.ndarray) -> float:
-    """`reduced`, less what the fit's own uncertainty leaves open in recordings that it has not seen: their
-    misfit in units of the errors of its predictions, to first order, where no number leaves its bounds."""
+    """Predictive chi-square per value: `reduced`, in units of the errors of the fit's predictions.
+
+    It is computed to first order, with every number within its bounds. For fitted recordings it is `reduced`.
+    """
     if np.any(chosen & program.fitted):
         return reduced(program, fit, chosen)
     r, A = fit.evaluation.joined(chosen.astype(float))
     variances, axes = np.linalg.eigh(fit.covariance)  # which may be singular to rounding
-    held = (axes * np.maximum(variances, SINGULAR * variances.max()) ** -0.5).T
+    held = (axes * np.maximum(variances, OPTIMISER.singular_share * variances.max()) ** -0.5).T
     at, unknowns = fit.u[fit.free], program.unknowns
-    low, high = unknowns.low[fit.free] - at - NARROWEST, unknowns.high[fit.free] - at + NARROWEST
+    low, high = (
+        unknowns.low[fit.free] - at - OPTIMISER.bound_gap,
+        unknowns.high[fit.free] - at + OPTIMISER.bound_gap,
+    )
     both = np.concatenate([A, held]), np.concatenate([-r, np.zeros(len(at))])
     square = 2.0 * lsq_linear(*both, (low, high), method="bvls").cost
     return float(square) / max(program.observations(chosen), 1)
 
 
 def negative_log_predictive_density(program: Program, fit: Fit, chosen: np.ndarray) -> float:
-    """Negative log-density, less constants, that a fit foretold for recordings that it has not seen: a wide
-    prediction is forgiven more, and was worth less. Of those that it has, half their chi-square."""
+    """Negative log predictive density of recordings that were not fitted, less constants.
+
+    For fitted recordings it is half their chi-square.
+    """
     square = predictive_chi_square(program, fit, chosen) * program.observations(chosen)
     if np.any(chosen & program.fitted):
         return 0.5 * square
@@ -49,9 +56,9 @@ def negative_log_predictive_density(program: Program, fit: Fit, chosen: np.ndarr
 
 
 def floor(program: Program, fit: Fit, chosen: np.ndarray) -> float:
-    """Chi-square per measured value that noise alone explains: 1, or what neighbouring misfits differ by.
+    """Chi-square per measured value that noise explains: 1, or that of second differences of the misfit.
 
-    Noise that grows with its signal leaves more in recordings of large signals; physics leaves slow courses.
+    Noise that grows with its signal leaves more in recordings of large signals. Physics leaves slow misfit.
     """
     steps = [np.zeros(0)]
     for k in np.flatnonzero(chosen):

@@ -1,8 +1,7 @@
-"""Readings that stand apart from their neighbours: a lost marker, a spike of a load cell, no physics.
+"""Outliers: single readings far from their neighbours, such as a lost marker or a spike of a load cell.
 
-They are told by what the refitted base model leaves, whatever else it leaves: one row that is far from the
-rows on both sides, which agree. Where the model itself bends as much, a delay would leave such a row, too,
-and at the turn of a load so would anything that goes with it.
+An outlier is a residual far from those on both sides, while these agree with each other. A row where the
+model itself bends as much is no outlier, because a delay leaves the same there.
 """
 
 from dataclasses import dataclass, replace
@@ -15,21 +14,9 @@ from fitting.inference.noise import GAUSSIAN_MAD
 
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
+from ..settings import DEFAULT
 
-FAR, FARTHER = 6.0, 5.0
-"""Distance from the neighbours, in standard deviations: stated ones, and those that such distances show."""
-AGREE = 3.0
-"""Part of that distance within which the neighbours lie, as a divisor."""
-BENDS = 2.0
-"""Factor by which it is more than what the model bends by there."""
-BESIDE = 3
-"""Neighbours on each side."""
-MOST = 0.03
-"""Part of a recording's readings that may stand apart; if more do, it is something else."""
-FEWEST = 20
-"""Readings below which nothing is told."""
-MOST_SAID = 5
-"""Rows of a recording that a report names."""
+OUTLIERS = DEFAULT.outliers
 
 
 @dataclass(frozen=True)
@@ -51,7 +38,9 @@ class Outliers:
     @property
     def text(self) -> str:
         """For a report."""
-        at = [f"{t:.4g}" for t in self.times[:MOST_SAID]] + ["..."] * (len(self.times) > MOST_SAID)
+        at = [f"{t:.4g}" for t in self.times[: OUTLIERS.maximum_told]] + ["..."] * (
+            len(self.times) > OUTLIERS.maximum_told
+        )
         return (
             f"{self.recording}: not counted, for far from the readings on both sides (by up to "
             f"{self.distance:.0f} standard deviations): {self.quantity} at {', '.join(at)} s"
@@ -59,10 +48,9 @@ class Outliers:
 
 
 def without_outliers(program: Program, here: Evaluation) -> Program:
-    """The program without readings that stand apart from what a fitted base model leaves beside them.
+    """The program without outliers about a fitted base model.
 
-    A resistance that latent trajectories follow is left as it is: where they cannot follow, a row says
-    nothing.
+    A resistance that latent trajectories follow is left as it is.
 
     Args:
         program: of the campaign; left alone.
@@ -85,18 +73,19 @@ def without_outliers(program: Program, here: Evaluation) -> Program:
                 sigma = kept[k][j].sigma.copy()
                 sigma[rows] = np.inf
                 kept[k][j] = replace(kept[k][j], sigma=sigma)
-    apart = *program.apart, *found
-    return replace(program, bare=bare, channels=channels, apart=apart) if found else program
+    apart = *program.outliers, *found
+    return replace(program, bare=bare, channels=channels, outliers=apart) if found else program
 
 
 def among_readings(recording: Recording, channel: Channel, rows: np.ndarray) -> np.ndarray:
-    """Of rows that stand apart those that do so among the readings of a recording of which rows were kept:
-    rows that lie further apart than readings differ by more.
+    """Those outliers among kept rows that are outliers among all readings, too.
+
+    Kept rows lie further apart in time, so they differ by more than neighbouring readings.
 
     Args:
         recording: the one that was fitted.
         channel: of it.
-        rows: that stand apart.
+        rows: of the outliers.
     """
     if not recording.reduction or recording.reduction.rows is None:
         return rows
@@ -105,34 +94,44 @@ def among_readings(recording: Recording, channel: Channel, rows: np.ndarray) -> 
     far, apart = (np.zeros(len(values)) for _ in range(2))
     far[there], apart[there] = _beside(values[there])
     kept = recording.reduction.rows[rows]
-    return rows[(far[kept] > FAR * channel.sigma[rows]) & (apart[kept] < far[kept] / AGREE)]
+    return rows[
+        (far[kept] > OUTLIERS.minimum_distance * channel.sigma[rows])
+        & (apart[kept] < far[kept] / OUTLIERS.neighbour_factor)
+    ]
 
 
 def outliers_of(channel: Channel, predicted: np.ndarray) -> tuple[np.ndarray, float]:
-    """Rows of a channel that stand apart, and how far the farthest one does, in 1-sigmas.
+    """Rows of a channel that are outliers, and the distance of the farthest one, in 1-sigmas.
 
     Args:
         channel: of one recording.
         predicted: by a fitted model, SI, (rows,), NaN where it has no answer.
     """
     there = np.flatnonzero(np.isfinite(channel.sigma) & np.isfinite(predicted))
-    if len(there) < FEWEST:
+    if len(there) < OUTLIERS.minimum_readings:
         return there[:0], 0.0
-    sigma, course = channel.sigma[there], predicted[there]
-    far, apart = _beside((channel.measured[there] - course) / sigma)
-    bends = np.pad(np.abs(np.diff(course, 2)), 2) / np.pad(sigma, 1, "edge")
+    sigma, curve = channel.sigma[there], predicted[there]
+    far, apart = _beside((channel.measured[there] - curve) / sigma)
+    bends = np.pad(np.abs(np.diff(curve, 2)), 2) / np.pad(sigma, 1, "edge")
     bends = np.lib.stride_tricks.sliding_window_view(bends, 3).max(axis=1)
     usual = np.median(far) / GAUSSIAN_MAD
-    odd = (far > max(FAR, FARTHER * usual)) & (apart < far / AGREE) & (far > BENDS * bends)
-    if not odd.any() or odd.sum() > max(MOST * len(there), 1.0):
+    odd = (
+        (far > max(OUTLIERS.minimum_distance, OUTLIERS.minimum_relative_distance * usual))
+        & (apart < far / OUTLIERS.neighbour_factor)
+        & (far > OUTLIERS.bend_factor * bends)
+    )
+    if not odd.any() or odd.sum() > max(OUTLIERS.maximum_share * len(there), 1.0):
         return there[:0], 0.0
     return there[odd], float(far[odd].max())
 
 
 def _beside(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """How far every value is from those on both sides, and how far these are from each other, but for one on
-    either end, which may stand apart itself; both (values,). The first and last few are near."""
-    windows = np.lib.stride_tricks.sliding_window_view(values, 2 * BESIDE + 1)
-    beside = np.sort(np.delete(windows, BESIDE, axis=1), axis=1)
-    far = np.abs(windows[:, BESIDE] - np.median(beside, axis=1))
-    return np.pad(far, BESIDE), np.pad(beside[:, -2] - beside[:, 1], BESIDE)
+    """Distance of every value from those on both sides, and the spread of these; both (values,).
+
+    One neighbour on either end does not count for the spread, for it may be an outlier itself. Both are zero
+    for the first and last few values.
+    """
+    windows = np.lib.stride_tricks.sliding_window_view(values, 2 * OUTLIERS.neighbours + 1)
+    beside = np.sort(np.delete(windows, OUTLIERS.neighbours, axis=1), axis=1)
+    far = np.abs(windows[:, OUTLIERS.neighbours] - np.median(beside, axis=1))
+    return np.pad(far, OUTLIERS.neighbours), np.pad(beside[:, -2] - beside[:, 1], OUTLIERS.neighbours)

@@ -1,12 +1,11 @@
-"""Which effects could explain what a fitted model leaves: a score test of each, against chance over all of
-them.
+"""Score test of every effect against the residuals of a fitted model, calibrated over all effects.
 
-The signature of an effect is the derivative of the outputs at its absence, freed of what the base constants
-could absorb. Where it depends on a shape (a threshold, a time constant), several shapes are tried; where the
-derivative vanishes, the difference that a typical effect makes stands in for it.
+The sensitivity of an effect is the derivative of the outputs at its absence, projected off the base
+constants. Several shapes are tried where it depends on a shape (a threshold, a time constant). Where the
+derivative vanishes, the change by a typical effect replaces it.
 
-What is left is misfit *and* how far the base constants had to go from nominal: each has a prior, a row like a
-measured one. An effect that brings them home explains as much as one that takes misfit away.
+Residuals include the deviations of the base constants from nominal, because each prior is a row like a
+measured one. So an effect that brings the constants back scores as well as one that removes misfit.
 """
 
 from collections.abc import Sequence
@@ -21,39 +20,24 @@ from fitting.inference.parallel import run_parallel
 
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.unknowns import Unknowns
+from ..settings import DEFAULT
 from .refit import Fit, Refitter, largest_deviation
 
-SHAPES = 5
-"""Shapes tried of every effect."""
-DRAWS = 999
-"""Simulated null results that the smallest p-value is compared with."""
-SLOW = 6
-"""Slow courses over each recording that stand for anything that no effect describes."""
-FAINT = 1e-6
-"""Length of a signature below which the recordings do not show the effect."""
-
-ALIKE = 1e-12
-"""Part of the largest below which a direction of a fit's numbers absorbs nothing of its own."""
-AT = 1e-6
-"""How close to a bound a scaled base constant is at it."""
-FAR = 3.0
-"""Standard deviations from nominal of a base constant from which effects are scored about nominal, too."""
-WHOLE = (0.3, 1.0)
-"""Parts of a typical effect that are put into the model as they are, about nominal: there misfits may be so
-large that no derivative tells an effect."""
+OPTIMISER = DEFAULT.optimiser
+SCORE_TEST = DEFAULT.score_test
 
 
 @dataclass(frozen=True)
 class Score:
-    """How well an effect's signature fits what is left.
+    """Score of one effect.
 
     Attributes:
         slug: effect.
-        gain: decrease of chi-square that its signature could bring, at the best shape.
+        gain: decrease of chi-square along its sensitivity, at the best shape.
         freedom: numbers that it takes.
         p_value: of such a gain by chance, at that shape alone.
         start: scaled numbers from which to fit it.
-        strength: length of its signature for a typical effect, in standard deviations.
+        strength: length of its sensitivity for a typical effect, in standard deviations.
     """
 
     slug: str
@@ -65,12 +49,12 @@ class Score:
 
 
 @dataclass(frozen=True)
-class Screen:
-    """All scores, strongest first, and how likely chance is.
+class ScoreTest:
+    """All scores, strongest first, and the p-value of the strongest.
 
     Attributes:
         scores: of every effect that these recordings can show.
-        p_value: of the strongest by chance, all effects, shapes and slow courses counted.
+        p_value: of the strongest by chance, all effects, shapes and slow cosines counted.
         p_is_bound: no simulated null was as strong.
         untestable: slugs of effects that these recordings do not show.
         scale: standard deviation of fast residuals; above 1 where the noise is larger than stated.
@@ -86,16 +70,16 @@ class Screen:
 
 
 @dataclass(frozen=True)
-class _Look:
-    """A misfit and every signature about one point.
+class _Sensitivities:
+    """Residuals and all sensitivities about one point.
 
     Attributes:
         here: the evaluation.
-        project: frees signatures of what the base constants absorb.
-        scale: see `Screen`.
-        left: misfit, freed, in units of `scale`.
+        project: projects sensitivities off the base constants.
+        scale: see `ScoreTest`.
+        left: projected residuals, in units of `scale`.
         tried: slug, orthonormal directions, start, indices.
-        strength: longest signature of every effect.
+        strength: longest sensitivity of every effect.
     """
 
     here: Evaluation
@@ -107,7 +91,7 @@ class _Look:
 
 
 class _Projector:
-    """Frees signatures of what the numbers of a fit could absorb, at what that costs by their priors.
+    """Projects sensitivities off the free numbers of a fit, whose priors count as rows.
 
     Args:
         A: derivatives of the measured rows by those numbers, (rows, numbers).
@@ -119,18 +103,20 @@ class _Projector:
         size = np.linalg.norm(self.A, axis=0)
         size[size == 0.0] = 1.0
         scaled = self.A / size  # columns may be zero or alike where recordings do not tell numbers apart
-        self.H = np.linalg.pinv(scaled.T @ scaled, ALIKE, hermitian=True) / np.outer(size, size)
+        self.H = np.linalg.pinv(scaled.T @ scaled, OPTIMISER.alike_share, hermitian=True) / np.outer(
+            size, size
+        )
         self.rows = len(A)
 
     def __call__(self, J: np.ndarray, priors: np.ndarray | None = None) -> np.ndarray:
-        """Columns (rows, n) continued by rows of the priors (zero if None), (rows + numbers, n), freed."""
+        """Projected columns (rows, n), then rows of the priors (zero if None), (rows + numbers, n)."""
         if priors is None:
             priors = np.zeros((len(self.A) - self.rows, J.shape[1]))
         whole = np.concatenate([J, priors])
         return whole - self.A @ (self.H @ (self.A.T @ whole))
 
 
-def score_effects(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Generator) -> Screen:
+def score_effects(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Generator) -> ScoreTest:
     """Score every effect against a fit.
 
     Args:
@@ -140,28 +126,32 @@ def score_effects(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.ra
         rng: of the simulated nulls.
     """
     slugs, weight = [slug for slug in slugs if slug not in fit.slugs], refitter.weight
-    look = _looked(refitter, fit, slugs)
+    look = _sensitivities_about(refitter, fit, slugs)
     scores, pool = _scores(look)
-    pool.append((None, _slow(look.here, weight, look.project)))
-    p_value, bound = _chance(pool, look.left, rng)
-    untestable = [slug for slug in slugs if look.strength[slug] < FAINT]
-    return Screen(scores, p_value, bound, untestable, look.scale, tuple(slugs))
+    pool.append((None, _slow_cosines(look.here, weight, look.project)))
+    p_value, bound = _p_value(pool, look.left, rng)
+    untestable = [slug for slug in slugs if look.strength[slug] < SCORE_TEST.minimum_length]
+    return ScoreTest(scores, p_value, bound, untestable, look.scale, tuple(slugs))
 
 
-def about_nominal(refitter: Refitter, fit: Fit, found: Screen) -> list[Score]:
-    """Scores at nominal base constants, strongest first, where those of a screened fit went far: there an
-    effect may seem to act the wrong way. Empty where they did not."""
-    if largest_deviation(refitter.unknowns, fit) < FAR:
+def about_nominal(refitter: Refitter, fit: Fit, found: ScoreTest) -> list[Score]:
+    """Scores about nominal base constants, strongest first; empty where the constants of the fit are near.
+
+    Far from nominal a true effect may seem to act the wrong way.
+    """
+    if largest_deviation(refitter.unknowns, fit) < SCORE_TEST.far_from_nominal:
         return []
     nominal = replace(fit, u=refitter.unknowns.at_nominal(fit.u))
-    by_slope, whole = _scores(_looked(refitter, nominal, found.tried))[0], []
-    if not fit.slugs and not refitter.program.pace.shape[1]:  # 100 runs; 200 where each looks for courses
-        whole = _put_in(refitter, nominal, found.tried, found.scale)
-    return _in_turn(by_slope, whole)
+    by_slope, whole = _scores(_sensitivities_about(refitter, nominal, found.tried))[0], []
+    if (
+        not fit.slugs and not refitter.program.process_noise.shape[1]
+    ):  # 100 runs; 200 where each searches for trajectories
+        whole = _whole_effects(refitter, nominal, found.tried, found.scale)
+    return _interleaved(by_slope, whole)
 
 
-def _put_in(refitter: Refitter, fit: Fit, slugs: Sequence[str], scale: float) -> list[Score]:
-    """Scores by what effects of typical sizes do to the misfit when nothing else moves, strongest first."""
+def _whole_effects(refitter: Refitter, fit: Fit, slugs: Sequence[str], scale: float) -> list[Score]:
+    """Scores by the change of chi-square with typical effects while nothing else moves, strongest first."""
     program, unknowns, nothing = refitter.program, refitter.unknowns, fit.free[:0]
     low, high = unknowns.low, unknowns.high
 
@@ -173,7 +163,7 @@ def _put_in(refitter: Refitter, fit: Fit, slugs: Sequence[str], scale: float) ->
     for slug in slugs:
         own = unknowns.amplitudes(slug)
         typical = np.array([unknowns.items[k].start for k in own])
-        for share in [sign * part for part in WHOLE for sign in (1.0, -1.0)]:
+        for share in [sign * part for part in SCORE_TEST.whole_effects for sign in (1.0, -1.0)]:
             u = fit.u.copy()
             u[own] = np.clip(share * typical, low[own], high[own])
             if np.any(u[own] != unknowns.neutral[own]):
@@ -187,7 +177,7 @@ def _put_in(refitter: Refitter, fit: Fit, slugs: Sequence[str], scale: float) ->
     return sorted(best.values(), key=lambda s: -s.gain)
 
 
-def _in_turn(*lists: Sequence[Score]) -> list[Score]:
+def _interleaved(*lists: Sequence[Score]) -> list[Score]:
     """The first of every list, the second of every list, and so on; each effect once."""
     found: dict[str, Score] = {}
     for row in zip_longest(*lists):
@@ -197,64 +187,69 @@ def _in_turn(*lists: Sequence[Score]) -> list[Score]:
     return list(found.values())
 
 
-def _looked(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> _Look:
-    """The signatures of effects about the numbers of a fit."""
+def _sensitivities_about(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> _Sensitivities:
+    """The sensitivities of effects about the numbers of a fit."""
     program, unknowns, weight = refitter.program, refitter.unknowns, refitter.weight
     here = program.evaluate(fit.u, fit.free, near=fit.evaluation)
     r, A = here.joined(weight)
     departure, sd = refitter._prior(fit.u, fit.free)
-    movable = ~np.isin(fit.free, _held(unknowns, fit))
+    movable = ~np.isin(fit.free, _at_bound(unknowns, fit))
     project = _Projector(A[:, movable], sd[movable])
-    scale = _fast(here, weight)
+    scale = _noise_scale(here, weight)
     left = project(r[:, None], (departure / sd)[movable, None])[:, 0] / scale
     tried: list[tuple[str, np.ndarray, np.ndarray, np.ndarray]] = []  # slug, Q, start u, indices
     strength = dict.fromkeys(slugs, 0.0)
     shaped = [slug for slug in slugs if unknowns.shapes(slug).size]
-    for trial, u in enumerate(_shapes(refitter, fit, slugs)):
-        members = shaped if trial else slugs
+    for number, u in enumerate(_shapes(refitter, fit, slugs)):
+        members = shaped if number else slugs
         if not members:
             break
         columns = np.concatenate([unknowns.amplitudes(slug) for slug in members]).astype(int)
-        _, J = program.evaluate(u, columns, near=fit.evaluation).joined(weight)  # courses as of A
+        _, J = program.evaluate(u, columns, near=fit.evaluation).joined(weight)  # trajectories as of A
         for slug in members:
             own = unknowns.amplitudes(slug)
-            tried += _tried(refitter, slug, own, J[:, np.isin(columns, own)], project, u, left, strength)
-    for slug in [s for s in slugs if strength[s] < FAINT]:
+            tried += _directions(refitter, slug, own, J[:, np.isin(columns, own)], project, u, left, strength)
+    for slug in [s for s in slugs if strength[s] < SCORE_TEST.minimum_length]:
         u = fit.u.copy()
         own = unknowns.of([slug])
         u[own] = [unknowns.items[k].start for k in own]
         change = program.evaluate(u, own[:0], near=fit.evaluation).joined(weight)[0] - r
-        signature = project(change[:, None])
-        strength[slug] = float(np.linalg.norm(signature))
-        if strength[slug] >= FAINT:
-            tried.append((slug, signature / strength[slug], u, own))
-    return _Look(here, project, scale, left, tried, strength)
+        sensitivity = project(change[:, None])
+        strength[slug] = float(np.linalg.norm(sensitivity))
+        if strength[slug] >= SCORE_TEST.minimum_length:
+            tried.append((slug, sensitivity / strength[slug], u, own))
+    return _Sensitivities(here, project, scale, left, tried, strength)
 
 
-def _held(unknowns: Unknowns, fit: Fit) -> np.ndarray:
+def _at_bound(unknowns: Unknowns, fit: Fit) -> np.ndarray:
     """Indices of base constants that ended at a bound: those absorb no more."""
     base = unknowns.base
-    return base[(fit.u[base] <= unknowns.low[base] + AT) | (fit.u[base] >= unknowns.high[base] - AT)]
+    return base[
+        (fit.u[base] <= unknowns.low[base] + OPTIMISER.negligible_distance)
+        | (fit.u[base] >= unknowns.high[base] - OPTIMISER.negligible_distance)
+    ]
 
 
 def _shapes(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> list[np.ndarray]:
     """Points that differ from the fit in the shapes of absent effects only."""
     unknowns, points = refitter.unknowns, []
     rng = np.random.default_rng(0)
-    for trial in range(SHAPES):
+    for number in range(SCORE_TEST.shapes):
         u = fit.u.copy()
         for slug in slugs:
             shapes = unknowns.shapes(slug)
             u[unknowns.amplitudes(slug)] = 0.0
             for place, k in enumerate(shapes):
-                share = ((trial if place == 0 else rng.permutation(SHAPES)[trial]) + 0.5) / SHAPES
+                share = (
+                    (number if place == 0 else rng.permutation(SCORE_TEST.shapes)[number]) + 0.5
+                ) / SCORE_TEST.shapes
                 item = unknowns.items[k]
-                u[k] = item.at_share(share) if trial else item.start
+                u[k] = item.at_share(share) if number else item.start
         points.append(u)
     return points
 
 
-def _tried(
+def _directions(
     refitter: Refitter,
     slug: str,
     own: np.ndarray,
@@ -264,11 +259,11 @@ def _tried(
     left: np.ndarray,
     strength: dict[str, float],
 ) -> list[tuple]:
-    """An effect at one shape: directions of its signature that its bounds allow."""
+    """Directions of an effect's sensitivity at one shape, within its bounds."""
     unknowns = refitter.unknowns
     P = project(J)
     lengths = np.linalg.norm(P, axis=0)
-    kept = lengths > FAINT
+    kept = lengths > SCORE_TEST.minimum_length
     if not kept.any():
         return []
     strength[slug] = max(strength[slug], float(lengths.max()))
@@ -290,7 +285,7 @@ def _tried(
     return [(slug, Q, start, own)]
 
 
-def _scores(look: _Look) -> tuple[list[Score], list[tuple]]:
+def _scores(look: _Sensitivities) -> tuple[list[Score], list[tuple]]:
     """The best score of every effect, strongest first, and all directions that were tried."""
     best: dict[str, Score] = {}
     pool = []
@@ -301,18 +296,18 @@ def _scores(look: _Look) -> tuple[list[Score], list[tuple]]:
         held = best.get(slug)
         if held is None or (p, -gain) < (held.p_value, -held.gain):
             best[slug] = Score(slug, gain, Q.shape[1], p, start, look.strength[slug])
-    order = sorted(best.values(), key=lambda s: -(s.gain - 3.0 * s.freedom))
+    order = sorted(best.values(), key=lambda s: -(s.gain - SCORE_TEST.price * s.freedom))
     return order, pool
 
 
-def _slow(here: Evaluation, weight: np.ndarray, project: _Projector) -> np.ndarray:
-    """Orthonormal slow courses over every fitted recording, freed of the base's directions."""
+def _slow_cosines(here: Evaluation, weight: np.ndarray, project: _Projector) -> np.ndarray:
+    """Orthonormal slow cosines over every fitted recording, projected off the base."""
     parts = [len(m) for m in here.misfit]
     total, first, columns = sum(parts), 0, []
     for k, size in enumerate(parts):
         if np.any(weight[k]):
             t = (np.arange(size) + 0.5) / size
-            for order in range(SLOW):
+            for order in range(SCORE_TEST.slow_cosines):
                 column = np.zeros(total)
                 column[first : first + size] = weight[k] * np.cos(np.pi * order * t)
                 columns.append(column)
@@ -321,7 +316,7 @@ def _slow(here: Evaluation, weight: np.ndarray, project: _Projector) -> np.ndarr
     return Q[:, np.abs(np.diag(R)) > 1e-8]
 
 
-def _chance(pool: list[tuple], left: np.ndarray, rng: np.random.Generator) -> tuple[float, bool]:
+def _p_value(pool: list[tuple], left: np.ndarray, rng: np.random.Generator) -> tuple[float, bool]:
     """P-value of the strongest result among all, by simulation of independent unit errors."""
 
     def smallest(R: np.ndarray) -> np.ndarray:
@@ -330,13 +325,13 @@ def _chance(pool: list[tuple], left: np.ndarray, rng: np.random.Generator) -> tu
             found = np.minimum(found, chi2.logsf(np.sum((Q.T @ R) ** 2, axis=0), Q.shape[1]))
         return found
 
-    errors = rng.standard_normal((len(left), DRAWS)) * (left != 0.0)[:, None]
+    errors = rng.standard_normal((len(left), SCORE_TEST.draws)) * (left != 0.0)[:, None]
     null, here = smallest(errors), smallest(left[:, None])[0]
     as_small = int(np.sum(null <= here))
-    return (as_small + 1) / (DRAWS + 1), as_small == 0
+    return (as_small + 1) / (SCORE_TEST.draws + 1), as_small == 0
 
 
-def _fast(here: Evaluation, weight: np.ndarray) -> float:
+def _noise_scale(here: Evaluation, weight: np.ndarray) -> float:
     """Standard deviation of whitened residuals from their fastest changes; 1 where the stated noise holds."""
     steps = []
     for k, misfit in enumerate(here.misfit):

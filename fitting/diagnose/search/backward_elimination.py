@@ -1,26 +1,26 @@
-"""Effects of a chosen model fitted once more, or dropped where further ones make them idle."""
+"""Backward elimination: effects that further ones make redundant are removed."""
 
 from fitting.inference.parallel import run_parallel
 
 from ..evaluate.program import Program
 from ..fit.evidence import evidence, inflation_of
 from ..fit.refit import Fit, Refitter
-from .choose import FURTHER
+from ..settings import DEFAULT
 
-POLISHING = 40
-"""Most trial steps of a model that was chosen."""
+OPTIMISER = DEFAULT.optimiser
+EVIDENCE = DEFAULT.evidence
 
 
 def polished(program: Program, fit: Fit) -> Fit:
-    """A chosen model fitted once more: from nominal base constants, too, in case the others held it back."""
+    """A chosen model fitted once more, from its own numbers and from nominal base constants."""
     home = program.unknowns.at_nominal(fit.u)
-    again = lambda start: Refitter(program).fit(fit.slugs, start, POLISHING)  # noqa: E731
+    again = lambda start: Refitter(program).fit(fit.slugs, start, OPTIMISER.final_steps)  # noqa: E731
     options = run_parallel(again, (fit, home))
     return min([fit, *options], key=lambda f: f.objective)
 
 
 def eliminated(program: Program, fit: Fit) -> Fit:
-    """Drop an effect whose absence costs nothing once the others are there; the last one has just entered."""
+    """The model without a redundant effect, if there is one; the last effect has just entered and stays."""
     for slug in fit.slugs[:-1]:
         rest = without(program, fit, slug)
         if redundant(program, rest, fit):
@@ -29,8 +29,8 @@ def eliminated(program: Program, fit: Fit) -> Fit:
 
 
 def redundant(program: Program, rest: Fit, fit: Fit) -> bool:
-    """Whether a model has less evidence over the rest of it than would let a further effect in."""
-    return evidence(program, rest, fit, inflation_of(program, fit)) < FURTHER
+    """Whether a model has less evidence over the rest of it than a further effect needs."""
+    return evidence(program, rest, fit, inflation_of(program, fit)) < EVIDENCE.minimum_further
 
 
 def without(program: Program, fit: Fit, slug: str) -> Fit:

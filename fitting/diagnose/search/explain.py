@@ -1,8 +1,9 @@
-"""Which effects explain a campaign: one effect after the other, and what none explains.
+"""The search for effects that explain a campaign.
 
-Recordings of role `validation` let no effect in: it must help fitted recordings that are left out in turn.
-They keep one out that predicts them worse. Only where the fitted ones name nothing, or something that leaves
-most of the misfit of those for validation, all are fitted, and every score is of recordings left out in turn.
+Validation recordings let no effect in: it must help fitted recordings that are left out in turn. They keep
+out an effect that predicts them worse. All recordings are fitted together in two cases only. Either the
+fitted ones name nothing, or the model leaves most of the misfit of the validation recordings. Every score is
+cross-validated then.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,22 +12,19 @@ from dataclasses import replace
 import numpy as np
 
 from ..evaluate.program import Program
-from ..fit.base_fit import base_fit, settle
+from ..fit.base_fit import base_fit, fit_with_noise
 from ..fit.misfit import floor, reduced
 from ..fit.refit import Fit
-from ..fit.score_test import Screen
-from .choose import CERTAIN
+from ..fit.score_test import ScoreTest
+from ..settings import DEFAULT
 from .pair_search import pair_search
 from .steps import Explanation, Named, Step
-from .stepwise import LEVEL, StepwiseSearch, screened
+from .stepwise import StepwiseSearch, scored
 
-SECOND_LOOK = 0.005
-"""P-value below which something is missing where the fitted recordings agreed and all are looked at
-together."""
-BETTERED = 3
-"""Searches, at most, that begin from a better fit of the base model on which candidates came."""
-KEPT = 0.5
-"""Share of the misfit of validation recordings from which they contradict an explanation."""
+BASE_FIT = DEFAULT.base_fit
+SCORE_TEST = DEFAULT.score_test
+EVIDENCE = DEFAULT.evidence
+VERDICT = DEFAULT.verdict
 
 
 def explain(
@@ -41,53 +39,53 @@ def explain(
     Args:
         program: of the campaign.
         rng: of simulated nulls.
-        progress: told what happens, in words.
+        progress: receives a line of text at every step.
         effort: 1; 2 follows twice as many candidates.
         further: makes more starts of the base model, scaled; asked where its fit leaves much.
     """
-    growth = StepwiseSearch(rng, progress, effort)
+    search = StepwiseSearch(rng, progress, effort)
     progress("refitting the base model within its tolerances")
     started, base = base_fit(program, further=further)
     progress(f"screening {len(program.unknowns.slugs)} effects")
-    found = screened(started, base, rng)
+    found = scored(started, base, rng)
     untried = not program.fitted.all()  # recordings for validation have not been fitted
-    if untried and found.p_value > LEVEL:
-        explanation = _together(started, base, SECOND_LOOK, growth)
+    if untried and found.p_value > SCORE_TEST.level:
+        explanation = _together(started, base, SCORE_TEST.level_together, search)
         if explanation is not None:
             return explanation
         untried = False
-    explanation = _whole(growth, started, base, found)
+    explanation = _whole(search, started, base, found)
     if untried and _contradicted(explanation):
-        again = _together(started, base, LEVEL, growth)
+        again = _together(started, base, SCORE_TEST.level, search)
         if again is not None and _score(again, ~program.fitted) < _score(explanation, ~program.fitted):
             return again
     return explanation
 
 
-def _together(program: Program, base: Fit, level: float, growth: StepwiseSearch) -> Explanation | None:
-    """A search on all recordings, those for validation too; None where it finds nothing."""
-    growth.progress("looking at the recordings for validation as well")
+def _together(program: Program, base: Fit, level: float, search: StepwiseSearch) -> Explanation | None:
+    """A search on all recordings, validation included; None where it finds nothing."""
+    search.progress("looking at the recordings for validation as well")
     whole, fit = base_fit(replace(program, fitted=np.ones_like(program.fitted)), base.u)
-    found = screened(whole, fit, growth.rng)
+    found = scored(whole, fit, search.rng)
     if found.p_value > level:
         return None
-    explanation = _whole(growth, whole, fit, found)
+    explanation = _whole(search, whole, fit, found)
     explanation.together = True
     return explanation if explanation.final.slugs else None
 
 
-def _whole(growth: StepwiseSearch, program: Program, base: Fit, found: Screen) -> Explanation:
-    """One effect after the other, from a screened base model; then from rivals of the first one."""
-    for again in reversed(range(BETTERED)):
+def _whole(search: StepwiseSearch, program: Program, base: Fit, found: ScoreTest) -> Explanation:
+    """The whole search from a scored base fit: stepwise, then pairs from rivals of the first effect."""
+    for again in reversed(range(BASE_FIT.maximum_searches)):
         explanation = Explanation(program, base, Named(base), [], found.p_value, found.p_is_bound)
-        better = growth.grown(explanation, Step(base, found, []), again > 0)
+        better = search.run(explanation, Step(base, found, []), again > 0)
         if better is None:
             break
-        growth.progress("beginning again from a better fit of the base model")
-        program, base = settle(program, better)
-        found = screened(program, base, growth.rng)
-    pair_search(growth, explanation)
-    explanation.stood = growth.stood
+        search.progress("beginning again from a better fit of the base model")
+        program, base = fit_with_noise(program, better)
+        found = scored(program, base, search.rng)
+    pair_search(search, explanation)
+    explanation.weigh_effects = search.weigh_effects
     return explanation
 
 
@@ -96,10 +94,10 @@ def _score(explanation: Explanation, chosen: np.ndarray) -> float:
 
 
 def _contradicted(explanation: Explanation) -> bool:
-    """Whether recordings for validation keep most of a misfit that is more than chance."""
+    """Whether validation recordings keep most of a misfit that is more than chance."""
     program, fit = explanation.program, explanation.final
     noise = floor(program, fit, program.unseen)
     before = reduced(program, explanation.base, program.unseen) - noise
     after = reduced(program, fit, program.unseen) - noise
-    certain = 0.5 * program.observations(program.unseen) * after > CERTAIN
-    return certain and after > KEPT * before
+    certain = 0.5 * program.observations(program.unseen) * after > EVIDENCE.minimum_first
+    return certain and after > VERDICT.maximum_kept * before

@@ -1,4 +1,4 @@
-"""What a search goes through and ends with."""
+"""Steps of a search, and the explanation that it ends with."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -11,58 +11,58 @@ from ..evaluate.program import Program
 from ..fit.candidates import CandidateFit
 from ..fit.cross_validation import HeldOutScores
 from ..fit.refit import Fit
-from ..fit.score_test import Screen
+from ..fit.score_test import ScoreTest
 
 
 @dataclass
 class Step:
-    """One round of the search: the model so far, the screen, and the trials of a further effect.
+    """One step of the search: the model so far, scores of all other effects, candidates for a further one.
 
     Attributes:
         base: the model so far.
-        screen: of every effect that it does not have.
-        trials: of further effects, strongest evidence first.
-        left_out: reduced chi-square of the model so far on fitted recordings left out in turn; NaN if not
-            asked.
+        score_test: of every effect that it does not have.
+        candidates: of further effects, strongest evidence first.
+        left_out: cross-validated reduced chi-square of the model so far; NaN if it was not computed.
         chosen: the effect that entered, if one did.
     """
 
     base: Fit
-    screen: Screen
-    trials: list[CandidateFit]
+    score_test: ScoreTest
+    candidates: list[CandidateFit]
     left_out: float = np.nan
     chosen: str | None = None
 
 
 @dataclass
 class LeaveOneOutEvidence:
-    """What an effect of a model is worth beside the model's other ones, and its rivals in its place there.
+    """Evidence of one effect of a model beside the model's other effects, and of its rivals in its place.
 
     Attributes:
         slug: of the effect.
         base: the model with the others alone.
-        trials: of the effect and of rivals, strongest evidence first.
+        candidates: of the effect and of rivals, strongest evidence first.
     """
 
     slug: str
     base: Fit
-    trials: list[CandidateFit]
+    candidates: list[CandidateFit]
 
     @property
     def own(self) -> CandidateFit:
-        """The trial of the effect itself."""
-        return next(t for t in self.trials if t.slug == self.slug)
+        """The candidate of the effect itself."""
+        return next(t for t in self.candidates if t.slug == self.slug)
 
     @property
     def net(self) -> float:
-        """Log Bayes factor of the effect itself, less noise of inputs that it averages away: a rival without
-        that luck is as good as it is without."""
-        return self.own.bayes - self.own.averaged
+        """Log Bayes factor of the effect itself, less the part that noise of inputs explains."""
+        return self.own.bayes - self.own.explained_by_inputs
 
-    def worth(self, trial: CandidateFit) -> float:
-        """Log Bayes factor of a trial: what a rival has more was refused, for drift of the instruments
-        explains it or other recordings contradict it, and may be as likely at most."""
-        return min(trial.bayes, self.net)
+    def worth(self, candidate: CandidateFit) -> float:
+        """Log Bayes factor of a candidate, at most that of the effect itself.
+
+        A rival with more evidence was refused, because drift explains it or other recordings contradict it.
+        """
+        return min(candidate.bayes, self.net)
 
 
 @dataclass
@@ -71,44 +71,44 @@ class Named:
 
     Attributes:
         fit: the model.
-        left_out: its reduced chi-square of fitted recordings left out in turn, as `folds.gain` counts what it
-            gains on the base model; NaN if not asked.
-        standings: of its effects.
+        left_out: its cross-validated reduced chi-square, with gains counted by `cross_validation.gain`; NaN
+            if it was not computed.
+        leave_one_out: evidence of each of its effects.
     """
 
     fit: Fit
     left_out: float = np.nan
-    standings: dict[str, LeaveOneOutEvidence] = field(default_factory=dict)
+    leave_one_out: dict[str, LeaveOneOutEvidence] = field(default_factory=dict)
 
 
 @dataclass
 class Explanation:
-    """What a campaign says.
+    """The result of a search.
 
     Attributes:
         program: of the final model.
         base: the base model refitted.
         named: the model with the effects that were found; the base model where none was.
-        stages: of the search.
+        steps: of the search.
         p_value, p_is_bound: of the base's misfit by chance.
-        tries: models that were fitted to the campaign, those of a first look included.
-        together: recordings for validation were fitted, too, because the others name nothing, or something
-            that they contradict.
-        contending: effects that together explain and predict the recordings better than `final`, but by no
-            more than drift of the instruments explains.
-        scores: of recordings left out in turn.
-        stood: weighs the effects of another model of these recordings, see `standings.stood`.
+        tries: number of models that were fitted to the campaign.
+        together: validation recordings were fitted, too. The others named nothing, or a contradicted effect.
+        contending: pairs that explain and predict more than `final`, but no more than drift explains.
+        scores: cross-validation of models.
+        weigh_effects: leave-one-effect-out evidence of another model of these recordings.
     """
 
     program: Program
     base: Fit
     named: Named
-    stages: list[Step]
+    steps: list[Step]
     p_value: float
     p_is_bound: bool
     together: bool = False
     contending: list[tuple[str, ...]] = field(default_factory=list)
-    stood: "Callable[[Explanation, Fit, float, list[Step]], Named] | None" = field(default=None, repr=False)
+    weigh_effects: "Callable[[Explanation, Fit, float, list[Step]], Named] | None" = field(
+        default=None, repr=False
+    )
     scores: HeldOutScores = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -122,7 +122,11 @@ class Explanation:
     @property
     def tried(self) -> set[str]:
         """Effects that were fitted."""
-        return {trial.slug for one in (*self.stages, *self.named.standings.values()) for trial in one.trials}
+        return {
+            candidate.slug
+            for one in (*self.steps, *self.named.leave_one_out.values())
+            for candidate in one.candidates
+        }
 
     @property
     def final(self) -> Fit:
@@ -130,24 +134,23 @@ class Explanation:
         return self.named.fit
 
     @property
-    def standings(self) -> list[LeaveOneOutEvidence]:
+    def leave_one_out(self) -> list[LeaveOneOutEvidence]:
         """Of the effects that were found, as they entered."""
-        return [self.named.standings[slug] for slug in self.final.slugs]
+        return [self.named.leave_one_out[slug] for slug in self.final.slugs]
 
     @property
     def leading(self) -> "LeaveOneOutEvidence | Step | None":
-        """What the model's first effect is worth, and its rivals; where it has none, the first trials."""
-        return next(iter([*self.standings, *self.stages]), None)
+        """Evidence of the model's first effect and its rivals; the first step where there is no effect."""
+        return next(iter([*self.leave_one_out, *self.steps]), None)
 
     @property
     def first(self) -> CandidateFit | None:
-        """The trial of the first effect; where none was found, the best of the first trials, if any."""
-        if self.standings:
-            return self.standings[0].own
-        return next(iter(self.stages[0].trials), None) if self.stages else None
+        """The candidate of the first effect, or the best candidate of the first step, if any."""
+        if self.leave_one_out:
+            return self.leave_one_out[0].own
+        return next(iter(self.steps[0].candidates), None) if self.steps else None
 
     @property
     def left_out(self) -> tuple[float, float]:
-        """Reduced chi-square of fitted recordings left out in turn, by the base model and with what was
-        found; NaN where it was not asked for or nothing was found."""
-        return self.stages[0].left_out if self.stages else np.nan, self.named.left_out
+        """Cross-validated reduced chi-squares of the base and the final model; NaN if not computed."""
+        return self.steps[0].left_out if self.steps else np.nan, self.named.left_out

@@ -1,4 +1,4 @@
-"""One effect after the other, until no further one may enter."""
+"""Stepwise search: one effect after the other, until no further one may enter."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,28 +7,27 @@ import numpy as np
 
 from ..evaluate.program import Program
 from ..fit.base_fit import clearly_better
-from ..fit.candidates import TRIED, CandidateFit, candidate_fits, refitted_baseline
+from ..fit.candidates import CandidateFit, candidate_fits, refitted_baseline
 from ..fit.refit import Fit, Refitter
-from ..fit.score_test import Screen, score_effects
+from ..fit.score_test import ScoreTest, score_effects
+from ..settings import DEFAULT
 from .backward_elimination import polished
 from .choose import choice
 from .leave_one_out_evidence import leave_each_out
 from .steps import Explanation, Named, Step
 
-MOST_EFFECTS = 3
-RIVALS = 5
-"""Rivals of an effect that are fitted in its place once another one is there."""
-LEVEL = 0.01
-"""P-value below which something is missing."""
+SCORE_TEST = DEFAULT.score_test
+CANDIDATES = DEFAULT.candidates
+SEARCH = DEFAULT.search
 
 
 @dataclass
 class StepwiseSearch:
-    """How effects are looked for.
+    """A stepwise search.
 
     Attributes:
         rng: of simulated nulls.
-        progress: told what happens, in words.
+        progress: receives a line of text at every step.
         effort: 1; 2 follows twice as many candidates.
     """
 
@@ -36,77 +35,77 @@ class StepwiseSearch:
     progress: Callable[[str], None]
     effort: int
 
-    def grown(self, explanation: Explanation, stage: Step, again: bool = False) -> Fit | None:
+    def run(self, explanation: Explanation, step: Step, again: bool = False) -> Fit | None:
         """Add effects until no further one may enter.
 
         Args:
-            explanation: of the search; told what was found.
-            stage: screened.
-            again: stop where candidates come upon a clearly better fit of the base model.
+            explanation: of the search; its effects are set here.
+            step: with a score test.
+            again: stop where candidates find a clearly better base fit.
 
         Returns:
-            That fit; None where there is none, or it was not asked for.
+            That base fit; None where there is none, or `again` is False.
         """
-        program, named, base = explanation.program, Named(stage.base), stage.base
+        program, named, base = explanation.program, Named(step.base), step.base
         while True:
-            explanation.stages.append(stage)
-            if stage.screen.p_value > LEVEL:
+            explanation.steps.append(step)
+            if step.score_test.p_value > SCORE_TEST.level:
                 break
-            self.fill(program, stage)
-            if again and not stage.base.slugs and clearly_better(program, base, stage.base):
-                return stage.base
-            best = self._step(explanation, stage)
-            if not stage.base.slugs:
-                explanation.base = stage.base
-            named.fit = stage.base
+            self.fill(program, step)
+            if again and not step.base.slugs and clearly_better(program, base, step.base):
+                return step.base
+            best = self._step(explanation, step)
+            if not step.base.slugs:
+                explanation.base = step.base
+            named.fit = step.base
             if best is None:
                 break
-            fit = polished(program, best.fit) if stage.base.slugs else best.fit
-            named = self.stood(explanation, fit, best.left_out, explanation.stages)
-            if len(named.fit.slugs) >= MOST_EFFECTS or _been(explanation, named.fit):
+            fit = polished(program, best.fit) if step.base.slugs else best.fit
+            named = self.weigh_effects(explanation, fit, best.left_out, explanation.steps)
+            if len(named.fit.slugs) >= SEARCH.maximum_effects or _been(explanation, named.fit):
                 break
-            stage = self.stage(program, named.fit)
+            step = self.step(program, named.fit)
         explanation.named = named
         return None
 
-    def stage(self, program: Program, current: Fit) -> Step:
-        """A screen of the effects that a model does not have."""
+    def step(self, program: Program, current: Fit) -> Step:
+        """A step with the scores of all effects that a model does not have."""
         self.progress(f"screening {len(program.unknowns.slugs) - len(current.slugs)} effects")
-        return Step(current, screened(program, current, self.rng), [])
+        return Step(current, scored(program, current, self.rng), [])
 
-    def fill(self, program: Program, stage: Step, most: int = TRIED) -> None:
-        """Fit the candidates of a screened stage, and weigh them against a fair model without them."""
-        stage.trials = candidate_fits(program, stage.base, stage.screen, self.progress, self.effort, most)
-        stage.base = refitted_baseline(program, stage.base, stage.trials)
+    def fill(self, program: Program, step: Step, most: int = CANDIDATES.tried) -> None:
+        """Fit the candidates of a step, and weigh them against the refitted baseline."""
+        step.candidates = candidate_fits(
+            program, step.base, step.score_test, self.progress, self.effort, most
+        )
+        step.base = refitted_baseline(program, step.base, step.candidates)
 
-    def stood(self, explanation: Explanation, fit: Fit, left: float, stages: list[Step]) -> Named:
-        """See `standings.stood`."""
+    def weigh_effects(self, explanation: Explanation, fit: Fit, left: float, steps: list[Step]) -> Named:
+        """See `leave_each_out`."""
         program = explanation.program
 
         def fill(rest: Fit) -> Step:
             self.progress(f"trying what else there is beside {' and '.join(rest.slugs)}")
-            stage = self.stage(program, rest)
-            self.fill(program, stage, RIVALS)
-            return stage
+            step = self.step(program, rest)
+            self.fill(program, step, CANDIDATES.tried_beside)
+            return step
 
-        return leave_each_out(program, fit, left, stages, fill, explanation.scores)
+        return leave_each_out(program, fit, left, steps, fill, explanation.scores)
 
-    def _step(self, explanation: Explanation, stage: Step) -> CandidateFit | None:
-        """The effect of a stage with trials that may enter, if one may."""
+    def _step(self, explanation: Explanation, step: Step) -> CandidateFit | None:
+        """The candidate of a step that may enter, if any."""
         program = explanation.program
         self.progress("predicting recordings left out in turn")
-        best = choice(
-            program, stage.base, stage, explanation.base, explanation.left_out[0], explanation.scores
-        )
-        stage.chosen = best.slug if best else None
+        best = choice(program, step.base, step, explanation.base, explanation.left_out[0], explanation.scores)
+        step.chosen = best.slug if best else None
         return best
 
 
 def _been(explanation: Explanation, current: Fit) -> bool:
-    """Whether a search is back at a model that it came from: what entered had made the rest idle."""
-    return any(set(stage.base.slugs) == set(current.slugs) for stage in explanation.stages)
+    """Whether a search is back at an earlier model, because what entered made the rest redundant."""
+    return any(set(step.base.slugs) == set(current.slugs) for step in explanation.steps)
 
 
-def screened(program: Program, current: Fit, rng: np.random.Generator) -> Screen:
+def scored(program: Program, current: Fit, rng: np.random.Generator) -> ScoreTest:
     """Scores of the effects that a model does not have."""
     return score_effects(Refitter(program), current, program.unknowns.slugs, rng)

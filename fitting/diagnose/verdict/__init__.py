@@ -1,10 +1,11 @@
-"""What a search means.
+"""Conclusions of a search.
 
 - `locate`: drivers and rows of a misfit;
-- `discrepancy_places`, `discrepancy_evidence`, `discrepancy`: nameless corrections, to race against and for
-  what is unmodelled;
-- `held_out`, `probabilities`, `unexplained`: held-out scores, what is how likely, how what is left is judged;
-- `accept`: effects that predict worse what was not fitted are taken back;
+- `discrepancy_places`, `discrepancy_evidence`, `discrepancy`: smooth model discrepancies, as rivals of named
+  effects and as a description of what has no name;
+- `held_out`, `probabilities`, `unexplained`: held-out scores, probabilities, judgement of the remaining
+  misfit;
+- `accept`: removal of effects that predict worse;
 - `next_experiment`: the next experiment;
-- `conclusion`, `text`, `conclude`: the verdict as data, in words, and how it is reached.
+- `conclusion`, `text`, `conclude`: the verdict as data, as text, and how it is reached.
 """

@@ -1,5 +1,4 @@
-"""Whether effects that were found predict what they were not fitted to: those that predict it worse are taken
-back, whatever else speaks for them."""
+"""Removal of effects with which recordings that were not fitted are predicted worse."""
 
 from dataclasses import replace
 
@@ -10,16 +9,16 @@ from .text import refused, went
 
 
 def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, list[str]]:
-    """An explanation without effects that make the prediction of recordings worse that were not fitted.
+    """The explanation without effects that make held-out predictions worse.
 
-    The effect goes first whose absence costs the fit least; the others are weighed anew.
+    The effect goes first whose absence costs the fit least. The others are weighed anew.
 
     Args:
         explanation: of a search; left alone.
         scores: of recordings that were not fitted.
 
     Returns:
-        The explanation, and a sentence for every set that was taken back.
+        The explanation, and a sentence for every set that was removed.
     """
     said, program = [], explanation.program
     while explanation.final.slugs:
@@ -33,7 +32,7 @@ def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, lis
         known = explanation.scores
         explanation = replace(explanation, named=Named(fewer), contending=[])
         explanation.scores = known
-        if fewer.slugs and explanation.stood is not None:
+        if fewer.slugs and explanation.weigh_effects is not None:
             left = explanation.scores.gained(explanation.base, fewer)
-            explanation.named = explanation.stood(explanation, fewer, left, explanation.stages)
+            explanation.named = explanation.weigh_effects(explanation, fewer, left, explanation.steps)
     return explanation, said

@@ -1,6 +1,5 @@
 """From a search to a verdict: probabilities of every candidate, of nothing and of something unknown."""
 
-
 import numpy as np
 
 from pneusma_jax.effects import CATALOGUE
@@ -10,11 +9,11 @@ from ..evaluate.program import Program
 from ..fit.misfit import floor, predictive_chi_square, reduced
 from ..fit.refit import Fit
 from ..search.steps import Explanation
-from ..search.stepwise import LEVEL
+from ..settings import DEFAULT
 from .accept import accepted
 from .conclusion import Conclusion
 from .discrepancy import Discrepancy, beside, fitted_discrepancy
-from .discrepancy_evidence import DiscrepancyEvidence, race
+from .discrepancy_evidence import DiscrepancyEvidence, best_discrepancy
 from .held_out import Correction, HeldOut, Scores
 from .locate import Place, locate
 from .next_experiment import best_design
@@ -28,8 +27,6 @@ from .probabilities import (
 )
 from .text import contended, separating
 from .unexplained import (
-    GROSS,
-    HELPS,
     by_discrepancy,
     contradicted,
     discrepancy_probability,
@@ -43,15 +40,12 @@ from .unexplained import (
     unexplained,
 )
 
-BESIDE = 0.25
-"""Probability of something unknown, at least, where named effects leave more than a right form may: of models
-that left as much one in four stood for something else."""
-LEAST_WEIGHT = 0.02
-"""Probability from which an explanation takes part in averaged predictions."""
+SCORE_TEST = DEFAULT.score_test
+VERDICT = DEFAULT.verdict
 
 
 def conclude(explanation: Explanation) -> Conclusion:
-    """Weigh a search."""
+    """The conclusion of a search."""
     scores = Scores()
     explanation, taken_back = accepted(explanation, scores)
     program = explanation.program
@@ -64,31 +58,31 @@ def conclude(explanation: Explanation) -> Conclusion:
     )
     floors = [floor(program, explanation.final, mask) for mask in masks]
     named = bool(explanation.final.slugs)
-    if min(base) > GROSS and explanation.p_value > LEVEL:
+    if min(base) > VERDICT.gross and explanation.p_value > SCORE_TEST.level:
         explanation.p_value = tail(program, base[0])
-    generic = race(program, explanation.base)
-    mismatch = named or contradicted(explanation, base, generic, floors)
+    discrepancy = best_discrepancy(program, explanation.base)
+    mismatch = named or contradicted(explanation, base, discrepancy, floors)
     limits = [limit_of(program, mask) for mask in masks]
     unknown = unexplained(alone, last, floors, limits) if mismatch else 0.0
     if named:
-        unknown = max(unknown, refuted(explanation, generic, limits, base, last))
+        unknown = max(unknown, refuted(explanation, discrepancy, limits, base, last))
     if mismatch and not named:
-        unknown = discrepancy_probability(explanation, base, generic, floors, unknown)
+        unknown = discrepancy_probability(explanation, base, discrepancy, floors, unknown)
     if not mismatch:  # no candidate survived being fitted; what is left is judged as a whole
-        explanation.p_value = max(explanation.p_value, tail(program, steady(base[0], generic)))
+        explanation.p_value = max(explanation.p_value, tail(program, steady(base[0], discrepancy)))
         explanation.p_is_bound = False
     more = leaves_more(alone, last, floors) or helps_nobody(alone, kept, floors, explanation.left_out)
-    lost = outdone(explanation, generic) if named else 0.0
+    lost = outdone(explanation, discrepancy) if named else 0.0
     beyond = named and unknown <= 0.5 and (more or lost > 0.0)
-    unknown = max(unknown, BESIDE) if beyond else unknown
+    unknown = max(unknown, VERDICT.beside_unknown) if beyond else unknown
     candidates, nothing = probabilities(explanation, mismatch, unknown)
     unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
     found = effects_found(explanation, unknown) if named else []
     place, rest, members = locate(explanation), None, _members(explanation)
     if mismatch and (unknown > 0.5 or not named):
-        if by_discrepancy(generic):
-            place = place.led_by(generic.driver)
-        seen = None if generic is None else generic.quantity
+        if by_discrepancy(discrepancy):
+            place = place.led_by(discrepancy.driver)
+        seen = None if discrepancy is None else discrepancy.quantity
         found, model, rest, before, after = _described(explanation, place, seen, unknown, found, scores)
         share = unknown if named else 1.0
         members = [(s, p, f, (1.0 - share) * w, more) for s, p, f, w, more in members if s != "base"]
@@ -105,14 +99,14 @@ def conclude(explanation: Explanation) -> Conclusion:
             after = smoothed
             members = [(*member[:4], rest.corrected) for member in members]
         if beyond:
-            rival = None if more else generic
+            rival = None if more else discrepancy
             found.append(_left_over(explanation, unknown, last, found, rival, lost))
         found.sort(key=lambda f: -f.probability)
     return Conclusion(
         explanation,
         mismatch,
         place,
-        _component(explanation, found, generic),
+        _component(explanation, found, discrepancy),
         found,
         candidates,
         nothing,
@@ -124,7 +118,7 @@ def conclude(explanation: Explanation) -> Conclusion:
         {slug: w for slug, _, _, w, _ in members},
         _next(explanation, found),
         rest,
-        generic,
+        discrepancy,
         [*taken_back, *_contending(explanation, found)],
     )
 
@@ -144,9 +138,9 @@ def _described(
     doubtful: list[Found],
     scores: Scores,
 ) -> tuple[list[Found], tuple[Program, Fit], Discrepancy | None, HeldOut, HeldOut]:
-    """What enters the model where something is unmodelled, and the scores of the base model and of it.
+    """The model discrepancy and the scores where something is unmodelled.
 
-    Doubtful effects do if what was left out needs them, a smooth term if it is predicted better with it.
+    Doubtful effects stay if held-out recordings need them. A smooth term stays if it predicts them better.
     """
     alone = [_unmodelled(unknown, doubtful, explanation)]
     program = explanation.program
@@ -154,7 +148,7 @@ def _described(
     options = [(before, alone, explanation.base, None)]
     if doubtful:
         score = scores.averaged([(program, explanation.final, 1.0)])
-        if score.reduced_chi2 - 1.0 < HELPS * max(before.reduced_chi2 - 1.0, 0.0):
+        if score.reduced_chi2 - 1.0 < VERDICT.maximum_kept * max(before.reduced_chi2 - 1.0, 0.0):
             options.append((score, [*alone, *doubtful], explanation.final, None))
     for _, found, fit, _ in tuple(options):
         rest = fitted_discrepancy(program, fit, place, seen)
@@ -165,13 +159,15 @@ def _described(
 
 
 def _members(explanation: Explanation) -> list[tuple[str, Program, Fit, float, Correction | None]]:
-    """Explanations that predictions average over: those of the last effect, by their probabilities."""
-    if not explanation.standings:
+    """Explanations that predictions average over: candidates for the last effect, by their probabilities."""
+    if not explanation.leave_one_out:
         return [("base", explanation.program, explanation.base, 1.0, None)]
-    last = explanation.standings[-1]
-    weights = weights_of(np.array([last.worth(t) for t in last.trials]))
+    last = explanation.leave_one_out[-1]
+    weights = weights_of(np.array([last.worth(t) for t in last.candidates]))
     kept = [
-        (t, w) for t, w in zip(last.trials, weights, strict=True) if w >= LEAST_WEIGHT or t.slug == last.slug
+        (t, w)
+        for t, w in zip(last.candidates, weights, strict=True)
+        if w >= VERDICT.minimum_weight or t.slug == last.slug
     ]
     total = sum(w for _, w in kept)
     program, final = explanation.program, explanation.final
@@ -188,8 +184,17 @@ def _left_over(
     rival: DiscrepancyEvidence | None,
     lost: float,
 ) -> Found:
-    """What named effects leave, as an entry of its own beside them; `rival` and what it gains on them where
-    they leave nothing, but a nameless correction predicts recordings left out better."""
+    """What named effects leave, as an entry of its own beside them.
+
+    Args:
+        explanation: of the search.
+        unknown: probability of something unknown.
+        last: predictive chi-squares of the model with the effects.
+        found: the named effects.
+        rival: discrepancy that predicts held-out recordings better, where the effects leave no more than
+            noise.
+        lost: log-likelihood by which it does.
+    """
     program, names = explanation.program, [f.slug for f in found]
     masks = program.fitted, program.unseen
     excess = [(left - 1.0) * program.observations(mask) for left, mask in zip(last, masks, strict=True)]
@@ -223,35 +228,23 @@ def _unmodelled(unknown: float, found: list[Found], explanation: Explanation) ->
     )
 
 
-def _component(explanation: Explanation, found: list[Found], generic: DiscrepancyEvidence | None) -> str:
+def _component(explanation: Explanation, found: list[Found], discrepancy: DiscrepancyEvidence | None) -> str:
     """Where a report locates the misfit; springs of an actuator by their number."""
     if not found:
         return "none"
     named = [f.slug for f in found if f.slug != UNMODELLED]
     if not named or found[0].slug == UNMODELLED:
-        softened = by_discrepancy(generic) and generic.quantity == WALL
+        softened = by_discrepancy(discrepancy) and discrepancy.quantity == WALL
         return "elastomer" if softened else _guess(explanation)
-    component = CATALOGUE[named[0]].component
-    if component == "spring" and explanation.program.kind == "wire":
-        return "wire"
-    if component == "spring" and explanation.program.kind == "actuator":
-        recordings = explanation.program.recordings
-        measured = [n for n in (1, 2, 3) if any(r.has(f"resistance_{n}") for r in recordings)]
-        others = [n for n in (1, 2, 3) if n not in measured]
-        driven = measured[0] if measured else 2
-        if named[0] == "opposing_spring_heating" and driven in (1, 2):
-            return f"spring_{3 - driven if 3 - driven in others else driven}"
-        return f"spring_{driven}"
-    return component
+    program = explanation.program
+    return program.specimen.located(CATALOGUE[named[0]].component, program.recordings, named[0])
 
 
 def _guess(explanation: Explanation) -> str:
     """Component of a misfit that no effect explains: that of the best candidate."""
     if explanation.first:
-        component = CATALOGUE[explanation.first.slug].component
-        if component == "spring" and explanation.program.kind in ("actuator", "wire"):
-            return "spring_2" if explanation.program.kind == "actuator" else "wire"
-        return component
+        component, program = CATALOGUE[explanation.first.slug].component, explanation.program
+        return program.specimen.located(component, program.recordings, "")
     return "unknown"
 
 
@@ -260,7 +253,7 @@ def _next(explanation: Explanation, found: list[Found]) -> dict | None:
     first = explanation.first
     if not first or not found:
         return None
-    rivals = [t for t in explanation.leading.trials if t is not first]
+    rivals = [t for t in explanation.leading.candidates if t is not first]
     names = [first.slug, *(t.slug for t in rivals[:1])]
     if not rivals:
         return {

@@ -16,8 +16,27 @@ from .probabilities import UNMODELLED, Found
 
 @dataclass
 class Conclusion:
-    """Everything that a report says; `notes` is what to read with care, `asked` about effects asked for,
-    `start` what the recordings were compared with."""
+    """The result of a diagnosis.
+
+    Attributes:
+        explanation: of the search.
+        mismatch: the recordings contradict the base model.
+        place: where the misfit is.
+        component: part of the specimen or stand that is concerned.
+        found: named effects and `unmodelled`, most likely first.
+        candidates: probability as the strongest explanation and log Bayes factor, by effect.
+        nothing, unknown: probability that nothing is missing, and of something outside the catalogue.
+        explanation_set: fewest candidates that together are likely enough.
+        before, after: held-out scores of the base model and of the augmented model.
+        mean: held-out score of the mean prediction of several explanations.
+        members: weights of these explanations.
+        next_experiment: what to record next.
+        remainder: the saved discrepancy, if there is one.
+        discrepancy: the discrepancy of largest evidence.
+        notes: sentences about what is to be read with care.
+        asked: answers about effects that were asked for.
+        start: what the recordings were compared with.
+    """
 
     explanation: Explanation
     mismatch: bool
@@ -34,7 +53,7 @@ class Conclusion:
     members: dict[str, float]
     next_experiment: dict | None
     remainder: Discrepancy | None
-    generic: DiscrepancyEvidence | None
+    discrepancy: DiscrepancyEvidence | None
     notes: list[str] = field(default_factory=list)
     asked: list[dict] = field(default_factory=list)
     start: Start = field(default_factory=Start)

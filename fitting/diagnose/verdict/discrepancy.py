@@ -1,7 +1,7 @@
-"""What no named effect explains, as a smooth function of what it goes with: described, not explained.
+"""Model discrepancy as a smooth function of one driver: a description of what no named effect explains.
 
-It is added to the last model that was fitted and enters the augmented model as `unmodelled`. Outside the
-range of its driver it is unknown: it is held there, and that is said.
+It is added to the last model that was fitted, and enters the augmented model as `unmodelled`. Outside the
+range of its driver it is unknown: it is held there, and the report says so.
 """
 
 from collections.abc import Sequence
@@ -14,15 +14,11 @@ from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
 from ..fit.cross_validation import Masks, deciding
 from ..fit.refit import Fit
+from ..settings import DEFAULT
 from .discrepancy_places import Response, acts, hats, responses
 from .locate import Place, drivers_of, knots_of
 
-COUNTS = (8, 16)
-"""Numbers of knots that are tried."""
-WORTH = 0.75
-"""Share of what named effects leave that a smooth term beside them may leave at most."""
-RIDGE = 1e-3
-"""Weight that holds the correction near zero, of its own information."""
+DISCREPANCY = DEFAULT.discrepancy
 
 
 @dataclass(frozen=True)
@@ -34,7 +30,7 @@ class Discrepancy:
         quantity: output that it adds to, or the stiffness whose relative change it is; see `places`.
         response: of the place.
         driver: what it is a function of.
-        course: of the driver, shape (recordings, rows).
+        along: of the driver, shape (recordings, rows).
         knots: of the driver, ascending, from its smallest to its largest fitted value.
         values, sd: added at each knot, and standard errors; SI.
     """
@@ -43,7 +39,7 @@ class Discrepancy:
     quantity: str
     response: Response
     driver: str
-    course: np.ndarray
+    along: np.ndarray
     knots: np.ndarray
     values: np.ndarray
     sd: np.ndarray
@@ -57,7 +53,7 @@ class Discrepancy:
         return self._added(evaluation, self.values)
 
     def solved(self, evaluation: Evaluation, weight: Masks) -> tuple[np.ndarray, np.ndarray]:
-        """What to add at each knot, and standard errors; a weak ridge holds what nothing tells at zero."""
+        """Values at the knots, and standard errors; a weak ridge holds open values at zero."""
         blocks, misfit = [], []
         for k, j, part in self._parts():
             w = np.broadcast_to(weight[k], evaluation.misfit[k].shape)[part]
@@ -65,14 +61,14 @@ class Discrepancy:
             misfit.append(w * evaluation.misfit[k][part])
         A, r = np.concatenate(blocks), np.concatenate(misfit)
         H = A.T @ A
-        H += max(RIDGE * np.trace(H) / len(self.knots), 1e-12) * np.eye(len(self.knots))
+        H += max(DISCREPANCY.ridge * np.trace(H) / len(self.knots), 1e-12) * np.eye(len(self.knots))
         return -np.linalg.solve(H, A.T @ r), np.sqrt(np.diag(np.linalg.inv(H)))
 
     def _hats(self, k: int, j: int) -> np.ndarray:
-        return hats(self.program, k, j, self.response, self.course, self.knots)
+        return hats(self.program, k, j, self.response, self.along, self.knots)
 
     def _parts(self) -> list[tuple[int, int, slice]]:
-        """Recording, channel and place in the recording's misfit of every course that it changes."""
+        """Recording, channel and place in the recording's misfit of every along that it changes."""
         found = []
         for k, channels in enumerate(self.program.channels):
             first = 0
@@ -88,7 +84,7 @@ class Discrepancy:
         predicted = [list(channels) for channels in evaluation.predicted]
         for k, j, part in self._parts():
             misfit[k][part] += values @ self._hats(k, j)
-            change = np.interp(np.nan_to_num(self.course[k]), self.knots, values)
+            change = np.interp(np.nan_to_num(self.along[k]), self.knots, values)
             response = self.response[self.program.channels[k][j].quantity][k]
             predicted[k][j] = predicted[k][j] + response * change
         return replace(evaluation, misfit=misfit, predicted=predicted)
@@ -97,26 +93,28 @@ class Discrepancy:
 def fitted_discrepancy(
     program: Program, fit: Fit, place: Place, seen: str | None = None
 ) -> Discrepancy | None:
-    """Describe what a model leaves, by the driver of a place that predicts parts that are left out best.
+    """The discrepancy of a model, by the driver that predicts left-out parts best.
 
-    None where no driver does better than nothing.
+    None where no driver predicts them better than nothing.
 
     Args:
         program: of the campaign.
         fit: model whose misfit it is.
         place: with the drivers that are tried.
-        seen: what a nameless correction acted on, if there was one: an output, or the silicone's stiffness.
+        seen: output, or silicone stiffness, on which the discrepancy of largest evidence acts.
     """
     first = _first(program)
     return _described(program, fit, (first,) if seen in (None, first) else (first, seen), place.drivers, 1.0)
 
 
 def beside(program: Program, fit: Fit) -> Discrepancy | None:
-    """Describe what named effects leave, in another form than nature's: by any driver.
+    """The discrepancy beside named effects, by any driver.
 
-    None where none takes a quarter of what is left of parts that are left out.
+    None where it removes too little of what the effects leave of left-out parts.
     """
-    return _described(program, fit, (_first(program),), tuple(drivers_of(program, fit)), WORTH)
+    return _described(
+        program, fit, (_first(program),), tuple(drivers_of(program, fit)), DISCREPANCY.maximum_kept
+    )
 
 
 def _first(program: Program) -> str:
@@ -127,27 +125,31 @@ def _first(program: Program) -> str:
 def _described(
     program: Program, fit: Fit, quantities: Sequence[str], drivers: Sequence[str], worth: float
 ) -> Discrepancy | None:
-    """By the place and driver that predict parts that are left out best, if they leave less of their excess
-    over noise than a share `worth`."""
+    """The discrepancy by the place and driver that predict left-out parts best.
+
+    None where it leaves more than a share `worth` of their excess over noise.
+    """
     evaluation = fit.evaluation
-    courses, places = drivers_of(program, fit), responses(program, fit)
+    drivers_of_rows, places = drivers_of(program, fit), responses(program, fit)
     sizes = [len(m) for m in evaluation.misfit]
     outs = deciding(program, sizes)
     trains = [[f * (1.0 - w) for f, w in zip(program.fitted, out, strict=True)] for out in outs]
     excess = sum(evaluation.chi2(out) for out in outs)
     noise = program.observations(program.fitted)
     best, least = None, excess if worth >= 1.0 else noise + worth * (excess - noise)
-    for quantity, name, count in product(quantities, drivers, COUNTS):
-        knots = _knots(program, courses[name], count)
+    for quantity, name, count in product(quantities, drivers, DISCREPANCY.saved_knots):
+        knots = _knots(program, drivers_of_rows[name], count)
         if quantity not in places or not acts(quantity, name, program.kind) or knots is None:
             continue
         blank = np.zeros(len(knots))
-        trial = Discrepancy(program, quantity, places[quantity], name, courses[name], knots, blank, blank)
+        tried = Discrepancy(
+            program, quantity, places[quantity], name, drivers_of_rows[name], knots, blank, blank
+        )
         left = sum(
-            trial.corrected(evaluation, train).chi2(out) for train, out in zip(trains, outs, strict=True)
+            tried.corrected(evaluation, train).chi2(out) for train, out in zip(trains, outs, strict=True)
         )
         if left < least:
-            best, least = trial, left
+            best, least = tried, left
     if best is None:
         return None
     everything = [np.full(size, float(f)) for size, f in zip(sizes, program.fitted, strict=True)]
@@ -155,11 +157,11 @@ def _described(
     return replace(best, values=values, sd=sd)
 
 
-def _knots(program: Program, course: np.ndarray, count: int) -> np.ndarray | None:
+def _knots(program: Program, along: np.ndarray, count: int) -> np.ndarray | None:
     """Quantiles of the driver over the fitted values; None where it hardly varies."""
     quantity = _first(program)
     seen = [
-        course[k][: len(channel.sigma)][np.isfinite(channel.sigma)]
+        along[k][: len(channel.sigma)][np.isfinite(channel.sigma)]
         for k in np.flatnonzero(program.fitted)
         for channel in program.channels[k]
         if channel.quantity == quantity

@@ -1,14 +1,15 @@
-"""Where a correction without a name may act: on an output, or within the model, on the silicone's stiffness.
+"""Places of a model discrepancy: an output, or the silicone's stiffness within the model.
 
-What changes an output by itself looks like an instrument; a stiffness that follows a clock, a temperature, a
-current or the bending changes all outputs together, each row by as much as the model says. To first order
-both are a course times a response.
+A change of an output by itself looks like an instrument. A change of stiffness along a clock, a temperature,
+a current or the bending changes all outputs together. To first order both are a function of rows times a
+response.
 """
 
 import numpy as np
 
+from fitting.specimens import specimen_of
 from fitting.specimens.rows import MARK
-from pneusma_jax.model_discrepancy import WALL, wall_drivers
+from pneusma_jax.model_discrepancy import WALL
 
 from ..evaluate.program import Program
 from ..fit.instrument_drift import outputs_of
@@ -19,10 +20,10 @@ Response = dict[str, np.ndarray]
 
 
 def responses(program: Program, fit: Fit) -> dict[str, Response]:
-    """Places of a fitted model with what they do to its outputs.
+    """Places of a fitted model with their effect on its outputs.
 
-    An output by itself, by its name; and the relative change of the silicone's stiffness, `WALL`, where a
-    base constant says what it does.
+    An output acts by itself, under its name. The relative change of the silicone's stiffness, `WALL`, is a
+    place where a base constant gives its effect.
     """
     ones = np.ones(program.stacked.mask.shape)
     found = {name: {name: ones} for name in outputs_of(program)}
@@ -31,8 +32,8 @@ def responses(program: Program, fit: Fit) -> dict[str, Response]:
 
 
 def acts(place: str, driver: str, kind: str) -> bool:
-    """Whether a place may follow a driver: an output any, the silicone what is no law's business."""
-    return place != WALL or driver in wall_drivers(kind)
+    """Whether a place may follow a driver: an output any, the silicone those that no law follows."""
+    return place != WALL or driver in specimen_of(kind).wall_drivers
 
 
 def _wall(program: Program, fit: Fit) -> Response | None:

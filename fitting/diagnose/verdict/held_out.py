@@ -1,4 +1,4 @@
-"""What a model is worth on recordings that it was not fitted to."""
+"""Held-out scores: models on recordings, or parts of them, that they were not fitted to."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -9,15 +9,15 @@ from fitting.inference.parallel import run_parallel
 
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
-from ..fit.cross_validation import ROUNDS, Masks, folds
+from ..fit.cross_validation import Masks, folds
 from ..fit.refit import Fit, Refitter
 from ..search.steps import Explanation
+from ..settings import DEFAULT
+
+CROSS_VALIDATION = DEFAULT.cross_validation
 
 Correction = Callable[[Evaluation, Masks], Evaluation]
 """Of a prediction, from what is weighed of its misfit."""
-
-MOST_FOLDS = 8
-"""Groups of recordings that are left out in turn, where there are more."""
 
 
 @dataclass(frozen=True)
@@ -41,8 +41,10 @@ Model = tuple[Program, Fit, float] | tuple[Program, Fit, float, Correction | Non
 
 
 class Scores:
-    """Scores of models on values that were not fitted. What a fit says without some of the values is fitted
-    once, however many mixtures and corrections it takes part in."""
+    """Held-out scores of models.
+
+    Each model is fitted once without each group of recordings, however many mixtures it takes part in.
+    """
 
     def __init__(self) -> None:
         self._without: dict[tuple[int, int], tuple[Fit, Evaluation]] = {}
@@ -65,7 +67,7 @@ class Scores:
         if program.fitted.all():
             how = "left out in turn" if len(sizes) > 1 else "within-recording"
             names = [r.name for r in program.recordings]
-            outs = folds(sizes, np.arange(len(sizes)), MOST_FOLDS)
+            outs = folds(sizes, np.arange(len(sizes)), CROSS_VALIDATION.maximum_folds)
             predicted = self._refitted
         else:
             how = "validation"
@@ -83,10 +85,14 @@ class Scores:
         return _score(program, run_parallel(averaged_over, enumerate(outs)), names, how)
 
     def _refitted(self, program: Program, fit: Fit, number: int, out: Masks) -> Evaluation:
-        """What a fit predicts that has not seen one of the groups, by its number."""
+        """Prediction of a fit without one group of recordings, by its number."""
         held = self._without.get((id(fit), number))
         if held is None:
-            evaluation = Refitter(program, [1.0 - w for w in out]).fit(fit.slugs, fit, ROUNDS).evaluation
+            evaluation = (
+                Refitter(program, [1.0 - w for w in out])
+                .fit(fit.slugs, fit, CROSS_VALIDATION.steps)
+                .evaluation
+            )
             held = self._without[id(fit), number] = fit, evaluation  # which keeps the fit, and so its id
         return held[1]
 

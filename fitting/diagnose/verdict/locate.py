@@ -1,4 +1,4 @@
-"""Where the misfit of the refitted base model is: what it goes with, in which range, in which rows."""
+"""Place of the misfit of the base fit: its drivers, a range of the first one, and rows."""
 
 from dataclasses import dataclass, replace
 
@@ -7,16 +7,13 @@ import numpy as np
 from ..evaluate.program import Program
 from ..fit.refit import Fit
 from ..search.steps import Explanation
+from ..settings import DEFAULT
+
+DISCREPANCY = DEFAULT.discrepancy
+PLACE = DEFAULT.place
 
 INTERNAL = ("gamma_", "ohms_", "taken", "slope_", "memory_")
 """Beginnings of the names of drivers that reports do not use."""
-BINS = 10
-DRIVERS = 3
-"""Most drivers that are reported."""
-CLOSEST = 0.5
-"""Least distance of a correction's knots, in that of as many evenly over nine tenths of the rows."""
-WINDOW = 0.2
-"""Part of a recording in which its misfit is looked for."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +34,7 @@ class Place:
 
     def led_by(self, driver: str) -> "Place":
         """The same with another driver first."""
-        return replace(self, drivers=[driver, *(d for d in self.drivers if d != driver)][:DRIVERS])
+        return replace(self, drivers=[driver, *(d for d in self.drivers if d != driver)][: PLACE.drivers])
 
 
 def locate(explanation: Explanation) -> Place:
@@ -50,7 +47,7 @@ def locate(explanation: Explanation) -> Place:
         share = _explained(values[valid], misfit[valid])
         if share is not None:
             shares[name] = share
-    ranked = sorted(shares, key=lambda name: -shares[name])[:DRIVERS]
+    ranked = sorted(shares, key=lambda name: -shares[name])[: PLACE.drivers]
     regions = [_region(name, drivers[name][valid], misfit[valid]) for name in ranked[:1]]
     rows = _window(program, misfit, valid)
     if rows is not None and regions:
@@ -59,17 +56,17 @@ def locate(explanation: Explanation) -> Place:
 
 
 def knots_of(values: np.ndarray, count: int) -> np.ndarray | None:
-    """Where a correction over a driver bends: quantiles of it; None where it hardly varies.
+    """Knots over a driver, at quantiles of it; None where it hardly varies.
 
-    Not more closely than `CLOSEST`: while a driver is held it varies by its noise alone, and so does what a
-    model predicts by it; a correction that bends there would follow that noise.
+    Knots keep a minimum distance. While a driver is held, it varies by its noise alone, and so does the
+    prediction. A discrepancy with knots there would follow that noise.
 
     Args:
         values: of the driver, finite, any shape.
         count: of the quantiles.
     """
     low, high = np.quantile(values, [0.05, 0.95])
-    apart, knots = CLOSEST * (high - low) / count, []
+    apart, knots = DISCREPANCY.minimum_distance * (high - low) / count, []
     for knot in np.unique(np.quantile(values, np.linspace(0.0, 1.0, count))):
         if not knots or knot - knots[-1] > apart:
             knots.append(knot)
@@ -106,7 +103,7 @@ def _misfit(program: Program, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
 def _explained(x: np.ndarray, y: np.ndarray) -> float | None:
     """Share of y's mean square that its mean over bins of x explains; None where x does not vary."""
     x = np.nan_to_num(x)
-    edges = np.unique(np.quantile(x, np.linspace(0.0, 1.0, BINS + 1)))
+    edges = np.unique(np.quantile(x, np.linspace(0.0, 1.0, PLACE.bins + 1)))
     if len(edges) < 3:
         return None
     place = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, len(edges) - 2)
@@ -119,7 +116,7 @@ def _region(name: str, x: np.ndarray, y: np.ndarray) -> str:
     """The half-range of a driver that holds most of the misfit for its size, in words."""
     x = np.nan_to_num(x)
     total, best = max(float(np.sum(y**2)), 1e-12), None
-    for q in (0.2, 0.35, 0.5, 0.65, 0.8):
+    for q in PLACE.quantiles:
         limit = float(np.quantile(x, q))
         for word, inside in (("<", x < limit), (">", x > limit)):
             if inside.any():
@@ -136,7 +133,7 @@ def _window(program: Program, misfit: np.ndarray, valid: np.ndarray) -> tuple[st
     best = None
     for k, recording in enumerate(program.recordings):
         count = int(np.sum(np.asarray(program.stacked.mask)[k]))
-        width = max(4, int(WINDOW * count))
+        width = max(4, int(PLACE.window_part * count))
         squares = np.cumsum(np.concatenate([[0.0], np.where(valid[k], misfit[k] ** 2, 0.0)]))
         if count < width:
             continue

@@ -1,17 +1,18 @@
-"""A diagnosis in words."""
+"""The text of a diagnosis."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+from fitting.specimens import specimen_of
 from pneusma_jax.effects import CATALOGUE
 
 from ..fit.misfit import predictive_chi_square
+from ..settings import DEFAULT
 from .conclusion import Conclusion
-from .probabilities import TENTATIVE
 
-NOTICED = 2.0
-"""Reduced chi-square of what was not fitted from which an agreement says a word about it."""
+VERDICT = DEFAULT.verdict
+
 SEPARATE = {
     "opposing_spring_heating": "swap which spring is heated and measure the resistance of the other one as "
     "well",
@@ -51,7 +52,7 @@ SEPARATE = {
 
 
 def separating(slugs: Sequence[str]) -> str:
-    """What to do next, so that these explanations part."""
+    """Sentences on how to separate these explanations."""
     first = SEPARATE.get(slugs[0], "repeat the recordings at another rate")
     if len(slugs) == 1:
         return f"To confirm {slugs[0]}: {first}."
@@ -71,7 +72,7 @@ def verdict_sentences(conclusion: Conclusion) -> list[str]:
 def unstated(conclusion: Conclusion) -> list[str]:
     """Names of recordings that contradict the model and do not state their specimen where its size counts."""
     recordings = conclusion.explanation.program.recordings if conclusion.mismatch else []
-    return [r.name for r in recordings if not r.geometry and r.kind not in ("elastomer", "wire")]
+    return [r.name for r in recordings if not r.geometry and specimen_of(r.kind).sized]
 
 
 def _verdict(conclusion: Conclusion) -> list[str]:
@@ -89,12 +90,16 @@ def _verdict(conclusion: Conclusion) -> list[str]:
     if names and names[0] == "unmodelled":
         whole = base_named(conclusion)
         lead = f"The recordings contradict {whole}, and no effect that is known here explains them."
-        rival = conclusion.generic
-        if conclusion.unknown <= TENTATIVE and not conclusion.explanation.final.slugs and rival is not None:
+        rival = conclusion.discrepancy
+        if (
+            conclusion.unknown <= VERDICT.tentative
+            and not conclusion.explanation.final.slugs
+            and rival is not None
+        ):
             lead = (
-                f"The recordings may contradict {whole}: no effect that is known explains them, and "
-                f"a smooth function of {rival.driver.replace('_', ' ')} without a name does with a log Bayes "
-                f"factor of {rival.bayes:.2g}, which is little."
+                f"The recordings may contradict {whole}, but no known effect explains them. A smooth "
+                f"function of {rival.driver.replace('_', ' ')} does, with a log Bayes factor of "
+                f"{rival.bayes:.2g}, which is little."
             )
     elif len(names) == 1:
         lead = f"{_capital(base_named(conclusion))} leaves out {names[0]}: {CATALOGUE[names[0]].sentence}"
@@ -156,7 +161,7 @@ def not_fitted(how: str) -> str:
 
 
 def refused(slugs: Sequence[str], how: str, before: float, after: float) -> str:
-    """Of effects that fit better and predict worse, in words."""
+    """A sentence about effects that fit better and predict worse."""
     it = "it" if len(slugs) == 1 else "them"
     return (
         f"{' and '.join(slugs)} would fit the recordings better, but with {it} the misfit of "
@@ -173,9 +178,9 @@ def went(before: float, after: float) -> str:
 
 
 def _not_fitted(conclusion: Conclusion) -> list[str]:
-    """Of an agreement: whether recordings that were not fitted are missed all the same, and why."""
+    """Sentences on validation recordings that an accepted base model misses, and why."""
     program, left = conclusion.explanation.program, conclusion.before.reduced_chi2
-    if program.fitted.all() or not left > NOTICED:
+    if program.fitted.all() or not left > VERDICT.faint:
         return []
     less = predictive_chi_square(program, conclusion.explanation.base, program.unseen)
     missed = f"Recordings kept for validation are missed by more than noise (reduced chi-square {left:.3g}),"
@@ -192,7 +197,7 @@ def _by_chance(chance: str) -> str:
 
 
 def contended(slugs: tuple[str, ...]) -> str:
-    """Of effects that explain more than those that are named, but by no more than instruments do."""
+    """A sentence about effects that explain more than the named ones, but no more than instruments do."""
     return (
         f"{' and '.join(slugs)} together explain and predict the recordings better than what is named, but "
         "drift or noise of the instruments explains the difference as well"

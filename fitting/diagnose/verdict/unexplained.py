@@ -1,112 +1,83 @@
-"""How what is left is judged: by chance, by drift, by a nameless correction, by what was not fitted."""
+"""Judgement of the remaining misfit: chance, drift, a model discrepancy, held-out recordings."""
 
 import numpy as np
 from scipy.stats import chi2
 
 from ..evaluate.program import Program
 from ..fit.evidence import inflation_of, log_likelihood
-from ..fit.instrument_drift import DRIFTS
 from ..fit.misfit import reduced, spread
 from ..fit.refit import largest_deviation
-from ..search.choose import CERTAIN, PREDICTS, SETTLED
 from ..search.steps import Explanation
-from ..search.stepwise import LEVEL
+from ..settings import DEFAULT
 from .discrepancy_evidence import DiscrepancyEvidence
-from .probabilities import NOTHING_LEFT, TENTATIVE
 
-ASTRAY = 3.5
-"""Standard deviations from nominal at which a base constant says that the explanation is wrong in form."""
-DOUBTFUL, REFUTED = 0.2, 0.6
-"""Probability of something unknown where a base constant is astray; and where recordings that were left out,
-or not fitted, are predicted worse than without the effects, or left-out ones half as well as by a nameless
-correction."""
-MUCH_LEFT = 0.45
-"""Share of a misfit that no right explanation leaves, of what was fitted or of what was not. Right ones, in
-another form than nature's, left up to 0.19 of it and once 0.3; names that stood for something else 0.2 to 0.3
-and more."""
-LEFT, SIGNIFICANT = 0.15, 3.0
-"""Excess of a reduced chi-square over 1 that counts as left over: this much, and as many of its standard
-deviations."""
-OVER = 0.3
-"""Excess of a reduced chi-square over noise, of what was fitted or of what was not, from which named effects
-leave something unmodelled, if it is also more than the share that a right form may leave."""
-HELPS = 0.5
-"""Share of the misfit of what was left out that a doubtful effect may leave to stay in the model."""
-FAINT = 1.4
-"""Reduced chi-square up to which a misfit that no effect explains, and no nameless correction either, is not
-held against the model; less what slow drift of the instruments explains."""
-MOST_DRIFT = 2.0 * DRIFTS[-1] ** 2
-"""Part of a reduced chi-square that drift may explain at most."""
-SURE = 3.5
-"""Standard deviations of a reduced chi-square over 1 from which the same, where the noise is stated, no
-chance makes a signature as strong and what was not fitted is not predicted as well as noise lets it."""
-DISCREPANCY = CERTAIN
-"""Log Bayes factor of a nameless correction, which has drift for a rival, from which a misfit that no effect
-explains is one: that of a first effect. Of 130 nulls none reached 4."""
-NAMED_NOTHING = 0.9
-"""Probability of something unknown, at least, where recordings contradict the model and no effect explains
-it."""
-GROSS = 4.0
-"""Reduced chi-square from which recordings contradict the model: fitted and left-out ones even where no
-signature of an effect stands out, either where one does."""
+SCORE_TEST = DEFAULT.score_test
+EVIDENCE = DEFAULT.evidence
+ENTRY = DEFAULT.entry
+DRIFT = DEFAULT.drift
+VERDICT = DEFAULT.verdict
 
 
 def contradicted(
-    explanation: Explanation, base: list[float], generic: DiscrepancyEvidence | None, floors: list[float]
+    explanation: Explanation, base: list[float], discrepancy: DiscrepancyEvidence | None, floors: list[float]
 ) -> bool:
     """Whether recordings contradict the base model although no effect explains it.
 
     Args:
         explanation: of the campaign.
-        base: reduced chi-square of the base model, of what was fitted and, as `foretold`, of what scores.
-        generic: the best nameless correction.
-        floors: what noise leaves of both: misfit that changes from row to row is none of a model's.
+        base: predictive reduced chi-square of the base model, of fitted and of scored recordings.
+        discrepancy: of largest evidence.
+        floors: chi-square of noise of both, see `misfit.floor`.
     """
-    return by_discrepancy(generic) or _by_signature(explanation, base, generic, floors)
+    return by_discrepancy(discrepancy) or _by_signature(explanation, base, discrepancy, floors)
 
 
-def by_discrepancy(generic: DiscrepancyEvidence | None) -> bool:
-    """Whether a nameless correction says that something is missing."""
-    return generic is not None and generic.bayes > DISCREPANCY
+def by_discrepancy(discrepancy: DiscrepancyEvidence | None) -> bool:
+    """Whether the evidence of a model discrepancy says that something is missing."""
+    return discrepancy is not None and discrepancy.bayes > EVIDENCE.minimum_first
 
 
 def discrepancy_probability(
     explanation: Explanation,
     base: list[float],
-    generic: DiscrepancyEvidence | None,
+    discrepancy: DiscrepancyEvidence | None,
     floors: list[float],
     left: float,
 ) -> float:
-    """Probability of something unknown where recordings contradict the base model and no effect explains it:
-    tentative where only a nameless correction of little evidence says so.
+    """Probability of something unknown where recordings contradict the base model without a named effect.
+
+    It is tentative where only a discrepancy of little evidence says so.
 
     Args:
-        explanation, base, generic, floors: as for `contradicted`.
-        left: probability of it from how much is left.
+        explanation, base, discrepancy, floors: as for `contradicted`.
+        left: probability of it from the remaining misfit.
     """
-    settled = generic is not None and generic.bayes > SETTLED
-    settled = settled or _by_signature(explanation, base, generic, floors)
-    return max(left, NAMED_NOTHING) if settled else TENTATIVE
+    certain = discrepancy is not None and discrepancy.bayes > EVIDENCE.minimum_settled
+    certain = certain or _by_signature(explanation, base, discrepancy, floors)
+    return max(left, VERDICT.nothing_named_unknown) if certain else VERDICT.tentative
 
 
 def _by_signature(
-    explanation: Explanation, base: list[float], generic: DiscrepancyEvidence | None, floors: list[float]
+    explanation: Explanation, base: list[float], discrepancy: DiscrepancyEvidence | None, floors: list[float]
 ) -> bool:
-    """Whether a signature stands out, and so does what is left as a whole."""
+    """Whether a score stands out, and the whole misfit, too."""
     program = explanation.program
-    if explanation.p_value > LEVEL:
+    if explanation.p_value > SCORE_TEST.level:
         return False
     base = [score - (noise - 1.0) for score, noise in zip(base, floors, strict=True)]
     sure = explanation.p_is_bound and program.noise_stated and base[1] > 1.0
-    chance = 1.0 + SURE * spread(program, program.fitted)
-    left = steady(base[0], generic)
-    return min(left, base[1]) > FAINT or max(base) > GROSS or (sure and left > chance)
+    chance = 1.0 + VERDICT.sure_deviations * spread(program, program.fitted)
+    left = steady(base[0], discrepancy)
+    return min(left, base[1]) > VERDICT.faint or max(base) > VERDICT.gross or (sure and left > chance)
 
 
-def steady(left: float, generic: DiscrepancyEvidence | None) -> float:
-    """What is left of a reduced chi-square less what slow drift of the instruments explains, of a size that
-    passes for noise."""
-    return left if generic is None else min(left, max(generic.adrift, left - MOST_DRIFT))
+def steady(left: float, discrepancy: DiscrepancyEvidence | None) -> float:
+    """Reduced chi-square less what drift explains, of a size within the noise."""
+    return (
+        left
+        if discrepancy is None
+        else min(left, max(discrepancy.left_by_drift, left - DRIFT.maximum_explained))
+    )
 
 
 def tail(program: Program, reduced_chi2: float) -> float:
@@ -117,59 +88,59 @@ def tail(program: Program, reduced_chi2: float) -> float:
 
 def limit_of(program: Program, chosen: np.ndarray) -> float:
     """Reduced chi-square of some recordings up to which nothing counts as left over."""
-    return 1.0 + max(LEFT, SIGNIFICANT * spread(program, chosen))
+    return 1.0 + max(VERDICT.minimum_excess, VERDICT.minimum_deviations * spread(program, chosen))
 
 
 def refuted(
     explanation: Explanation,
-    generic: DiscrepancyEvidence | None,
+    discrepancy: DiscrepancyEvidence | None,
     limits: list[float],
     base: list[float],
     last: list[float],
 ) -> float:
-    """Probability of something unknown, from what speaks against the effects that were found.
+    """Probability of something unknown, from evidence against the named effects.
 
-    A nameless correction that predicts left-out recordings better does, where the effects leave more than
-    noise, of fitted ones, too. Recordings that were not fitted do where they are missed, and by more than
-    without the effects. (Of 39 mismatches that were scored one was like that, a null.)
+    A discrepancy counts that predicts left-out recordings better, where the effects leave more than noise. So
+    do validation recordings that are missed by more than without the effects.
 
     Args:
-        explanation, generic: as for `contradicted`.
-        limits: reduced chi-square, of what was fitted and of what scores, up to which nothing is left.
-        base, last: `foretold` of both, without and with the effects: what extrapolates badly may be right.
+        explanation, discrepancy: as for `contradicted`.
+        limits: reduced chi-square up to which nothing is left, of fitted and of scored recordings.
+        base, last: predictive reduced chi-squares of both, without and with the effects.
     """
     program, fit = explanation.program, explanation.final
     doubt = 0.0
-    if largest_deviation(program.unknowns, fit) > ASTRAY:
-        doubt = DOUBTFUL
+    if largest_deviation(program.unknowns, fit) > VERDICT.astray:
+        doubt = VERDICT.astray_unknown
     before, after = explanation.left_out
     worse = after >= before or (not program.fitted.all() and last[1] > max(base[1], limits[1]))
     left = min(after, reduced(program, fit, program.fitted)) > limits[0]
-    if generic is not None and left and after - 1.0 > NOTHING_LEFT * (before - 1.0):
-        worse |= generic.left_out - 1.0 < 0.5 * (after - 1.0)
-    return REFUTED if worse else doubt
+    if discrepancy is not None and left and after - 1.0 > VERDICT.imperfect_share * (before - 1.0):
+        worse |= discrepancy.left_out - 1.0 < VERDICT.maximum_kept * (after - 1.0)
+    return VERDICT.refuted_unknown if worse else doubt
 
 
 def unexplained(base: list[float], last: list[float], floors: list[float], limits: list[float]) -> float:
-    """Probability that what is left is none of the candidates, from how much is left over noise."""
+    """Probability that none of the candidates is right, from the share of the misfit that remains."""
     worst = 0.0
     for before, after, noise, limit in zip(base, last, floors, limits, strict=True):
         if after > limit and before > noise:
             share = (after - noise) / max(before - noise, 1e-6)
-            worst = max(worst, (share - NOTHING_LEFT) / (MUCH_LEFT - NOTHING_LEFT))
+            worst = max(
+                worst, (share - VERDICT.imperfect_share) / (VERDICT.unknown_share - VERDICT.imperfect_share)
+            )
     return float(np.clip(worst, 0.01, 0.97))
 
 
 def leaves_more(base: list[float], last: list[float], floors: list[float]) -> bool:
-    """Whether named effects leave more than noise and than a right form may: their model does not hold.
+    """Whether named effects leave more than noise and more than a right form may.
 
     Args:
-        base, last: reduced chi-square of the base model and with the effects, of what was fitted and of what
-            scores.
-        floors: what noise leaves of both.
+        base, last: reduced chi-square without and with the effects, of fitted and of scored recordings.
+        floors: chi-square of noise of both.
     """
     return any(
-        _keeps(before, after, noise, NOTHING_LEFT)
+        _keeps(before, after, noise, VERDICT.imperfect_share)
         for before, after, noise in zip(base, last, floors, strict=True)
     )
 
@@ -177,25 +148,34 @@ def leaves_more(base: list[float], last: list[float], floors: list[float]) -> bo
 def helps_nobody(
     base: list[float], last: list[float], floors: list[float], left_out: tuple[float, float]
 ) -> bool:
-    """Whether named effects leave recordings that were not fitted, or those left out in turn, more than half
-    of what they are missed by, whatever the uncertainty of the constants could excuse: the names help nobody
-    there. Those left out in turn say so only where others are missed, too: what extrapolates badly may be
-    right. Arguments as for `leaves_more`, and scores of recordings left out in turn, NaN if not asked."""
-    over = any(after > noise + OVER for after, noise in zip(last, floors, strict=True))
-    return _keeps(base[1], last[1], floors[1], HELPS) or (over and _keeps(*left_out, floors[0], HELPS))
+    """Whether named effects leave held-out recordings more than half of their misfit.
+
+    Recordings left out in turn count only where others are missed, too, because a right model may extrapolate
+    badly.
+
+    Args:
+        base, last, floors: as for `leaves_more`.
+        left_out: cross-validated reduced chi-squares, NaN if not computed.
+    """
+    over = any(after > noise + VERDICT.minimum_over for after, noise in zip(last, floors, strict=True))
+    return _keeps(base[1], last[1], floors[1], VERDICT.maximum_kept) or (
+        over and _keeps(*left_out, floors[0], VERDICT.maximum_kept)
+    )
 
 
-def outdone(explanation: Explanation, generic: DiscrepancyEvidence | None) -> float:
-    """Log-likelihood of recordings left out in turn, deflated, by which a nameless correction predicts them
-    better than named effects do, where that is as much as an effect must gain there; else 0."""
-    if generic is None:
+def outdone(explanation: Explanation, discrepancy: DiscrepancyEvidence | None) -> float:
+    """Held-out log-likelihood, deflated, by which a discrepancy predicts better than named effects.
+
+    It is 0 where it is less than an effect must gain.
+    """
+    if discrepancy is None:
         return 0.0
     program = explanation.program
-    better = explanation.left_out[1] - generic.left_out  # NaN, which gains nothing, if unasked
+    better = explanation.left_out[1] - discrepancy.left_out  # NaN, which gains nothing, if unasked
     gain = log_likelihood(program, better, inflation_of(program, explanation.final))
-    return float(gain) if gain > PREDICTS else 0.0
+    return float(gain) if gain > ENTRY.minimum_gain else 0.0
 
 
 def _keeps(before: float, after: float, noise: float, share: float) -> bool:
     """Whether more than noise is left, and more than a share of the misfit."""
-    return after > noise + OVER and after - noise > share * (before - noise)
+    return after > noise + VERDICT.minimum_over and after - noise > share * (before - noise)

@@ -1,13 +1,13 @@
 """Figures of a diagnosis: recordings against both models, residuals, probabilities."""
 
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fitting.data.recordings import schema
 from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.report.figures import axis_label, style
-from fitting.specimens.wire import set_apart
+from fitting.specimens import specimen_of
 from pneusma_jax.units import from_si
 
 MOST_SHOWN = 6
@@ -20,10 +20,10 @@ def recordings_figure(conclusion: Conclusion) -> Figure:
     with style():
         columns = min(3, len(shown))
         rows = -(-len(shown) // columns)
-        figure, axes = plt.subplots(
-            2 * rows, columns, figsize=(4.2 * columns, 3.6 * rows), squeeze=False, layout="constrained",
-            gridspec_kw={"height_ratios": [2.2, 1.0] * rows},
-        )  # fmt: skip
+        figure = Figure(figsize=(4.2 * columns, 3.6 * rows), layout="constrained")
+        axes = figure.subplots(
+            2 * rows, columns, squeeze=False, gridspec_kw={"height_ratios": [2.2, 1.0] * rows}
+        )
         for place, k in enumerate(shown):
             top, below = (
                 axes[2 * (place // columns), place % columns],
@@ -51,10 +51,10 @@ def _shown(conclusion: Conclusion) -> list[int]:
     return sorted(order[:MOST_SHOWN])
 
 
-def _one(conclusion: Conclusion, k: int, top: plt.Axes, below: plt.Axes) -> None:
+def _one(conclusion: Conclusion, k: int, top: Axes, below: Axes) -> None:
     x = conclusion.explanation
     recording, channel = x.program.recordings[k], x.program.channels[k][0]
-    known = schema.COLUMNS[recording.kind].outputs
+    known = schema.KINDS[recording.kind].columns.outputs
     column = next(c for c in known if schema.quantity_and_unit(c)[0] == channel.quantity)
     unit = schema.quantity_and_unit(column)[1]
     there = np.isfinite(channel.sigma)
@@ -62,7 +62,7 @@ def _one(conclusion: Conclusion, k: int, top: plt.Axes, below: plt.Axes) -> None
     show = lambda values: from_si(np.asarray(values)[there], unit)  # noqa: E731
     base, after = x.base.evaluation.predicted[k][0], conclusion.shown.predicted[k][0]
     top.plot(time, show(channel.measured), ".", ms=2.5, color=DATA, label="measured")
-    begun = set_apart(recording) if recording.kind == "wire" else None
+    begun = specimen_of(recording.kind).set_apart(recording)
     if begun is not None:
         clock = recording.si("time") if recording.has("time") else np.arange(len(recording))
         first = recording.columns[column][: begun.rows]
@@ -100,7 +100,8 @@ def probability_figure(conclusion: Conclusion) -> Figure:
     names = [*ranked, "none of these", "nothing is missing"]
     values = [*(pool[s] for s in ranked), conclusion.unknown, conclusion.nothing]
     with style():
-        figure, axes = plt.subplots(figsize=(6.4, 0.34 * len(names) + 0.9), layout="constrained")
+        figure = Figure(figsize=(6.4, 0.34 * len(names) + 0.9), layout="constrained")
+        axes = figure.subplots()
         colours = [AFTER] * len(ranked) + ["#64748b", "#16a34a"]
         axes.barh(range(len(names)), values, color=colours)
         axes.set_yticks(range(len(names)), [n.replace("_", " ") for n in names], fontsize=8)

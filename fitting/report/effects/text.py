@@ -1,22 +1,22 @@
 """The catalogue and its entries in words, for a terminal."""
 
 import inspect
+import math
 import textwrap
 
-from fitting.simulate.effect_signature import KINDS
+from fitting.specimens import SPECIMENS
+from fitting.specimens.registry import named_by
 from pneusma_jax.effects import CATALOGUE, Effect, find_effect
 
-WIDTH = 100
+from ..table import WIDTH, Table, table_text
 
 
 def catalogue_table() -> str:
     """Every effect: its name, the kinds of recording that can show it, where a report puts it, what it is."""
-    widths = [max(len(slug) for slug in CATALOGUE), 5, max(len(e.component) for e in CATALOGUE.values())]
-    rows = [("effect", "kinds", "where", "what was left out")]
-    rows += [(slug, effect.kinds, effect.component, effect.sentence) for slug, effect in CATALOGUE.items()]
-    lines = ["  ".join(cell.ljust(n) for cell, n in zip(row, (*widths, 0), strict=True)) for row in rows]
-    letters = ", ".join(f"{letter} {word}" for letter, word in KINDS.items())
-    return "\n".join([*lines, "", f"kinds: {letters}"])
+    rows = [(slug, effect.kinds, effect.component, effect.sentence) for slug, effect in CATALOGUE.items()]
+    table = Table(("effect", "kinds", "where", "what was left out"), rows)
+    letters = ", ".join(f"{one.letter} {one.kind}" for one in SPECIMENS.values())
+    return f"{table_text(table, indent=0, width=math.inf)}\n\nkinds: {letters}"
 
 
 def described(slug: str) -> str:
@@ -33,12 +33,12 @@ def described(slug: str) -> str:
         "",
         *_filled(f"Law: {law}"),
         *_filled(f"Source: {effect.literature}."),
-        *_filled(f"Reported as: {effect.component}; in: {', '.join(KINDS[k] for k in effect.kinds)}."),
+        *_filled(f"Reported as: {effect.component}; in: {', '.join(named_by(effect.kinds))}."),
         *_filled(f"Acts at: {', '.join(acts_at(effect))}."),
         "",
     ]
     for name, spec in effect.specs.items():
-        where = f" (only: {', '.join(KINDS[k] for k in spec.kinds)})" if spec.kinds else ""
+        where = f" (only: {', '.join(named_by(spec.kinds))})" if spec.kinds else ""
         absent = "shape" if spec.shape else f"absent at {spec.neutral:g}"
         numbers = f"{spec.low:g} to {spec.high:g} {spec.unit}, typically {spec.typical:g}; {absent}"
         lines.append(f"  {name:18} {spec.text}{where}: {numbers}")

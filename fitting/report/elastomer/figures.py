@@ -9,7 +9,8 @@ from fitting.calibrate.elastomer.held_out import RangeFit
 from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation
 from fitting.calibrate.elastomer.stability import ACTUATOR_STRAIN
 
-from ..figures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, axis_label, style
+from ..figures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, axis_label
+from ..report import Picture
 
 COLOURS = {
     "polynomial": GREY,
@@ -26,14 +27,35 @@ POINTS = 300
 MOST_MARKS = 90  # of all recordings together; more are a smear
 
 
-def figures(result: ElastomerCharacterisation) -> dict[str, Figure]:
-    """All figures by name."""
-    with style():
-        drawn = {"fit": fit_figure(result), "residuals": residual_figure(result)}
-        if len(next(iter(result.whole.held.values())).ranges) > 1:
-            drawn["drift"] = drift_figure(result.whole)
-            drawn["held_out"] = held_out_figure(result.whole)
-    return drawn
+def pictures(result: ElastomerCharacterisation) -> dict[str, Picture]:
+    """Every figure by name; those over ranges only if there are several ranges."""
+    drawn = [
+        Picture(
+            "fit",
+            "Measured engineering stress with every law; the one taken is drawn thick. Right: an actuator's "
+            "strains, where the laws part in compression that was not tested.",
+            lambda: fit_figure(result),
+        ),
+        Picture(
+            "residuals",
+            "What each law leaves of the curve. Noise would scatter around zero; slow waves are its shape.",
+            lambda: residual_figure(result),
+        ),
+        Picture(
+            "drift",
+            "Shear modulus at rest over the range that was fitted. A law of the right shape gives one "
+            "number.",
+            lambda: drift_figure(result.whole),
+        ),
+        Picture(
+            "held_out",
+            "Left and middle: relative error where a law was fitted, and on the next stretch, which it had "
+            "not seen. Right: error in gaps of the curve that were left out of the fit.",
+            lambda: held_out_figure(result.whole),
+        ),
+    ]
+    several = len(next(iter(result.whole.held.values())).ranges) > 1
+    return {picture.name: picture for picture in (drawn if several else drawn[:2])}
 
 
 def _axes(columns: int, width: float = 9.6, height: float = 4.2, **kwargs) -> tuple[Figure, np.ndarray]:
@@ -58,17 +80,18 @@ def _curves(
     axes: Axes, result: ElastomerCharacterisation, analysis: Analysis, span: tuple[float, float]
 ) -> None:
     samples = result.samples
-    shown = (samples.strain >= span[0]) & (samples.strain <= span[1])
+    strains, stresses = result.best.rested(samples)
+    shown = (strains >= span[0]) & (strains <= span[1])
     for k, curve in enumerate(samples.curves):
         mine = np.flatnonzero(samples.of(k) & shown)
         mine = mine[:: max(len(mine) * len(samples.curves) // MOST_MARKS, 1)]
         label = curve.name + (" (validation)" if curve.role == "validation" else "")
         axes.plot(
-            samples.stretch[mine], samples.stress[mine] / 1e3, MARKERS[k % len(MARKERS)], ms=3.2, mew=0.6,
+            1.0 + strains[mine], stresses[mine] / 1e3, MARKERS[k % len(MARKERS)], ms=3.2, mew=0.6,
             color=BLACK, markerfacecolor="none", zorder=4, label=label if len(samples.curves) <= 6 else None,
         )  # fmt: skip
     strain = np.linspace(*span, POINTS)
-    limits = samples.stress[shown] / 1e3
+    limits = stresses[shown] / 1e3
     room = 0.15 * np.ptp(limits)
     worst = limits.min() - (4.0 * room if span[0] < samples.strain.min() - 0.05 else room)
     for name, fit in analysis.fits.items():

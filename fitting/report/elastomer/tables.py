@@ -1,71 +1,52 @@
-"""Tables of the fit of an elastomer, as texts: the same rows for the terminal, the page and CSV files."""
+"""Tables of the fit of an elastomer."""
 
-import csv
-import io
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from fitting.calibrate.elastomer.analysis import Analysis
+from fitting.calibrate.elastomer.next_test import NextTest
 from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation, estimates
-from fitting.inference.parameters import format_estimate
 
+from ..cells import number, relative, with_error
+from ..characterisation import ERRORS, estimate_text, remark
+from ..table import Table
 
-@dataclass(frozen=True)
-class TextTable:
-    """Rows of texts under a header.
-
-    Attributes:
-        header: names of the columns.
-        rows: cells.
-        chosen: row to emphasise, or None.
-    """
-
-    header: list[str]
-    rows: list[list[str]]
-    chosen: int | None = None
-
-    def text(self) -> str:
-        """Aligned columns, the first to the left, the chosen row marked."""
-        lines = [self.header, *self.rows]
-        widths = [max(len(line[i]) for line in lines) for i in range(len(self.header))]
-        texts = []
-        for k, line in enumerate(lines):
-            cells = [
-                c.ljust(w) if i == 0 else c.rjust(w)
-                for i, (c, w) in enumerate(zip(line, widths, strict=True))
-            ]
-            texts.append(("* " if k - 1 == self.chosen else "  ") + "  ".join(cells).rstrip())
-        return "\n".join(texts)
+LAWS = (
+    "Best first, by error in gaps of the curve; the law taken is emphasised. Free: constants. Errors "
+    "are root mean square or relative (Eq. 2.52 with absolute differences). Next: error on the stretch that "
+    "follows a fitted range, geometric mean over the ranges. AICc and BIC count independent samples and are "
+    "differences to the best law."
+)
+MODULI = "Shear modulus at rest in kPa, ± one standard error."
+NEXT_TEST = (
+    "Expected root mean square error of the stress over an actuator's strains, after each test, "
+    "and its causes."
+)
 
 
 def _kilopascal(value: float | None) -> str:
-    return "" if value is None else f"{value / 1e3:.3g}"
+    return number(None if value is None else value / 1e3)
 
 
 def _percent(value: float | None) -> str:
-    return "" if value is None else f"{100.0 * value:.3g}"
+    return number(None if value is None else 100.0 * value)
 
 
-def parameter_table(result: ElastomerCharacterisation) -> TextTable:
+def parameter_table(result: ElastomerCharacterisation) -> Table:
     """Constants of the law that was taken, for the whole range and for an actuator's."""
-    rows = []
-    pairs = [("whole range", result.whole)]
+    analyses = [("whole range", result.whole)]
     if result.actuator is not result.whole:
-        pairs.append(("actuator's range", result.actuator))
-    for where, analysis in pairs:
-        for name, estimate in estimates(analysis.best).items():
-            error = estimate.sd if math.isfinite(estimate.sd) else None
-            text = format_estimate(estimate.value, error).replace("+/-", "±")
-            relative = f"{100 * abs(estimate.sd / estimate.value):.2g} %" if error and estimate.value else ""
-            bound = "at bound" if estimate.at_bound else ""
-            rows.append([name, text, estimate.unit, relative, analysis.best.law.label, where, bound])
-    return TextTable(["constant", "value", "unit", "relative error", "law", "fitted to", ""], rows)
+        analyses.append(("actuator's range", result.actuator))
+    rows = [
+        [name, estimate_text(e), e.unit, relative(e.value, e.sd), analysis.best.law.label, where, remark(e)]
+        for where, analysis in analyses
+        for name, e in estimates(analysis.best).items()
+    ]
+    return Table(["constant", "value", "unit", "relative error", "law", "fitted to", ""], rows, ERRORS)
 
 
-def law_table(analysis: Analysis) -> TextTable:
+def law_table(analysis: Analysis) -> Table:
     """Every law with its errors, best first."""
     validation = any(held.validation for held in analysis.held.values())
     recordings = any(held.recordings for held in analysis.held.values())
@@ -86,16 +67,13 @@ def law_table(analysis: Analysis) -> TextTable:
             if wanted:
                 squares = [t.score.rmse**2 for t in transfers.values()]
                 row.append(_kilopascal(float(np.sqrt(np.mean(squares))) if squares else None))
-        row += [
-            f"{ranked.aicc:.1f}" if ranked.aicc is not None else "",
-            f"{ranked.bic:.1f}" if ranked.bic is not None else "",
-        ]
+        row += [number(ranked.aicc, ".1f"), number(ranked.bic, ".1f")]
         rows.append([*row, "yes" if ranked.usable else "NO"])
     names = [ranked.name for ranked in analysis.choice.ranked]
-    return TextTable(header, rows, names.index(analysis.choice.chosen))
+    return Table(header, rows, LAWS, names.index(analysis.choice.chosen))
 
 
-def drift_table(analysis: Analysis) -> TextTable:
+def drift_table(analysis: Analysis) -> Table:
     """Shear modulus at rest, and error past the range, of every law over the range it was fitted to."""
     reaches = [r.reach for r in next(iter(analysis.held.values())).ranges]
     header = ["law", *(f"to stretch {reach:.3g}" for reach in reaches), "largest drift"]
@@ -104,25 +82,20 @@ def drift_table(analysis: Analysis) -> TextTable:
         cells = []
         for r in analysis.held[ranked.name].ranges:
             modulus, sd = r.fit.shear_modulus()
-            text = format_estimate(modulus / 1e3, sd / 1e3) if sd > 0.0 else f"{modulus / 1e3:.3g}"
-            cells.append(text.replace("+/-", "±"))
+            cells.append(with_error(modulus / 1e3, sd / 1e3) if sd != 0.0 else _kilopascal(modulus))
         moving = [d for d in analysis.drifts[ranked.name] if d.drifts]
         worst = max(moving, key=lambda d: d.errors, default=None)
         remark = f"{worst.constant} {worst.errors:.0f} sd" if worst else "none"
         rows.append([analysis.fits[ranked.name].law.label, *cells, remark])
-    return TextTable(header, rows)
+    return Table(header, rows, MODULI)
 
 
-def csv_text(header: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
-    """Comma-separated text; a number that is not finite is an empty field."""
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows([[_cell(value) for value in row] for row in rows])
-    return stream.getvalue()
-
-
-def _cell(value: object) -> object:
-    if isinstance(value, float | np.floating):
-        return f"{float(value):.10g}" if math.isfinite(value) else ""
-    return value
+def next_test_table(test: NextTest, causes: Sequence[str]) -> Table:
+    """Error of the stress that is left now and after each test, with its causes; the best test is chosen."""
+    header = ["test", "error left (kPa)", *(f"from {cause}" for cause in causes), "information (nats)"]
+    now = [_kilopascal(test.error_before), *(_kilopascal(test.before[cause]) for cause in causes)]
+    rows = [["as it stands", *now, ""]]
+    for candidate in test.candidates:
+        errors = [candidate.error_after, *(candidate.after[cause] for cause in causes)]
+        rows.append([candidate.text, *map(_kilopascal, errors), number(candidate.information, ".2g")])
+    return Table(header, rows, NEXT_TEST, 1)

@@ -1,7 +1,6 @@
 """What the fit of an elastomer says, in sentences that a laboratory can act on."""
 
 import math
-import textwrap
 
 import numpy as np
 
@@ -9,12 +8,14 @@ from fitting.calibrate.elastomer import drift, stability
 from fitting.calibrate.elastomer.analysis import Analysis
 from fitting.calibrate.elastomer.fit import LawFit
 from fitting.calibrate.elastomer.held_out import HeldOut, Transfer
+from fitting.calibrate.elastomer.model import Zero
 from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation, estimates
 from fitting.calibrate.elastomer.samples import RELATIVE_SPREAD
 from fitting.calibrate.identifiability import identifiability
-from fitting.inference.parameters import format_estimate
+from pneusma_jax.units import from_si
 
-from .tables import drift_table, law_table, parameter_table
+from ..cells import joined, percent, with_error
+from ..characterisation import estimate_text
 
 CORRELATED = 0.3
 """Lag-1 correlation of the residuals from which they are called correlated."""
@@ -30,20 +31,14 @@ def constants(fit: LawFit) -> str:
     """Constants of a law with errors and units, in one line."""
     parts = []
     for name, estimate in estimates(fit).items():
-        error = estimate.sd if math.isfinite(estimate.sd) else None
-        text = format_estimate(estimate.value, error).replace("+/-", "±")
-        parts.append(f"{name} = {text}{'' if estimate.unit == '1' else ' ' + estimate.unit}")
+        unit = "" if estimate.unit == "1" else f" {estimate.unit}"
+        parts.append(f"{name} = {estimate_text(estimate)}{unit}")
     return ", ".join(parts)
 
 
 def kilopascal(value: float) -> str:
     """A stress [Pa] in kPa with three digits."""
     return f"{value / 1e3:.0f} kPa" if abs(value) >= 1e6 else f"{value / 1e3:.3g} kPa"
-
-
-def percent(fraction: float) -> str:
-    """A fraction in percent with two digits."""
-    return f"{100.0 * fraction:.2g} %" if abs(fraction) < 1.0 else f"{100.0 * fraction:.0f} %"
 
 
 def verdict(result: ElastomerCharacterisation) -> list[str]:
@@ -68,7 +63,7 @@ def _which_law(analysis: Analysis) -> str:
     gaps = held.interpolation
     if gaps:
         text += "Parts of the curve left out of the fit are predicted to "
-        text += f"{kilopascal(gaps.rmse)} ({percent(gaps.rpd)}){_on_others(held)}."
+        text += f"{kilopascal(gaps.rmse)} ({percent(gaps.rpd)}).{_on_others(held)}"
     return text.strip()
 
 
@@ -82,8 +77,9 @@ def _on_others(held: HeldOut) -> str:
     if not others:
         return ""
     worst = max(others.values(), key=lambda transfer: transfer.score.rmse)
-    kind = "the validation recordings" if held.validation else "recordings left out in turn"
-    return f", {kind} to {kilopascal(worst.score.rmse)} ({percent(worst.score.rpd)}) at worst{_factor(worst)}"
+    kind = "Validation recordings" if held.validation else "Recordings left out in turn"
+    error = f"{kilopascal(worst.score.rmse)} ({percent(worst.score.rpd)})"
+    return f" {kind} are predicted to {error} at worst.{_factor(worst)}"
 
 
 def _factor(transfer: Transfer) -> str:
@@ -92,8 +88,8 @@ def _factor(transfer: Transfer) -> str:
         return ""
     harder = "stiffer" if transfer.factor > 1.0 else "softer"
     return (
-        f", most of it because that specimen is {percent(abs(transfer.factor - 1.0))} {harder} "
-        f"({kilopascal(transfer.rmse_scaled)} with one factor on its stress)"
+        f" Most of that is because the specimen is {percent(abs(transfer.factor - 1.0))} {harder}: one "
+        f"factor on its stress leaves {kilopascal(transfer.rmse_scaled)}."
     )
 
 
@@ -104,23 +100,23 @@ def _past_the_range(analysis: Analysis) -> list[str]:
     here = analysis.held[chosen].extrapolation
     text = (
         f"Past the stretch it was fitted to, {analysis.best.law.label} misses the next stretch of curve by "
-        f"{percent(here)} (geometric mean over the ranges)"
+        f"{percent(here)} (geometric mean over the ranges)."
     )
     if best != chosen:
         least = percent(analysis.held[best].extrapolation)
-        text += f"; {analysis.fits[best].law.label} goes wrong least there, {least}"
-    return [text + ". No law should be trusted beyond the stretch that was tested."]
+        label = analysis.fits[best].law.label
+        text += f" {label[0].upper()}{label[1:]} misses it least, by {least}."
+    return [text + " No law should be trusted beyond the stretch that was tested."]
 
 
 def _for_an_actuator(result: ElastomerCharacterisation) -> str:
     analysis = result.actuator
     low, high = stability.ACTUATOR_STRAIN
     gaps = analysis.held[analysis.choice.chosen].interpolation
-    accuracy = f", to {kilopascal(gaps.rmse)} in gaps of the curve" if gaps else ""
+    accuracy = f" It predicts gaps in the curve to {kilopascal(gaps.rmse)}." if gaps else ""
     return (
-        f"To simulate an actuator, whose wall sees strains of {low:g} to {high:g}, use the fit to that "
-        "range instead "
-        f"(material_actuator.toml): {analysis.best.law.label}{_numbers(analysis.best)}{accuracy}. "
+        f"The wall of an actuator sees strains of {low:g} to {high:g}. To simulate one, use the fit to that "
+        f"range (material_actuator.toml): {analysis.best.law.label}{_numbers(analysis.best)}.{accuracy} "
         f"{analysis.choice.reason}{_untested_side(analysis)}".replace("  ", " ")
     )
 
@@ -163,10 +159,10 @@ def warnings(result: ElastomerCharacterisation) -> list[str]:
 def how_it_was_fitted(result: ElastomerCharacterisation) -> list[str]:
     """Weighting, noise, what the standard errors mean, specimens."""
     samples, fit = result.samples, result.best
-    sentences = [_weighting(result), *_noise(result), _errors(fit)]
+    sentences = [_weighting(result), *_noise(result), _errors(fit), *_zeros(result)]
     if fit.factors:
         factors = ", ".join(
-            f"{name} {format_estimate(value, sd).replace('+/-', '±')}"
+            f"{name} {with_error(value, sd)}"
             for name, (value, sd) in fit.factors.items()
         )
         sentences.append(
@@ -182,18 +178,41 @@ def how_it_was_fitted(result: ElastomerCharacterisation) -> list[str]:
     return sentences
 
 
+def _zeros(result: ElastomerCharacterisation) -> list[str]:
+    """Zeros that the fit found, a sentence for each recording."""
+    found = []
+    for k, curve in enumerate(result.samples.curves):
+        own = {zero: of for zero, of in result.best.zeros.items() if zero.curve == k}
+        parts = [
+            f"{zero.quantity} {_estimate(zero, *of)}" + ("" if zero.unit == "1" else f" {zero.unit}")
+            for zero, of in own.items()
+        ]
+        if parts:
+            found.append(
+                f"{curve.name}: the zeros were fitted with the law, as its [zero] asks: "
+                f"{' and '.join(parts)}. Strain is counted from there, as (strain - zero) / (1 + zero); the "
+                "constants' errors include those of the zeros."
+            )
+    return found
+
+
+def _estimate(zero: Zero, value: float, sd: float) -> str:
+    """A zero with its standard error, in the unit that it is shown in."""
+    shown = (float(from_si(x, zero.unit)) for x in (value, sd))
+    return with_error(*shown)
+
+
 def _weighting(result: ElastomerCharacterisation) -> str:
     if result.samples.weighting == "relative":
         return (
-            "Least squares of engineering stress over engineering strain; residuals were divided by the "
-            "instrument's "
-            f"noise and {percent(RELATIVE_SPREAD)} of the stress together, so that small stresses count too."
+            "Least squares of engineering stress over engineering strain. Residuals were divided by the "
+            f"instrument's noise and {percent(RELATIVE_SPREAD)} of the stress together, so that small "
+            "stresses count too."
         )
     return (
-        "Unweighted least squares of engineering stress over engineering strain within a recording: "
-        "residuals were divided "
-        "by the instrument's noise, the same for all its samples, so large stresses decide where a law "
-        "cannot follow."
+        "Least squares of engineering stress over engineering strain, unweighted within a recording. "
+        "Residuals were divided by the instrument's noise, the same for all samples. So large stresses "
+        "decide where a law cannot follow."
     )
 
 
@@ -242,32 +261,9 @@ def identifiability_sentences(fit: LawFit) -> list[str]:
         names = [name for name in fit.law.names if any(name in entry["parameters"] for entry in pairs)]
         strongest = max(abs(entry["correlation"]) for entry in pairs)
         together = (
-            f"{', '.join(names[:-1])} and {names[-1]} are known only together (correlations up to "
+            f"{joined(names)} are known only together (correlations up to "
             f"{strongest:.3f}): the curve they make is what was measured, not each of them."
         )
         return [together, *(entry["text"] for entry in found if entry["kind"] != "correlation")]
     texts = [entry["text"] for entry in found]
     return texts or [f"Every constant of the {fit.law.label} law is determined on its own by these data."]
-
-
-def text_report(result: ElastomerCharacterisation) -> str:
-    """The whole result as plain text, 100 columns wide."""
-
-    def block(title: str, sentences: list[str]) -> str:
-        wrapped = [textwrap.fill(s, 100, initial_indent="  ", subsequent_indent="  ") for s in sentences]
-        return "\n".join([title, *wrapped])
-
-    label = " (SIMULATED data, not measured)" if result.samples.real is False else ""
-    parts = [
-        f"{result.title}{label}",
-        block("Verdict", result.verdict),
-        block("Warnings", warnings(result)) if warnings(result) else "",
-        "Parameters\n" + parameter_table(result).text(),
-        "Laws, by error in gaps of the curve\n" + law_table(result.whole).text(),
-        "Moduli and errors over the range fitted\n" + drift_table(result.whole).text(),
-        block("How it was fitted", how_it_was_fitted(result)),
-        block("What the data do not tell apart", identifiability_sentences(result.best)),
-        block("Next test", [result.next_test.text]),
-        block("Notices", list(result.samples.notices)) if result.samples.notices else "",
-    ]
-    return "\n\n".join(part for part in parts if part)

@@ -20,6 +20,8 @@ BLACK, BLUE, ORANGE, GREEN, SKY, PURPLE, VERMILION, YELLOW = (
     "#000000", "#0072B2", "#E69F00", "#009E73", "#56B4E9", "#CC79A7", "#D55E00", "#F0E442",
 )  # fmt: skip
 GREY = "#8a8f98"
+MOST_COLUMNS = 4
+"""Maximum number of panels beside each other."""
 STYLE = {
     "font.size": 10.0,
     "axes.titlesize": 11.0,
@@ -63,6 +65,7 @@ def axis_label(column: str) -> str:
     if column in QUANTITIES:
         return QUANTITIES[column]
     quantity, _, unit = column.rpartition("_")
+    unit = {"1pm": "1/m"}.get(unit, unit)
     return f"{quantity.replace('_', ' ')} [{unit}]" if quantity else column
 
 
@@ -74,6 +77,14 @@ def png(figure: Figure) -> bytes:
     return stream.getvalue()
 
 
+def svg(figure: Figure) -> bytes:
+    """The figure as SVG, the same bytes for the same figure."""
+    stream = io.BytesIO()
+    with style(), rc_context({"svg.hashsalt": "pneusma"}):
+        figure.savefig(stream, format="svg", metadata={"Date": None})
+    return stream.getvalue()
+
+
 def save_figure(figure: Figure, path: str | Path) -> Path:
     """Write the figure as PNG, whole or not at all.
 
@@ -81,6 +92,26 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
         InputError: if the place cannot be written.
     """
     return write_whole(path, png(figure))
+
+
+def panel_grid(
+    count: int, width: float, height: float, margin: tuple[float, float] = (0.0, 0.0)
+) -> tuple[Figure, list[Axes]]:
+    """A figure of equal panels, at most four in a row; places that are left over stay empty.
+
+    Args:
+        count: number of panels.
+        width, height: of one panel [inch].
+        margin: what the figure has beside the panels, across and along [inch].
+    """
+    columns = min(count, MOST_COLUMNS)
+    lines = -(-count // columns)
+    size = (margin[0] + width * columns, margin[1] + height * lines)
+    figure = Figure(figsize=size, layout="constrained")
+    panels = figure.subplots(lines, columns, squeeze=False).ravel()
+    for panel in panels[count:]:
+        panel.set_visible(False)
+    return figure, list(panels[:count])
 
 
 def legend_above(axes: Axes, columns: int = 3) -> None:

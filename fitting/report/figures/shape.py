@@ -1,8 +1,8 @@
 """A chain of segments in space: a figure of one configuration, and a short animation of a history.
 
-The tube is a translucent surface swept along the centre line, each spring a line on its wall coloured by
-its martensite fraction, a strain-limiting fibre a black line, the clamped base a black ring. One actuator is
-drawn as a chain of one.
+The tube is a translucent surface swept along the centre line. Each spring is a line on its wall, coloured by
+its martensite fraction. A strain-limiting fibre is a black line, the clamped base a black ring. One actuator
+is drawn as a chain of one.
 """
 
 import tempfile
@@ -20,7 +20,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 from mpl_toolkits.mplot3d import Axes3D
 
-from fitting.data.files import write_whole
 from pneusma_jax.errors import InputError
 from pneusma_jax.section import Section
 from pneusma_jax.section.shapes import as_numpy
@@ -94,18 +93,16 @@ def chain_figure(chain: SegmentChain, found: ChainEquilibrium, title: str = "") 
     return figure
 
 
-def write_animation(
-    path: str | Path,
+def animation(
     chain: SegmentChain,
     history: ChainHistory,
     pressure: np.ndarray,
     time: np.ndarray | None = None,
     frames: int = FRAMES,
-) -> Path:
+) -> bytes:
     """A GIF of a history: the chain in space above, martensite fractions and pressure below.
 
     Args:
-        path: file to write, whole or not at all.
         chain: places of springs and fibres are taken from it.
         history: as from `serial_chain.segments.simulate_chain_history`.
         pressure: gauge [Pa], shape (rows,).
@@ -113,7 +110,7 @@ def write_animation(
         frames: rows to show, evenly spaced; 40 take about half a megabyte.
 
     Raises:
-        InputError: if no row was solved, or the file cannot be written.
+        InputError: if no row was solved.
     """
     good = np.flatnonzero(np.asarray(history.converged))
     if good.size == 0:
@@ -142,14 +139,14 @@ def write_animation(
                 _frame_box(above, scene.box)
                 marker.set_xdata([x[row]] * 2)
                 writer.grab_frame()
-        return write_whole(path, draft.read_bytes())
+        return draft.read_bytes()
 
 
 def section_outline(section: Section) -> np.ndarray:
     """Places on the section's outer line, a closed polygon [m], shape (n, 2).
 
-    One on each of `SPOKES` rays from the centre line, and one at each corner; where a ray meets no wall, at
-    the distance of the sides.
+    One lies on each of `SPOKES` rays from the centre line, and one at each corner. Where a ray meets no wall,
+    it lies at the distance of the sides.
     """
     corners = np.asarray(getattr(section.shapes[0], "vertices", np.zeros((0, 2))))
     turns = np.arctan2(corners[:, 1], corners[:, 0]) % (2.0 * np.pi)

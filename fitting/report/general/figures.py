@@ -1,6 +1,9 @@
 """Figures of characterised wires, tubes and actuators: data and model, what is left, what was learnt."""
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
@@ -8,53 +11,54 @@ from fitting.calibrate.general.scores import Score
 
 from .. import figures as house
 from .. import profile_likelihood
+from ..report import Picture
 
-CAPTIONS = {
-    "fit": "Every measured output (dots) and its prediction (lines).",
-    "residuals": "Recording less model. Noise would scatter around zero; slow waves are what it lacks.",
-    "parameters": "What was known before (grey, one sd of the prior) and what is known now (blue), "
-    "in standard deviations of the prior from its mean.",
-    "profiles": profile_likelihood.CAPTION,
-}
 MOST_PANELS = 24
+"""Maximum number of recordings that are drawn."""
 
 
-def captioned(result: GeneralCharacterisation) -> dict[str, tuple[Figure, str]]:
-    """Every figure with its caption, by name."""
+def pictures(result: GeneralCharacterisation) -> dict[str, Picture]:
+    """Every figure by name."""
     shown = result.scores[:MOST_PANELS]
-    drawn = {
-        "fit": _panels(shown, _compared),
-        "residuals": _panels(shown, _left),
-        "parameters": _parameters(result),
-    }
-    if result.profiles:
-        drawn["profiles"] = profile_likelihood.figure(result)
-    return {name: (figure, CAPTIONS[name]) for name, figure in drawn.items()}
+    drawn = [
+        Picture(
+            "fit",
+            "Every measured output (dots) and its prediction (lines).",
+            lambda: _panels(shown, _compared),
+        ),
+        Picture(
+            "residuals",
+            "Recording less model. Noise would scatter around zero; slow waves are what it lacks.",
+            lambda: _panels(shown, _left),
+        ),
+        Picture(
+            "parameters",
+            "What was known before (grey, one sd of the prior) and what is known now (blue), in standard "
+            "deviations of the prior from its mean.",
+            lambda: _parameters(result),
+        ),
+        *profile_likelihood.pictures(result),
+    ]
+    return {picture.name: picture for picture in drawn}
 
 
-def _panels(found: tuple[Score, ...], draw) -> Figure:
-    columns = min(len(found), 4)
-    lines = -(-len(found) // columns)
-    with house.style():
-        figure = Figure(figsize=(3.5 * columns, 2.9 * lines + 0.3), layout="constrained")
-        axes = figure.subplots(lines, columns, squeeze=False).ravel()
-        for panel, score in zip(axes, found, strict=False):
-            draw(panel, score)
-            role = "" if score.role == "fit" else " (held out)"
-            panel.set_title(f"{score.name}{role}", loc="left", fontsize=9)
-            panel.set_xlabel(house.axis_label(score.x_column))
-        for panel in axes[len(found) :]:
-            panel.set_visible(False)
+def _panels(found: Sequence[Score], draw: Callable[[Axes, Score], None]) -> Figure:
+    figure, panels = house.panel_grid(len(found), 3.5, 2.9, (0.0, 0.3))
+    for panel, score in zip(panels, found, strict=True):
+        draw(panel, score)
+        role = "" if score.role == "fit" else " (held out)"
+        panel.set_title(f"{score.name}{role}", loc="left", fontsize=9)
+        panel.set_xlabel(house.axis_label(score.x_column))
     return figure
 
 
-def _compared(panel, score: Score) -> None:
+def _compared(panel: Axes, score: Score) -> None:
     panel.plot(score.x, score.measured, ".", color=house.GREY, markersize=3)
     panel.plot(score.x, score.predicted, "-", color=house.VERMILION, linewidth=1.2)
     panel.set_ylabel(house.axis_label(score.column))
 
 
-def _left(panel, score: Score) -> None:
+def _left(panel: Axes, score: Score) -> None:
     panel.axhline(0.0, color=house.BLACK, linewidth=0.8)
     panel.plot(score.x, score.measured - score.predicted, ".", color=house.BLUE, markersize=3)
     label = house.axis_label(score.column)
@@ -63,15 +67,14 @@ def _left(panel, score: Score) -> None:
 
 def _parameters(result: GeneralCharacterisation) -> Figure:
     entries = [e for e in result.fitted.values() if e.prior is not None]
-    with house.style():
-        figure = Figure(figsize=(7.0, 0.9 + 0.3 * len(entries)), layout="constrained")
-        panel = figure.subplots()
-        for k, entry in enumerate(entries):
-            away = (entry.value - entry.prior.mean) / entry.prior.sd
-            error = (entry.standard_error or np.nan) / entry.prior.sd
-            panel.plot([-1.0, 1.0], [k, k], color=house.GREY, linewidth=5, alpha=0.4, solid_capstyle="butt")
-            panel.errorbar(away, k, xerr=error, fmt="o", color=house.BLUE, markersize=4)
-        panel.set_yticks(range(len(entries)), [entry.name for entry in entries])
-        panel.set_ylim(len(entries) - 0.4, -0.6)
-        panel.set_xlabel("distance from the prior's mean [prior standard deviations]")
+    figure = Figure(figsize=(7.0, 0.9 + 0.3 * len(entries)), layout="constrained")
+    panel = figure.subplots()
+    for k, entry in enumerate(entries):
+        away = (entry.value - entry.prior.mean) / entry.prior.sd
+        error = (entry.standard_error or np.nan) / entry.prior.sd
+        panel.plot([-1.0, 1.0], [k, k], color=house.GREY, linewidth=5, alpha=0.4, solid_capstyle="butt")
+        panel.errorbar(away, k, xerr=error, fmt="o", color=house.BLUE, markersize=4)
+    panel.set_yticks(range(len(entries)), [entry.name for entry in entries])
+    panel.set_ylim(len(entries) - 0.4, -0.6)
+    panel.set_xlabel("distance from the prior's mean [prior standard deviations]")
     return figure

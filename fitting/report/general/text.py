@@ -6,22 +6,13 @@ from typing import Any
 from fitting.calibrate.general.fit import MISFIT, OVERSTATED
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.general.scores import overall
-from fitting.specimens import spring_by_temperature
+from fitting.specimens import BY_TEMPERATURE, WIRE
+from fitting.specimens.spring_by_temperature import ELECTRICAL
 from pneusma_jax.effects import find_effect
 
 from .. import profile_likelihood
 from ..figures import axis_label
 from . import wires
-
-WHAT = {"spring": "spring", "wire": "wire", "tube": "tube", "actuator": "actuator", "elastomer": "silicone"}
-BASE_LAW = {
-    "wire": "the reversible base law (one curve of the phase over temperature: no hysteresis, no shift by "
-    "stress)",
-    "tube": "the base law of a pressurised tube",
-    "actuator": "the base model of the actuator",
-    "elastomer": "the law of the silicone",
-    "spring": "the base law of the spring",
-}
 
 
 def verdict(result: GeneralCharacterisation) -> list[str]:
@@ -30,17 +21,16 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
     count = sum(recording.role == "fit" for recording in fit.recordings)
     what = "identified from" if result.identify else "adjusted within its tolerances to"
     plural = "" if count == 1 else "s"
-    said = [f"The {WHAT[result.kind]} was {what} {count} recording{plural}{_missed(result)}."]
-    said += untold(result)[:1] + (wires.verdict(result) if result.kind == "wire" else [])
+    said = [f"The {result.specimen.noun} was {what} {count} recording{plural}.{_missed(result)}"]
+    said += untold(result)[:1] + (wires.verdict(result) if result.specimen is WIRE else [])
     if fit.reduced_chi_square > MISFIT:
         law = law_of(result)
         worst = max((s for s in result.scores if s.role == "fit"), key=lambda s: s.rms_over_noise)
         said.append(
-            f"{law[0].upper()}{law[1:]} leaves more than noise (reduced "
-            f"chi-square {fit.reduced_chi_square:.3g}; {worst.name} is missed by "
-            f"{worst.rms_over_noise:.2g} times its noise): the numbers are the nearest that it comes, not "
-            f"constants of nature, and their standard errors were multiplied by {fit.inflation:.2g}. "
-            "`pneusma diagnose` looks for the cause."
+            f"{law[0].upper()}{law[1:]} leaves more than noise: the reduced chi-square is "
+            f"{fit.reduced_chi_square:.3g}, and {worst.name} is missed by {worst.rms_over_noise:.2g} times "
+            "its noise. The numbers are the nearest that this law comes, not constants of nature. Their "
+            f"standard errors were multiplied by {fit.inflation:.2g}. `pneusma diagnose` looks for the cause."
         )
     elif fit.inflation > 1.0:
         said.append(lasting_sentence(fit.correlation_time, fit.inflation))
@@ -54,8 +44,9 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
 def lasting_sentence(time: float, inflation: float) -> str:
     """Errors that last, in words."""
     return (
-        f"What is left lasts about {time:.0f} samples (an instrument that drifts, or a law that is not quite "
-        f"followed), so that fewer count: standard errors were multiplied by {inflation:.2g}."
+        f"Residuals are correlated over about {time:.0f} samples, so that fewer samples count. The cause is "
+        "an instrument that drifts, or a law that is not quite followed. Standard errors were multiplied by "
+        f"{inflation:.2g}."
     )
 
 
@@ -67,20 +58,15 @@ def overstated_sentence(reduced: float) -> str:
     )
 
 
-SPRING_LAW = "the base law of the spring, its phase on one curve over temperature (no hysteresis)"
-
-
 def law_of(result: GeneralCharacterisation) -> str:
     """What was fitted, in words: the base law, with the effects of a model on disk if it has any."""
-    if by_temperature(result):
-        return SPRING_LAW
     effects = [] if result.model is None else [a.slug.replace("_", " ") for a in result.model.acting]
-    return BASE_LAW[result.kind] + (f" with {' and '.join(effects)}" if effects else "")
+    return result.specimen.law + (f" with {' and '.join(effects)}" if effects else "")
 
 
 def by_temperature(result: GeneralCharacterisation) -> bool:
     """Whether this is a spring without resistance, whose phase follows its temperature."""
-    return result.kind == "spring" and result.fit.model is spring_by_temperature
+    return result.specimen is BY_TEMPERATURE
 
 
 def untold(result: GeneralCharacterisation) -> list[str]:
@@ -90,11 +76,11 @@ def untold(result: GeneralCharacterisation) -> list[str]:
     return [
         "No resistance was recorded, so the martensite fraction follows the temperature on one curve (T_mid, "
         "T_width).",
-        "A resistance would have told the fraction itself, row by row: how far the metal lags behind the "
-        "thermometer, and whether it heats on another branch than it cools on. Here such a lag or hysteresis "
-        "is left over as misfit.",
+        "A resistance would have told the fraction itself, row by row. It would have shown how far the metal "
+        "lags behind the thermometer, and whether heating and cooling differ. Here such a lag or hysteresis "
+        "remains as misfit.",
         "It would also have told the constants of the resistivity "
-        f"({', '.join(spring_by_temperature.ELECTRICAL)}). They are the table's, so alloy.toml does not turn "
+        f"({', '.join(ELECTRICAL)}). They are the table's, so alloy.toml does not turn "
         "a measured resistance into a phase.",
         "`pneusma diagnose` needs the resistance of a spring; record it, best with four wires, in the same "
         "rows.",
@@ -120,27 +106,27 @@ def about_the_model(result: GeneralCharacterisation) -> list[str]:
 
 def _missed(result: GeneralCharacterisation) -> str:
     parts = []
-    for role, word in (("fit", "fitted"), ("validation", "held-out")):
+    for role, word in (("fit", "Fitted"), ("validation", "Held-out")):
         found = overall(result.scores, role)
         texts = [
-            f"{axis_label(column).rsplit(' [', 1)[0]} by {m['rmse']:.3g} {_unit(column)} RMS "
+            f"{axis_label(column).rsplit(' [', 1)[0]} by {m['rmse']:.3g}{_unit(column)} RMS "
             f"({100.0 * m['rpd']:.2g} %)"
             for column, m in found.items()
         ]
         if texts:
             parts.append(f"{word} recordings are missed in {', '.join(texts)}")
-    return "; " + "; ".join(parts) if parts else ""
+    return "".join(f" {part}." for part in parts)
 
 
 def _unit(column: str) -> str:
     label = axis_label(column)
     unit = label[label.rindex("[") + 1 : -1] if "[" in label else ""
-    return "" if unit == "1" else unit
+    return "" if unit == "1" else f" {unit}"
 
 
 def warnings(result: GeneralCharacterisation) -> list[str]:
     """What to be careful about: bounds, parameters that never moved, fits that did not end well."""
-    said = [*wires.warnings(result)] if result.kind == "wire" else []
+    said = [*wires.warnings(result)] if result.specimen is WIRE else []
     said += _together(result.identifiability)
     if not result.fit.result.success:
         said.append(f"The fit did not end well. {result.fit.result.status.value}")
@@ -205,6 +191,6 @@ def _priors(result: GeneralCharacterisation) -> str:
     if result.model is None:
         return said
     return (
-        "Base numbers have the prior of the model's file, or the tolerance that the recordings state; "
-        "parameters of effects are flat between their physical bounds where the file has no prior."
+        "Base numbers have the prior of the model's file, or the tolerance that the recordings state. "
+        "Parameters of effects without a prior in the file have a flat one between their physical bounds."
     )

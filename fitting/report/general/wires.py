@@ -1,5 +1,4 @@
-"""What the report of a wire says before everything else: where its transformation lies in the recordings,
-rows that were set apart, and loops that its law draws without a hysteresis."""
+"""Sentences about a characterised wire: where its transformation lies, rows set apart, loops of the law."""
 
 import numpy as np
 
@@ -47,9 +46,9 @@ def _left_out(result: GeneralCharacterisation) -> list[str]:
     if held is None or held.value != 0.0:
         return []
     return [
-        "No recording takes the load off, and with a residual strain the law drew a loop between heating and "
-        f"cooling that was not the recorded one. So it was fitted without ({AMPLITUDE} = 0): what it draws "
-        "is one curve, and the loop is left over for `pneusma diagnose`."
+        "No recording takes the load off. With a residual strain the law drew a loop between heating and "
+        f"cooling, but another than the recorded one. So it was fitted without ({AMPLITUDE} = 0) and draws "
+        "one curve. `pneusma diagnose` looks for the cause of the loop."
     ]
 
 
@@ -59,13 +58,13 @@ def _outside(result: GeneralCharacterisation) -> list[str]:
     if between is None or found is None or between[0] <= found.value <= between[1]:
         return []
     low, high = between
-    over = "" if high - low < LOOP else f" (lowest on cooling, highest on heating: {high - low:.3g} K apart)"
+    over = "" if high - low < LOOP else f" ({high - low:.3g} K apart on cooling and heating)"
     half = _half_way(result)
-    says = "" if half is None else f"; there the fitted law is half-way at {half:.1f} degC"
+    says = "" if half is None else f" The fitted law is half-way at {half:.1f} degC."
     return [
         f"T_mid = {found.value:.1f} degC lies outside the {low:.1f} to {high:.1f} degC in which the "
-        f"recordings are half-way through their transformation{over}{says}. It is where half of the metal is "
-        "martensite by this law, in which the stiffer austenite counts for more; do not read it as the "
+        f"recordings are half-way through their transformation{over}.{says} By this law half of the metal is "
+        "martensite at T_mid, and the stiffer austenite counts for more. Do not read T_mid as the "
         "temperature at which half of the strain has come back."
     ]
 

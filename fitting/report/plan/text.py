@@ -3,66 +3,12 @@
 import numpy as np
 
 from fitting.calibrate.spring.reach import HOT_STEPS
-from fitting.plan.candidates import HELD, LEG_ROWS
-from fitting.plan.plan import KNOWN, Plan, PlannedTest
-from fitting.report.text_table import words_table
+from fitting.plan.candidates import LEG_ROWS
+from fitting.plan.plan import KNOWN, Plan
 from fitting.synthesise.controller import rest_resistances
 from fitting.synthesise.spring import COLD_WIDTHS
-from pneusma_jax.units import from_si
 
-TABLE = (
-    "test", "phase", "strains [%]", "peaks [mm]", "speed [mm/s]", "set-point", "repeats", "minutes",
-    "gain [nats]",
-)  # fmt: skip
-CONSTANTS = ("constant", "first guess", "1-sigma before", "expected after", "relative", "published tests")
-
-
-def table_row(plan: Plan, test: PlannedTest) -> list[str]:
-    """One test as cells of `TABLE`."""
-    what = test.candidate
-    length = 1e3 * float(plan.spring.geometry.free_length)
-    words = ("cold", "full current", "resistance held", "cold, then heated")
-    return [
-        what.name + (" (validation)" if test.role == "validation" else ""),
-        words[what.hold],
-        " ".join(f"{100.0 * s:.0f}" for s in what.strains),
-        " ".join(f"{length * s:.1f}" for s in what.strains),
-        f"{speed(plan, test):.2g}",
-        f"{what.share:.3g} ({setpoint(plan, test):.3f} ohm)" if what.hold == HELD else "",
-        str(test.repeats),
-        f"{test.minutes:.0f}",
-        f"{test.gain:.1f}" if test.role == "fit" else "",
-    ]
-
-
-def speed(plan: Plan, test: PlannedTest) -> float:
-    """Speed of pulling [mm/s]."""
-    return 1e3 * float(plan.spring.geometry.free_length) * test.rate
-
-
-def setpoint(plan: Plan, test: PlannedTest) -> float:
-    """Resistance to hold, for the nominal alloy [ohm]."""
-    cold, hot = rest_resistances(plan.spring)
-    return hot + test.candidate.share * (cold - hot)
-
-
-def constant_rows(plan: Plan) -> list[list[str]]:
-    """Every unknown constant as cells of `CONSTANTS`."""
-    rows = []
-    relative = plan.relative_sd()
-    for k, name in enumerate(plan.knowledge.names):
-        unit = plan.knowledge.table.quantities[name].unit
-        mean = from_si(plan.knowledge.mean[k], unit, difference=True)
-        before = from_si(plan.knowledge.sd[k], unit, difference=True)
-        known = [f"{x:.3g}" for x in (mean, before, before * plan.sd[-1, k])]
-        published = f"{before * plan.published_sd[k]:.3g}"
-        rows.append([f"{name} [{unit}]", *known, percent(relative[name]), published])
-    return rows
-
-
-def percent(fraction: float) -> str:
-    """A share as text."""
-    return f"{100.0 * fraction:.2g} %" if fraction < 0.995 else f"{100.0 * fraction:.0f} %"
+from ..cells import percent
 
 
 def verdict(plan: Plan) -> list[str]:
@@ -106,12 +52,13 @@ def preparation(plan: Plan) -> list[str]:
 def reasons(plan: Plan) -> list[str]:
     """How the tests were chosen, and with what assumptions."""
     return [
-        f"Each test's worth is the expected fall in the uncertainty of {', '.join(plan.wanted)} per minute,"
-        " from the sensitivities of the spring's law; tests were exchanged until no exchange helped.",
-        f"The expectation is over alloys that the priors of {plan.knowledge.table.name} allow. Errors: force"
+        f"Each test is valued by the expected fall in the uncertainty of {', '.join(plan.wanted)} per minute."
+        " The fall follows from the sensitivities of the spring's law. Tests were exchanged until no exchange"
+        " helped.",
+        f"The expectation is over alloys that the priors of {plan.knowledge.table.name} allow. Noise: force"
         f" {plan.noise[0]:g} N, resistance {plan.noise[1]:g} ohm, independent at {LEG_ROWS} readings on every"
-        f" pull and return, and {percent(plan.misfit)} of the force and of the contrast in resistance for"
-        " what the law itself gets wrong, in every repeat alike.",
+        f" pull and return. The law itself errs by {percent(plan.misfit)} of the force and of the contrast in"
+        " resistance, in every repeat alike.",
         "The phase is not taken as known: it deviates, and resistance and force must settle it together with"
         " the constants.",
         "Speeds: the fastest at which a controller holds the resistance of such a spring, by simulation of"
@@ -121,26 +68,13 @@ def reasons(plan: Plan) -> list[str]:
     ]
 
 
-def report(plan: Plan) -> str:
-    """The protocol as text."""
-
-    tests = [table_row(plan, test) for test in plan.tests]
-    parts = [
-        "\n".join(verdict(plan)),
-        words_table(TABLE, tests),
-        words_table(CONSTANTS, constant_rows(plan)),
-        "\n".join(f"- {text}" for text in preparation(plan)),
-    ]
-    return "\n\n".join(parts)
-
-
 def comparison(plan: Plan) -> str:
     """The published campaign beside this one."""
     rows = [plan.knowledge.names.index(name) for name in plan.wanted]
     ratio = np.exp(np.mean(np.log(plan.sd[-1, rows] / plan.published_sd[rows])))
     fitted = sum(test.minutes * test.repeats for test in plan.tests if test.role == "fit")
     return (
-        f"The published campaign's seven tests ({plan.published_minutes:.0f} minutes at speeds that hold"
-        f" their resistances) would leave the wanted constants with 1-sigmas of {percent(1.0 / ratio)} of"
-        f" these, on average; these tests take {fitted:.0f} minutes."
+        f"The published campaign's seven tests take {plan.published_minutes:.0f} minutes at speeds that hold"
+        f" their resistances; these tests take {fitted:.0f} minutes. The published ones would leave the"
+        f" wanted constants with 1-sigmas of {percent(1.0 / ratio)} of these, on average."
     )

@@ -11,7 +11,8 @@ from matplotlib.lines import Line2D
 
 from fitting.sample.campaign import CampaignPosterior
 
-from ..figures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, axis_label, style
+from ..figures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, axis_label, panel_grid
+from ..report import Picture
 
 ENSEMBLE_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, VERMILION, SKY)
 MOST_IN_CORNER = 12
@@ -23,15 +24,35 @@ BAND = (0.05, 0.95)
 GRID = 201
 
 
-def figures(result: CampaignPosterior) -> dict[str, Figure]:
-    """All figures by name."""
-    with style():
-        return {
-            "corner": corner_figure(result),
-            "predictive": predictive_figure(result),
-            "prior": prior_figure(result),
-            "trace": trace_figure(result),
-        }
+def pictures(result: CampaignPosterior) -> dict[str, Picture]:
+    """Every figure by name."""
+    drawn = [
+        Picture(
+            "corner",
+            "Every pair of parameters. Filled: the draws, one and two sigma. Dashed: the Laplace "
+            "approximation, which the fit's standard errors stand for. Where they part, believe the draws.",
+            lambda: corner_figure(result),
+        ),
+        Picture(
+            "predictive",
+            "Measured values, with two bands: 90 % of the curves that the draws predict, and 90 % of new "
+            "measurements with their noise. Below: measured less the median.",
+            lambda: predictive_figure(result),
+        ),
+        Picture(
+            "prior",
+            "What was known of each parameter before the data, and after. A posterior as wide as its prior "
+            "was not learnt from these data.",
+            lambda: prior_figure(result),
+        ),
+        Picture(
+            "trace",
+            "Mean and 5 to 95 % of the walkers of each ensemble at every step. Ensembles that lie on each "
+            "other and do not drift have forgotten where they began.",
+            lambda: trace_figure(result),
+        ),
+    ]
+    return {picture.name: picture for picture in drawn}
 
 
 def label(result: CampaignPosterior, name: str) -> str:
@@ -178,14 +199,9 @@ def _bands(above: Axes, below: Axes, curve, predicted: np.ndarray) -> None:
 def prior_figure(result: CampaignPosterior) -> Figure:
     """What was known of each parameter before and is known now, with the Laplace approximation."""
     names = result.posterior.names
-    columns = min(len(names), 4)
-    rows = -(-len(names) // columns)
-    figure = Figure(figsize=(0.8 + 2.7 * columns, 0.8 + 2.2 * rows), layout="constrained")
-    panels = figure.subplots(rows, columns, squeeze=False).ravel()
-    for name, axes in zip(names, panels, strict=False):
+    figure, panels = panel_grid(len(names), 2.7, 2.2, (0.8, 0.8))
+    for name, axes in zip(names, panels, strict=True):
         _before_and_after(axes, result, name)
-    for axes in panels[len(names) :]:
-        axes.set_visible(False)
     handles = [
         Line2D([], [], color=BLUE, lw=5, alpha=0.4, label="posterior"),
         Line2D([], [], color=GREEN, lw=1.8, label="prior"),

@@ -1,8 +1,8 @@
 """Draws as netCDF-4 that ArviZ opens (`arviz.from_netcdf`): an HDF5 file with dimension scales, written by
 h5py.
 
-Groups and names are those of ArviZ's InferenceData schema; a chain is one walker, as ArviZ has it for emcee,
-and `sample_stats/ensemble` says which ensemble it belongs to. Values are in the units of files, which `unit`
+Groups and names are those of ArviZ's InferenceData schema. A chain is one walker, as ArviZ has it for emcee;
+`sample_stats/ensemble` names its ensemble. Values are in the units of files, which `unit`
 names.
 """
 
@@ -14,6 +14,8 @@ import numpy as np
 
 from fitting.sample.campaign import CampaignPosterior
 
+from .text import library_of
+
 PRIOR_DRAWS = 2000
 ROUNDS = 200  # of drawing priors again that fell outside their bounds
 
@@ -22,8 +24,8 @@ def netcdf(result: CampaignPosterior) -> bytes:
     """The whole file."""
     posterior, problem = result.posterior, result.problem
     draws = {name: problem.shown(name, _by_walker(v)) for name, v in posterior.draws.items()}
-    chains = posterior.settings.ensembles * posterior.settings.walkers
-    ensemble = np.repeat(np.arange(posterior.settings.ensembles), posterior.settings.walkers)
+    ensembles, _, walkers, _ = posterior.chains.shape
+    ensemble = np.repeat(np.arange(ensembles), walkers)
     scores = {
         "lp": _by_walker(posterior.thinned_log_probabilities),
         "log_likelihood": _by_walker(posterior.log_likelihoods()),
@@ -32,9 +34,10 @@ def netcdf(result: CampaignPosterior) -> bytes:
     stream = io.BytesIO()
     with h5py.File(stream, "w", track_order=True) as file:
         file.attrs["title"] = f"Posterior of {problem.title}"
+        file.attrs["inference_library"] = library_of(posterior.settings)
         file.attrs["converged"] = int(posterior.converged)
         file.attrs["burn_in"], file.attrs["thin"] = posterior.convergence.burn_in, posterior.convergence.thin
-        sizes = {"chain": chains, "draw": next(iter(draws.values())).shape[1]}
+        sizes = {"chain": ensembles * walkers, "draw": next(iter(draws.values())).shape[1]}
         _group(file, "posterior", sizes, {n: (("chain", "draw"), v) for n, v in draws.items()}, units)
         stats = {name: (("chain", "draw"), values) for name, values in scores.items()}
         _group(file, "sample_stats", sizes, {**stats, "ensemble": (("chain",), ensemble)}, {})
@@ -116,4 +119,4 @@ def _group(
             dataset.dims[axis].attach_scale(group[dimension])
         if units.get(variable, "1") != "1":
             dataset.attrs["unit"] = units[variable]
-    group.attrs["inference_library"] = "emcee"
+    group.attrs["inference_library"] = file.attrs["inference_library"]

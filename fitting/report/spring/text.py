@@ -23,15 +23,14 @@ def verdict(result: SpringCharacterisation) -> list[str]:
     fitted = [test for test in result.tests if test.fitted]
     what = "identified from" if result.identify else "adjusted within its tolerances to"
     chosen = overall(list(result.scores), "fit")
-    said = [f"The alloy was {what} {len(fitted)} tests{_errors(chosen)}{_held_out(result)}."]
+    said = [f"The alloy was {what} {len(fitted)} tests.{_errors(chosen)}{_held_out(result)}"]
     if result.modes:
         said.append(mode_sentence(result.modes[0]))
     reduced = result.joint.reduced_chi_square
     if reduced > MISFIT:
         said.append(
-            f"The law leaves more than noise (reduced chi-square {reduced:.2g}): what is quoted is the "
-            "nearest "
-            f"this law comes, and standard errors were multiplied by {result.joint.inflation:.2g}."
+            f"The law leaves more than noise (reduced chi-square {reduced:.2g}). The numbers are the nearest "
+            f"that it comes, and standard errors were multiplied by {result.joint.inflation:.2g}."
             + (OTHER_RULE if result.identify and "c" not in result.fitted else "")
         )
     elif result.joint.inflation > 1.0:
@@ -50,17 +49,16 @@ def _errors(measures: dict[str, float] | None) -> str:
     if measures is None:
         return ""
     return (
-        f"; predicted from resistance alone, their shear stress is missed by {measures['mae_MPa']:.2g} "
-        "MPa on average"
-        f" ({100.0 * measures['rpd']:.2g} %)"
+        " Predicted from resistance alone, their shear stress is missed by "
+        f"{measures['mae_MPa']:.2g} MPa on average ({100.0 * measures['rpd']:.2g} %)."
     )
 
 
 def _held_out(result: SpringCharacterisation) -> str:
-    kept = overall(list(result.scores), "validation")
-    if kept is None:
-        return "; no test was held out"
-    return f", tests held out by {kept['mae_MPa']:.2g} MPa ({100.0 * kept['rpd']:.2g} %)"
+    errors = overall(list(result.scores), "validation")
+    if errors is None:
+        return " No test was held out."
+    return f" Held-out tests are missed by {errors['mae_MPa']:.2g} MPa ({100.0 * errors['rpd']:.2g} %)."
 
 
 def mode_sentence(mode: Mode) -> str:
@@ -70,7 +68,7 @@ def mode_sentence(mode: Mode) -> str:
         for name, change in mode.different
     )
     return (
-        f"Two parameter sets fit equally well: from {mode.start} the fit ends elsewhere ({changes}) with a "
+        f"Two parameter sets fit equally well. From {mode.start} the fit ends elsewhere ({changes}), with a "
         f"chi-square only {mode.worse_by:+.1f} off. These tests do not choose between them."
         f"{'' if mode.converged else ' (That fit stalled before its end.)'}"
     )
@@ -85,8 +83,8 @@ def warnings(result: SpringCharacterisation) -> list[str]:
     if ahead > CLOSE_CALL:
         said.append(
             f"Of {len(result.joint.starts)} starts only one ended at the best fit, the next with a "
-            f"chi-square larger by {ahead:.3g}: there may be a better one, and standard errors span what was "
-            "found. --starts tries more."
+            f"chi-square larger by {ahead:.3g}. There may be a better fit; --starts tries more. Standard "
+            "errors span the fits that were found."
         )
     said += profile_likelihood.warnings(result)
     said += [blind_sentence(score) for score in result.scores if score.blind > BLIND_SHARE]
@@ -97,10 +95,9 @@ def blind_sentence(score: Score) -> str:
     """What a test with a blind resistance means for its prediction."""
     return (
         f"{score.name}: in {100.0 * score.blind:.0f} % of the rows the resistance hardly tells the "
-        "martensite fraction "
-        "(near full heat it goes as the eighth root), so its stress is predicted worse than its law is "
-        "known; the "
-        "fit takes the fraction from force and resistance together."
+        "martensite fraction: near full heat the fraction goes as its eighth root. So the stress is "
+        "predicted worse than the law is known. The fit takes the fraction from force and resistance "
+        "together."
     )
 
 

@@ -18,7 +18,6 @@ An effect `unmodelled` is in `remainder.py`.
 """
 
 import dataclasses
-import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -29,7 +28,7 @@ from fitting.data.files import write_whole
 from pneusma_jax.calibration.keys import KINDS, QUANTITIES
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.calibration.toml import quantity_entry, read_quantity
-from pneusma_jax.documents import read_document
+from pneusma_jax.documents import parse_toml, read_document
 from pneusma_jax.effects import find_effect
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.pipeline import Effect
@@ -91,7 +90,7 @@ def load_model(path: str | Path) -> AugmentedModel:
 def is_model(path: str | Path) -> bool:
     """Whether a file says that it is a model; a name, or a file that cannot be read, is none."""
     try:
-        document = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        document = parse_toml(Path(path).read_text(encoding="utf-8"), path)
     except (OSError, ValueError):
         return False
     return document.get("schema") == SCHEMA

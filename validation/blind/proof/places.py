@@ -5,6 +5,8 @@ import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
+from pneusma_jax.files import write_whole
+
 ROOT = Path(__file__).resolve().parents[3]
 CODE = ("fitting", "pneusma_jax", "calibration_data", "tests/blind")
 """What a result depends on."""
@@ -55,9 +57,7 @@ def read(path, missing=None):
 def write(path, content):
     """Write JSON whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_suffix(".part")
-    part.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    part.replace(path)
+    write_whole(path, json.dumps(content, indent=1) + "\n")
 
 
 def commit():

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from fitting.data.recordings import read_campaign
 from fitting.diagnose import diagnose
-from fitting.report.diagnosis.document import report_of
+from fitting.report.diagnosis.payload import content
 from pneusma_jax import enable_float64
 
 from .baselines import answers
@@ -28,7 +28,7 @@ def diagnose_folder(folder, seed):
 
     enable_float64()
 
-    return report_of(diagnose(read_campaign(folder), seed=seed))
+    return content(diagnose(read_campaign(folder), seed=seed))
 
 
 def compare_folder(folder, report, seed):

@@ -1,0 +1,203 @@
+"""What `pneusma propagate` costs: rows a second, memory, Dask, and SALib with SciPy beside it.
+
+    python benchmarks/propagate_speed.py rate --rows 1000000       # PneuSMA2 over all its priors; a process
+    of its own python benchmarks/propagate_speed.py against --rows 20000      # the same rows by SALib and
+    scipy.optimize.root python benchmarks/propagate_speed.py dask --rows 200000        # one process, and a
+    cluster of two workers python benchmarks/propagate_speed.py probability               # 1e-2, 1e-4, 1e-6
+    of a linear Gaussian limit
+
+Processor time stands beside wall-clock time, which other work on the machine makes longer.
+"""
+
+import argparse
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+STUDY = """
+schema = "pneusma-study/1"
+name = "pneusma2_priors"
+[model]
+through = "{through}"
+{model}
+{vary}
+{output}
+[sampling]
+rows = {rows}
+chunk = {chunk}
+method = "sobol"
+keep = "{keep}"
+"""
+ACTUATOR = {
+    "through": "state",
+    "model": 'design = "pneusma2"\npressure_kPa = 30.0\nxi0_2 = 0.4',
+    "vary": "[vary]\npriors = true",
+    "output": '[[output]]\nname = "curvature_1pm"\n[[output]]\nname = "length_mm"',
+}
+CHEAP = {
+    "through": "expression",
+    "model": 'outputs = {y = "sin(x1) + 7*sin(x2)**2 + 0.1*x3**4*sin(x1)"}',
+    "vary": "[input]\n" + "\n".join(f"x{k} = {{low = -3.14159, high = 3.14159}}" for k in (1, 2, 3)),
+    "output": "",
+}
+
+
+def write(folder, rows, chunk=20_000, keep="summary", kind=ACTUATOR):
+    path = Path(folder) / "study.toml"
+    path.write_text(STUDY.format(rows=rows, chunk=chunk, keep=keep, **kind))
+    return path
+
+
+def command(study, out, *options):
+    return [sys.executable, "-c", "from fitting.cli import main; main()", "propagate", str(study), "--out",
+            str(out),
+            *options]  # fmt: skip
+
+
+def measured(words):
+    """Wall-clock and processor seconds and peak memory of a command [MiB]."""
+    before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    done = subprocess.run(words, capture_output=True, text=True)
+    if done.returncode:
+        raise SystemExit(done.stderr)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    processor = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return time.perf_counter() - began, processor, after.ru_maxrss / 1024.0
+
+
+def rate(options):
+    kind = CHEAP if options.cheap else ACTUATOR
+    with tempfile.TemporaryDirectory() as folder:
+        start = measured(
+            command(write(folder, 100, 100, kind=kind), Path(folder) / "start", "--devices", options.devices)
+        )
+        study = write(folder, options.rows, options.chunk, options.keep, kind)
+        wall, processor, memory = measured(command(study, Path(folder) / "out", "--devices", options.devices))
+        size = sum(p.stat().st_size for p in (Path(folder) / "out" / "chunks").iterdir())
+    print(f"start and 100 rows: {start[0]:.1f} s, {start[1]:.1f} s of processor, {start[2]:.0f} MiB")
+    print(
+        f"{options.rows:,} rows: {wall:.1f} s, {processor:.1f} s of processor, peak {memory:.0f} MiB, "
+        f"{size / 1e6:.1f} MB"
+    )
+    print(f"  {options.rows / wall:,.0f} rows/s of wall clock; without the start "
+          f"{options.rows / max(processor - start[1], 1e-9):,.0f} rows/s of one core")  # fmt: skip
+
+
+def against(options):
+    """The same rows in one run: ours, then a loop as users of SALib write it, on a compiled residual."""
+    import jax
+    import numpy as np
+    from SALib.sample import sobol
+    from scipy import optimize, stats
+
+    import pneusma_jax as pj
+    from fitting.propagate import build_problem, read_study
+    from fitting.propagate.responses.body import body_of
+    from fitting.simulate.state import described_actuator
+    from fitting.specimens.model_objects import BASE
+    from pneusma_jax.actuator.balance import Problem, residual, start
+
+    pj.enable_float64()
+    with tempfile.TemporaryDirectory() as folder:
+        problem = build_problem(read_study(write(folder, options.rows)))
+    names = problem.inputs.names
+    body, _ = body_of(described_actuator(None, {"design": "pneusma2"}), BASE)
+    described = {"num_vars": len(names), "names": list(names), "bounds": [[0.0, 1.0]] * len(names)}
+
+    def imbalance(unknowns, x):
+        actuator = body.build(dict(zip(names, x, strict=True)))
+        phases = (pj.MartensiteFraction(1.0), pj.MartensiteFraction(0.4))
+        return residual(unknowns, Problem(actuator, 30e3, phases, actuator.fresh_states()))
+
+    compiled = jax.jit(imbalance)
+    began = time.process_time()
+    u = sobol.sample(described, 64, calc_second_order=False)[: options.loop]
+    x = problem.inputs.values(stats.norm.ppf(np.clip(u, 1e-9, 1.0 - 1e-9)))
+    guess = np.asarray(start(body.build({})))
+    compiled(guess, x[0]).block_until_ready()
+    prepared, began = time.process_time() - began, time.process_time()
+    found = [optimize.root(lambda y, row=row: np.asarray(compiled(y, row)), guess) for row in x]
+    loop = (time.process_time() - began) / len(x)
+    problem.evaluator(x[:1].repeat(2000, 0))
+    z = np.random.default_rng(0).normal(size=(options.rows, len(names)))
+    began = time.process_time()
+    values = problem.inputs.values(z)
+    problem.evaluator(values)
+    ours = (time.process_time() - began) / options.rows
+    solved = np.mean([one.success for one in found])
+    print(f"SALib and scipy.optimize.root: {1.0 / loop:,.0f} rows/s of one core ({len(x)} rows, {solved:.1%} "
+          "solved, "
+          f"{prepared:.1f} s to begin)")  # fmt: skip
+    print(f"ours: {1.0 / ours:,.0f} rows/s of one core ({options.rows:,} rows); ratio {loop / ours:.0f}")
+
+
+def dask(options):
+    """Processor time of a chunk in one process and on two workers, without the start: from two sizes."""
+    kind, cost = CHEAP if options.cheap else ACTUATOR, {}
+    with tempfile.TemporaryDirectory() as folder:
+        for rows in (options.rows // 10, options.rows):
+            for name, more in (("one process", ("--devices", "1")), ("two workers", ("--workers", "2"))):
+                out = Path(folder) / f"{name}-{rows}"
+                cost[name, rows] = measured(
+                    command(write(folder, rows, options.chunk, kind=kind), out, *more)
+                )
+        names = ("one process", "two workers")
+        folders = [Path(folder) / f"{name}-{options.rows}" / "chunks" for name in names]
+        files = [sorted(place.iterdir()) for place in folders]
+        same = all(a.read_bytes() == b.read_bytes() for a, b in zip(*files, strict=True))
+    chunks = 0.9 * options.rows / options.chunk
+    for name in ("one process", "two workers"):
+        few, many = cost[name, options.rows // 10], cost[name, options.rows]
+        print(f"{name}: start {few[1]:.1f} s of processor, {(many[1] - few[1]) / chunks:.4f} s a chunk; "
+              f"{many[0]:.1f} s in all")  # fmt: skip
+    print(f"the same bytes: {same}")
+
+
+def probability(options):
+    import numpy as np
+    from scipy import stats
+
+    import pneusma_jax as pj
+    from fitting.propagate import build_problem, read_study
+    from fitting.propagate.rare import estimate_rare
+
+    pj.enable_float64()
+    inputs = "\n".join(f"x{k} = {{mean = 0.0, sd = 1.0}}" for k in range(20))
+    total = " + ".join(f"x{k}" for k in range(20))
+    for exact in (1e-2, 1e-4, 1e-6):
+        limit = np.sqrt(20.0) * stats.norm.isf(exact)
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "study.toml"
+            path.write_text(
+                f'schema = "pneusma-study/1"\n[model]\nthrough = "expression"\noutputs = {{y = "{total}"}}\n'
+                f"[input]\n{inputs}\n"
+                f'[[limit]]\non = "y"\nabove = {limit}\n[rare]\n'
+            )
+            problem = build_problem(read_study(path))
+            found = estimate_rare(problem, problem.study.limits[0])
+        for name, part in (("subset simulation", found.subset), ("importance sampling", found.form)):
+            low, high = part.interval
+            print(f"{exact:.0e}: {name} {part.probability:.3e}, {low:.2e} to {high:.2e}")
+        print(f"       FORM {found.form.by_form:.4e}; {found.rows:,} rows; agree: {found.agree}")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("what", choices=["rate", "against", "dask", "probability"])
+    parser.add_argument("--rows", type=int, default=20_000)
+    parser.add_argument("--chunk", type=int, default=20_000)
+    parser.add_argument("--keep", default="summary", choices=["summary", "outputs"])
+    parser.add_argument("--loop", type=int, default=300, help="rows of SciPy's loop")
+    parser.add_argument("--devices", default="1")
+    parser.add_argument("--cheap", action="store_true", help="an expression in place of the actuator")
+    options = parser.parse_args()
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    {"rate": rate, "against": against, "dask": dask, "probability": probability}[options.what](options)
+
+
+if __name__ == "__main__":
+    main()

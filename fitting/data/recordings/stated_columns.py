@@ -1,0 +1,127 @@
+"""Tables of a sidecar that speak of columns: what did not change, noise, zeros that a fit finds."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pneusma_jax.errors import InputError, nearest
+
+from . import schema
+from .columns import convert, written_unit
+from .sidecar import finite_number
+from .table import refuse
+
+
+def zeros(table: Mapping[str, float], kind: str, where: Path | str, strict: bool = True) -> dict[str, float]:
+    """Standard deviations of zeros that a fit is to find, by canonical column in its unit.
+
+    Args:
+        table: by column, in any unit of that column's dimension.
+        kind: which decides what columns there are.
+        where: file that messages name.
+        strict: refuse a kind whose zeros no fit finds; else there are none.
+
+    Raises:
+        InputError: for an unknown column or unit, one that is there twice, or a kind without such zeros.
+    """
+    known = schema.KINDS[kind].zeros
+    if not known and table and strict:
+        raise refuse(
+            where, f"[zero] is for recordings of kind {', '.join(schema.with_zeros())}; of kind {kind} take a"
+            " zero off on import, with --subtract",
+        )  # fmt: skip
+    found: dict[str, float] = {}
+    for key, value in table.items() if known else ():
+        canonical, unit = _column_of(key, known, "zero", where)
+        if canonical in found:
+            raise refuse(where, f"[zero] {key} is there twice, in two units; keep one")
+        wanted = schema.quantity_and_unit(canonical)[1]
+        found[canonical] = float(convert(value, unit, wanted, difference=True))
+    return found
+
+
+def constants(
+    table: Mapping[str, float], kind: str, where: Path | str, shared: Mapping[str, float]
+) -> dict[str, float]:
+    """Values of columns that did not change, by canonical column in its unit.
+
+    Args:
+        table: of the recording's sidecar, value by column in any unit of that column's dimension.
+        kind: which decides what columns there are.
+        where: file that messages name.
+        shared: the campaign's; what a kind has no column for is passed over.
+
+    Raises:
+        InputError: for an unknown column or unit, or a column that is there twice.
+    """
+    found: dict[str, float] = {}
+    for source, strict in ((shared, False), (table, True)):
+        seen = set()
+        for key, value in source.items():
+            known = schema.KINDS[kind].columns.known
+            if not strict and not any(key.startswith(schema.quantity_and_unit(name)[0]) for name in known):
+                continue
+            canonical, unit = _column_of(key, known, "constant", where)
+            if canonical in seen:
+                raise refuse(where, f"[constant] {key} is there twice, in two units; keep one")
+            seen.add(canonical)
+            found[canonical] = float(convert(value, unit, schema.quantity_and_unit(canonical)[1]))
+    return found
+
+
+def _column_of(key: str, known: tuple[str, ...], section: str, where: Path | str) -> tuple[str, str]:
+    """Canonical column and written unit of a key of a section."""
+    for canonical in known:
+        quantity, _ = schema.quantity_and_unit(canonical)
+        if key == quantity or (key.startswith(quantity + "_") and "_" not in key[len(quantity) + 1 :]):
+            try:
+                return canonical, written_unit(key, canonical)
+            except InputError as error:
+                raise refuse(where, f"[{section}] {key}: {error}") from None
+    raise refuse(where, f"unknown column {key!r} in [{section}], {nearest(key, known)}")
+
+
+def check_noise(table: Mapping[str, Any], kind: str, extra: list[str], where: Path | str) -> dict[str, float]:
+    """Check the [noise] table of a recording of a known kind.
+
+    Args:
+        table: 1-sigma by column, in any unit of that column's dimension.
+        kind: which decides what columns there are.
+        extra: columns of the file that the kind does not know; their noise is kept as it is.
+        where: file that messages name.
+
+    Returns:
+        1-sigma by canonical column, in its unit.
+
+    Raises:
+        InputError: for an unknown column or unit, or a number that is not more than zero (an input may have
+            zero).
+    """
+    rules = schema.KINDS[kind].columns
+    checked: dict[str, float] = {}
+    for key, value in table.items():
+        number = finite_number(value, f"[noise] {key}", where)
+        canonical, unit = (key, "1") if key in extra else _noise_column(key, rules.known, where)
+        if number < 0.0 or (number == 0.0 and canonical in rules.outputs):
+            raise refuse(
+                where, f"[noise] {key} = {number:g} must be more than 0; leave it out to have it estimated"
+            )
+        if canonical in checked:
+            raise refuse(where, f"[noise] {key} is there twice, in two units; keep one")
+        wanted = "1" if key in extra else schema.quantity_and_unit(canonical)[1]
+        checked[canonical] = convert(number, unit, wanted, difference=True)
+    return checked
+
+
+def _noise_column(key: str, known: tuple[str, ...], where: Path | str) -> tuple[str, str]:
+    if key in known:
+        return key, schema.quantity_and_unit(key)[1]
+    quantity = key.rpartition("_")[0]
+    for canonical in known:
+        expected, _ = schema.quantity_and_unit(canonical)
+        if key == expected or quantity == expected:
+            try:
+                return canonical, written_unit(key, canonical)
+            except InputError as error:
+                raise refuse(where, f"[noise] {key}: {error}") from None
+    raise refuse(where, f"unknown column {key!r} in [noise], {nearest(key, known)}")

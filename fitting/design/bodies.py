@@ -1,0 +1,201 @@
+"""From parameters to a body that can be solved: an actuator, or a chain of several, under one state."""
+
+import dataclasses
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+import pneusma_jax as pj
+from pneusma_jax.actuator.designs import GEOMETRY_KEYS, SECTION_KEYS
+from pneusma_jax.calibration import Calibration, load_calibration, named_table
+from pneusma_jax.errors import InputError
+from pneusma_jax.serial_chain.designs import ChainDesign, describes_chain, load_chain, make_chain
+from pneusma_jax.serial_chain.kinematics import arc_frame
+from pneusma_jax.silicone import SiliconeLaw
+
+
+@dataclasses.dataclass(frozen=True)
+class Plan:
+    """What a body is made of, apart from the parameters.
+
+    Attributes:
+        tables: of kind actuator, one per segment.
+        chain: the chain's design, or None for a single actuator.
+        alloy, silicone: given instead of the tables' own; None for those.
+    """
+
+    tables: tuple[Calibration, ...]
+    chain: ChainDesign | None
+    alloy: str | None = None
+    silicone: str | None = None
+
+    @property
+    def springs(self) -> tuple[tuple[int, int], ...]:
+        """Segment (from 1) and number of every spring."""
+        return tuple((k, n) for k, t in enumerate(self.tables, 1) for n in pj.layout(t).spring_numbers)
+
+    def dimensions(self) -> set[str]:
+        """Dimensions that every segment has."""
+        keys = [{key for key in (*GEOMETRY_KEYS, *SECTION_KEYS) if key in t.quantities} for t in self.tables]
+        return set.intersection(*keys)
+
+    def materials(self) -> tuple["Materials", ...]:
+        """Alloy and silicone of every segment."""
+        found = []
+        for table in self.tables:
+            alloy = None
+            if pj.layout(table).spring_numbers:
+                alloy = pj.load_alloy(self.alloy or named_table(table, "alloy"))
+                alloy = dataclasses.replace(alloy, name="")  # names would make programs differ
+            found.append(Materials(alloy, pj.load_silicone(self.silicone or named_table(table, "material"))))
+        return tuple(found)
+
+
+def plan_of(design: str, alloy: str | None = None, silicone: str | None = None) -> Plan:
+    """Tables of a design, by name or path.
+
+    Raises:
+        InputError: if there is no such design.
+    """
+    if describes_chain(design):
+        chain = load_chain(design)
+        return Plan(tuple(load_calibration(d, "actuator") for d in chain.designs), chain, alloy, silicone)
+    return Plan((load_calibration(design, "actuator"),), None, alloy, silicone)
+
+
+class Materials(eqx.Module):
+    """Constants of one segment.
+
+    Attributes:
+        alloy: of the springs, or None.
+        silicone: of the wall.
+    """
+
+    alloy: pj.Alloy | None
+    silicone: SiliconeLaw
+
+    def with_draw(self, alloy: Mapping[str, Array], stiffness: Array | None) -> "Materials":
+        """The same with drawn constants of the alloy and a drawn stiffness of the silicone."""
+        changed = self.alloy
+        if changed is not None and alloy:
+            changed = dataclasses.replace(changed, **alloy)
+        silicone = self.silicone
+        if stiffness is not None:
+            if not hasattr(silicone, "stiffness"):
+                raise InputError(
+                    "the uncertainty of `silicone_stiffness` needs a silicone with the law 'regularised'"
+                )
+            silicone = dataclasses.replace(silicone, stiffness=stiffness)
+        return Materials(changed, silicone)
+
+
+class Body(eqx.Module):
+    """Segments with numbers.
+
+    Attributes:
+        segments: one or several.
+        chain: of the segments, or None where there is one alone.
+    """
+
+    segments: tuple[pj.Actuator, ...]
+    chain: pj.SegmentChain | None
+
+
+class Solved(eqx.Module):
+    """A body in equilibrium, as functions of users get it.
+
+    Attributes:
+        body: what was solved.
+        pressure: gauge [Pa].
+        segments: the equilibrium of each segment.
+        end_pose: frame of the tip in the frame of the base, shape (4, 4) [m].
+        chain: the equilibrium of the whole chain, or None.
+    """
+
+    body: Body
+    pressure: Array
+    segments: tuple[pj.Equilibrium, ...]
+    end_pose: Float[Array, "4 4"]
+    chain: pj.ChainEquilibrium | None
+
+    @property
+    def only(self) -> pj.Equilibrium:
+        """The first segment."""
+        return self.segments[0]
+
+
+def build_body(
+    plan: Plan,
+    parameters: Mapping[str, Array],
+    materials: tuple[Materials, ...],
+    added: Mapping[str, Array] = MappingProxyType({}),
+) -> Body:
+    """A body of given dimensions; differentiable in them and in the materials.
+
+    Args:
+        plan: tables.
+        parameters: by name [SI]: a dimension of all segments, `2.wall_thickness` of one, `connector`; others
+            are ignored.
+        materials: of each segment.
+        added: what dimensions differ from those of the parameters and tables [SI].
+
+    Raises:
+        ValueError: for impossible dimensions, if their numbers are known.
+    """
+    segments = []
+    for k, (table, own) in enumerate(zip(plan.tables, materials, strict=True), 1):
+        of_all = {name: x for name, x in parameters.items() if name in GEOMETRY_KEYS or name in SECTION_KEYS}
+        of_one = {n.partition(".")[2]: x for n, x in parameters.items() if n.startswith(f"{k}.")}
+        sizes = of_all | of_one
+        nominal = table.values()
+        sizes |= {
+            n: sizes.get(n, nominal[n]) + more for n, more in added.items() if n in sizes or n in nominal
+        }
+        segments.append(pj.make_actuator(table, own.alloy, own.silicone, **sizes))
+    if plan.chain is None:
+        return Body(tuple(segments), None)
+    chain = _chain(plan, segments)
+    if "connector" in parameters:
+        gaps = jnp.broadcast_to(jnp.asarray(parameters["connector"], float), jnp.shape(chain.connectors))
+        chain = dataclasses.replace(chain, connectors=gaps)
+    return Body(tuple(chain.segments), chain)
+
+
+def _chain(plan: Plan, segments: list[pj.Actuator]) -> pj.SegmentChain:
+    """The chain of segments that are built already, with the loads of its design.
+
+    Under loads, all segments of one design are alike; the reader of studies sees to it.
+    """
+    first = dict(zip(reversed(plan.chain.designs), reversed(segments), strict=True))
+    densities = {d: material_of(plan, k).values().get("density") for k, d in enumerate(plan.chain.designs)}
+    chain = make_chain(plan.chain, first.__getitem__, densities.get)
+    return chain if chain.loaded else dataclasses.replace(chain, segments=tuple(segments))
+
+
+def solve_body(body: Body, pressure: Array, fractions: Array) -> Solved:
+    """Equilibrium under a state; NaN where there is none.
+
+    Args:
+        body: what is loaded.
+        pressure: gauge [Pa].
+        fractions: martensite fraction of every spring, segment by segment, shape (springs,).
+    """
+    drives, at = [], 0
+    for segment in body.segments:
+        count = len(segment.springs)
+        drives.append(tuple(pj.MartensiteFraction(fractions[at + i]) for i in range(count)))
+        at += count
+    if body.chain is None:
+        found = pj.solve(body.segments[0], pressure, drives[0], throw=False)
+        return Solved(body, pressure, (found,), arc_frame(found.bend, found.length), None)
+    whole = pj.solve_chain(body.chain, pressure, drives, throw=False)
+    return Solved(body, pressure, whole.segments, whole.end_pose, whole)
+
+
+def material_of(plan: Plan, k: int) -> Any:
+    """Table of the silicone of a segment, from 0."""
+    return load_calibration(plan.silicone or named_table(plan.tables[k], "material"), "silicone")

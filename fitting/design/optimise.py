@@ -1,0 +1,248 @@
+"""One constrained problem from many starts by an optimiser of SciPy, and the conditions at what it found."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.optimize import Bounds, NonlinearConstraint, minimize, nnls
+
+from .lockstep import Ask, run_together
+from .log import Evaluation, Evaluator
+
+PRECISION = 1e-9
+"""Relative change of the scaled objective at which SLSQP ends [1]; the model is exact to 1e-10."""
+ALLOWED = 1e-6
+"""Scaled violation up to which a constraint counts as kept [1]: a millionth of its limit."""
+ACTIVE = 1e-4
+"""Scaled slack up to which a constraint counts as active [1]."""
+MOST_STEPS = 100
+"""Maximum of iterations from a start; 8 to 40 are taken."""
+BAD = 10.0
+"""By how much the scaled objective rises where a design cannot be evaluated, so that a line search steps
+back."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is minimised, in terms of an evaluation's numbers.
+
+    Attributes:
+        weights: of the numbers in the objective, shape (numbers,).
+        rows: numbers that are constraints, each to be at most its limit.
+        limits: of these; scales: sizes of these, by which they are divided.
+        held: values at which parameters are held, by index.
+        slack: whether the largest violation is minimised instead of the objective.
+    """
+
+    weights: np.ndarray
+    rows: np.ndarray
+    limits: np.ndarray
+    scales: np.ndarray
+    held: dict[int, float] = field(default_factory=dict)
+    slack: bool = False
+
+    def objective(self, one: Evaluation) -> float:
+        """What is minimised [1]."""
+        return float(self.weights @ one.values)
+
+    def excess(self, one: Evaluation) -> np.ndarray:
+        """Scaled violations, positive where violated [1]."""
+        return (one.values[self.rows] - self.limits) / self.scales
+
+    def violation(self, one: Evaluation) -> float:
+        """The largest scaled violation; NaN where the design cannot be evaluated."""
+        return float(np.max(self.excess(one), initial=-np.inf)) if one.finite else np.nan
+
+    def free(self, size: int) -> np.ndarray:
+        """Indices of the parameters that are not held."""
+        return np.array([k for k in range(size) if k not in self.held], dtype=int)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What one start led to.
+
+    Attributes:
+        evaluation: the best that was seen; None where nothing could be evaluated.
+        objective: scaled [1]; violation: the largest [1].
+        message: of the optimiser; steps: its iterations.
+    """
+
+    evaluation: Evaluation | None
+    objective: float
+    violation: float
+    message: str
+    steps: int
+
+    @property
+    def kept(self) -> bool:
+        """Whether all constraints are kept."""
+        return self.evaluation is not None and self.violation <= ALLOWED
+
+
+def best_of(outcomes: Sequence[Outcome]) -> Outcome:
+    """The best outcome: the lowest objective among those that keep the constraints, else the least
+    violation."""
+    seen = [o for o in outcomes if o.evaluation is not None]
+    if not seen:
+        return outcomes[0]
+    kept = [o for o in seen if o.kept]
+    return min(kept, key=lambda o: o.objective) if kept else min(seen, key=lambda o: o.violation)
+
+
+def optimise(
+    problems: Sequence[Problem], starts: Sequence[np.ndarray], evaluate: Evaluator, method: str = "slsqp"
+) -> list[Outcome]:
+    """Solve problems side by side, one for each start.
+
+    Args:
+        problems: one per start.
+        starts: places in the box.
+        evaluate: of the model.
+        method: `slsqp` or `trust-constr`.
+    """
+    pairs = zip(problems, starts, strict=True)
+    workers = [lambda ask, p=p, x=x: _Search(p, ask, np.array(x, dtype=float)).run(method) for p, x in pairs]
+    return run_together(workers, evaluate) if workers else []
+
+
+class _Search:
+    """One start of one problem."""
+
+    def __init__(self, problem: Problem, ask: Ask, start: np.ndarray):
+        self.problem, self.ask = problem, ask
+        for k, value in problem.held.items():
+            start[k] = value
+        self.place, self.free = np.clip(start, 0.0, 1.0), problem.free(start.size)
+        self.last: tuple[bytes, Evaluation] | None = None
+        self.good: Evaluation | None = None
+        self.best: Outcome | None = None
+
+    def at(self, x: np.ndarray) -> Evaluation:
+        """Evaluation at values of the free parameters; the last one is remembered."""
+        place = self.place.copy()
+        place[self.free] = np.clip(x[: self.free.size], 0.0, 1.0)
+        if self.last is None or self.last[0] != place.tobytes():
+            self.last = (place.tobytes(), self.ask(place))
+            self._judge(self.last[1])
+        return self.last[1]
+
+    def _judge(self, one: Evaluation) -> None:
+        if not one.finite:
+            return
+        found = Outcome(one, self.problem.objective(one), self.problem.violation(one), "", 0)
+        if self.problem.slack:
+            found = Outcome(one, found.violation, 0.0, "", 0)
+        self.best = found if self.best is None else best_of([self.best, found])
+        self.good = one
+
+    def run(self, method: str) -> Outcome:
+        """Search from the start."""
+        first = self.at(self.place[self.free])
+        if not first.finite:
+            return Outcome(None, np.inf, np.inf, "the start cannot be evaluated", 0)
+        if self.free.size == 0:
+            return self.best
+        x = self.place[self.free]
+        if self.problem.slack:
+            x = np.append(x, max(self.problem.violation(first), 0.0) + 0.1)
+        found = self._slsqp(x) if method == "slsqp" else self._trust_region(x)
+        return Outcome(
+            self.best.evaluation, self.best.objective, self.best.violation, str(found.message), int(found.nit)
+        )
+
+    def _value(self, x: np.ndarray) -> float:
+        if self.problem.slack:
+            self.at(x)
+            return float(x[-1])
+        one = self.at(x)
+        return self.problem.objective(one) if one.finite else self.problem.objective(self.good) + BAD
+
+    def _slope(self, x: np.ndarray) -> np.ndarray:
+        if self.problem.slack:
+            return np.append(np.zeros(self.free.size), 1.0)
+        return self._known(x).jacobian.T[self.free] @ self.problem.weights
+
+    def _known(self, x: np.ndarray) -> Evaluation:
+        one = self.at(x)
+        return one if one.finite else self.good
+
+    def _room(self, x: np.ndarray) -> np.ndarray:
+        one = self.at(x)
+        room = -self.problem.excess(one if one.finite else self.good)
+        if self.problem.slack:
+            return room + (x[-1] if one.finite else x[-1] - BAD)
+        return room
+
+    def _room_slope(self, x: np.ndarray) -> np.ndarray:
+        slope = -self._known(x).jacobian[self.problem.rows][:, self.free] / self.problem.scales[:, None]
+        return np.hstack([slope, np.ones((len(slope), 1))]) if self.problem.slack else slope
+
+    def _box(self, x: np.ndarray) -> Bounds:
+        more = x.size - self.free.size
+        return Bounds(
+            np.append(np.zeros(self.free.size), [-1e3] * more),
+            np.append(np.ones(self.free.size), [1e6] * more),
+        )
+
+    def _slsqp(self, x: np.ndarray) -> object:
+        rooms = (
+            [{"type": "ineq", "fun": self._room, "jac": self._room_slope}] if self.problem.rows.size else []
+        )
+        return minimize(
+            self._value, x, jac=self._slope, bounds=self._box(x), constraints=rooms, method="SLSQP",
+            options={"maxiter": MOST_STEPS, "ftol": PRECISION},
+        )  # fmt: skip
+
+    def _trust_region(self, x: np.ndarray) -> object:
+        rooms = (
+            [NonlinearConstraint(self._room, 0.0, np.inf, jac=self._room_slope)]
+            if self.problem.rows.size
+            else []
+        )
+        return minimize(
+            self._value, x, jac=self._slope, bounds=self._box(x), constraints=rooms, method="trust-constr",
+            options={"maxiter": 3 * MOST_STEPS, "gtol": 1e-7, "xtol": 1e-9},
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """First-order conditions at a design.
+
+    Attributes:
+        rows: multiplier of every constraint row, the gain of the scaled objective if its limit is given way
+            by one scale [1]; zero where there is room.
+        low, high: multipliers of the ends of the box [1], shape (parameters,).
+        left: size of the gradient that no multiplier explains, over that of the objective's gradient [1].
+    """
+
+    rows: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    left: float
+
+
+def conditions(problem: Problem, one: Evaluation) -> Conditions:
+    """Multipliers by non-negative least squares on the gradients of what is active."""
+    size, room = one.place.size, -problem.excess(one)
+    free = problem.free(size)
+    gradient = problem.weights @ one.jacobian
+    active = np.flatnonzero(room <= ACTIVE)
+    below = np.array([k for k in free if one.place[k] <= ACTIVE], dtype=int)
+    above = np.array([k for k in free if one.place[k] >= 1.0 - ACTIVE], dtype=int)
+    steep = one.jacobian[problem.rows[active]] / problem.scales[active, None]
+    matrix = np.vstack([steep, -np.eye(size)[below], np.eye(size)[above]])[:, free].T
+    found = np.zeros(matrix.shape[1])
+    left = float(np.linalg.norm(gradient[free]))
+    if matrix.size:
+        found, left = nnls(matrix, -gradient[free])
+    rows, low, high = np.zeros(room.size), np.zeros(size), np.zeros(size)
+    rows[active] = found[: active.size]
+    low[below] = found[active.size : active.size + below.size]
+    high[above] = found[active.size + below.size :]
+    norm = float(np.linalg.norm(gradient[free])) or 1.0
+    return Conditions(rows, low, high, left / norm)
+
+
+Said = Callable[[str], None]

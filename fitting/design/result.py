@@ -1,0 +1,125 @@
+"""What a study found. Data; `fitting.report.design` says how it looks."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from fitting.inference.results import Result
+
+from .log import Evaluation
+from .optimise import Conditions, Problem
+from .program import Model
+from .study import Study
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One combination of what can be chosen; None stands for the design's own."""
+
+    design: str
+    alloy: str | None
+    material: str | None
+
+    def words(self, study: Study) -> str:
+        """Only what there was a choice of; empty where there was none."""
+        pairs = ((self.design, study.designs), (self.alloy, study.alloys), (self.material, study.materials))
+        return ", ".join(Path(str(one)).name for one, all_of in pairs if len(all_of) > 1)
+
+
+@dataclass(frozen=True)
+class Design:
+    """A design and what it is worth.
+
+    Attributes:
+        choice: tables.
+        parameters: by name [SI].
+        objectives: in the order of the study [SI], with their own sign.
+        violation: the largest scaled one of a constraint [1]; negative where there is room everywhere.
+        evaluation: as the optimiser saw it.
+    """
+
+    choice: Choice
+    parameters: Mapping[str, float]
+    objectives: tuple[float, ...]
+    violation: float
+    evaluation: Evaluation
+
+
+@dataclass(frozen=True)
+class Chance:
+    """What fresh draws say of a design.
+
+    Attributes:
+        draws: number of them; failures: how many violate a constraint, or have no equilibrium.
+        interval: of the probability of failure, 95 %.
+        by_constraint: failures of each constraint.
+        lost: draws without equilibrium.
+        values: first objective of every draw that has one [SI].
+    """
+
+    draws: int
+    failures: int
+    interval: tuple[float, float]
+    by_constraint: tuple[int, ...]
+    lost: int
+    values: np.ndarray
+
+    @property
+    def probability(self) -> float:
+        """Of failure [1]."""
+        return self.failures / self.draws
+
+
+@dataclass(frozen=True)
+class Front:
+    """Designs of which none is better than another in every objective.
+
+    Attributes:
+        designs: in the order of the first objective.
+        hypervolume: of what they dominate, up to the reference, as a share of the box between the best of
+            each objective and the reference [1].
+        reference: worst value that counts of each objective, with its own sign [SI].
+        made: whether the designs can be made.
+    """
+
+    designs: tuple[Design, ...]
+    hypervolume: float
+    reference: tuple[float, ...]
+    made: bool
+
+
+@dataclass
+class DesignResult(Result):
+    """A solved study.
+
+    Attributes:
+        study: what was wanted.
+        model: of the chosen combination.
+        base: the tables' own dimensions, or None where a free parameter has no such value.
+        ideal: the best before rounding to what can be made.
+        made: the design that can be made; the same where nothing is discrete.
+        problem: that was solved; conditions: at `ideal`.
+        front: where there are several objectives.
+        chances: by `robust design`, `nominal design` and `design of the tables`; empty without uncertainty.
+        others: the best of the other combinations of choices.
+        starts: objective [SI] and violation that each start of the chosen combination ended with.
+        evaluations, equilibria: how many were computed.
+        notes: what to be careful about.
+    """
+
+    study: Study
+    model: Model
+    base: Design | None
+    ideal: Design
+    made: Design
+    problem: Problem
+    conditions: Conditions
+    front: Front | None
+    chances: Mapping[str, Chance]
+    others: tuple[Design, ...]
+    starts: tuple[tuple[float, float], ...]
+    evaluations: int
+    equilibria: int
+    notes: list[str] = field(default_factory=list)

@@ -1,0 +1,360 @@
+"""A study from its start to its result."""
+
+import hashlib
+import itertools
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+from scipy.stats import qmc
+
+import pneusma_jax as pj
+from pneusma_jax.calibration import load_calibration, named_table
+from pneusma_jax.errors import InputError
+from pneusma_jax.units import from_si
+
+from .bodies import Plan, material_of, plan_of
+from .discrete import made_from
+from .infeasible import contradiction
+from .log import Evaluation, Evaluator, Log
+from .optimise import Outcome, Problem, best_of, conditions, optimise
+from .pareto import front_of, not_dominated, share_of_box
+from .program import Model
+from .result import Chance, Choice, Design, DesignResult, Front
+from .study import Study
+from .uncertain import NOMINAL, Draws, Sampler, interval
+
+LEAST_SIZE = 8
+"""Least number of places that go through the program at once."""
+FRESH_SEED = 1_000_003
+"""Added to the seed for the draws of the final probability, which the search has not seen."""
+
+
+@dataclass
+class _Solved:
+    """A combination of choices, solved."""
+
+    choice: Choice
+    evaluate: Evaluator
+    problem: Problem
+    starts: list[np.ndarray]
+    outcomes: list[Outcome]
+    ideal: Outcome
+    made: Outcome | None = None
+    pairs: list[tuple[Outcome, Problem]] | None = None
+    rounded: bool = True
+
+    @property
+    def final(self) -> Outcome:
+        """The design that can be made, or the continuous one where no neighbour keeps the constraints."""
+        return self.made or self.ideal
+
+
+def run_study(
+    study: Study, log: Path | None = None, progress: Callable[[str], object] = lambda text: None
+) -> DesignResult:
+    """Solve a study.
+
+    Args:
+        study: from `reading.read_study`.
+        log: file of the evaluations, from which a killed study goes on; None keeps them in memory.
+        progress: called with a few words after every lot of evaluations.
+
+    Raises:
+        InputError: one line, if nothing can be evaluated, or constraints contradict each other.
+    """
+    kept = Log(log, fingerprint(study))
+    choices = [Choice(*one) for one in itertools.product(study.designs, study.alloys, study.materials)]
+    solved = []
+    for number, choice in enumerate(choices):
+        words = f"choice {number + 1} of {len(choices)}: " if len(choices) > 1 else ""
+        said = lambda text, words=words: progress(words + text)  # noqa: E731
+        solved.append(_solve_choice(study, choice, number, kept, said))
+    return _result(study, solved, kept, progress)
+
+
+def fingerprint(study: Study) -> str:
+    """Of everything that the evaluations of a study depend on."""
+    seen = [study.path.read_bytes(), version("pneusma-jax").encode()]
+    files = {f.file for f in (*study.objectives, *study.constraints) if f.file is not None}
+    seen += [path.read_bytes() for path in sorted(files)]
+    if study.uncertainty is not None and study.uncertainty.posterior is not None:
+        seen.append(study.uncertainty.posterior.read_bytes())
+    for one in itertools.product(study.designs, study.alloys, study.materials):
+        plan = plan_of(*one)
+        alloys = {plan.alloy or named_table(t, "alloy") for t in plan.tables if pj.layout(t).spring_numbers}
+        tables = [*plan.tables, *(load_calibration(a, "alloy") for a in sorted(alloys))]
+        tables += [material_of(plan, k) for k in range(len(plan.tables))]
+        seen += [
+            json.dumps([t.name, sorted(t.values().items()), sorted(t.text.items())]).encode() for t in tables
+        ]
+        seen.append(repr(plan.chain).encode())
+    return hashlib.sha256(b"\0".join(seen)).hexdigest()
+
+
+def sampler_of(study: Study, plan: Plan) -> Sampler:
+    """Draws of a study's uncertainty for a combination of choices."""
+    table = plan.tables[0]
+    springs = pj.layout(table).spring_numbers
+    alloy = load_calibration(plan.alloy or named_table(table, "alloy"), "alloy") if springs else None
+    return Sampler(study.uncertainty, alloy, material_of(plan, 0), table.values())
+
+
+def _solve_choice(study: Study, choice: Choice, number: int, log: Log, said: Callable[[str], object]) -> dict:
+    """The nominal solution of a combination of choices, and the one under uncertainty."""
+    plan = plan_of(choice.design, choice.alloy, choice.material)
+    if study.uncertainty is None:
+        return {"nominal": _search(study, choice, Model(study, plan), number, log, said, [])}
+    calm = _without_uncertainty(study)
+    nominal = _search(
+        calm, choice, Model(calm, plan), -1 - number, log, lambda text: said("nominal, " + text), []
+    )
+    begin = [o.evaluation.place for o in (nominal.ideal,) if o.evaluation is not None]
+    draws = sampler_of(study, plan).draw(study.uncertainty.draws, study.seed, spread_out=True)
+    robust = _search(study, choice, Model(study, plan, draws), number, log, said, begin)
+    return {"nominal": nominal, "robust": robust}
+
+
+def _without_uncertainty(study: Study) -> Study:
+    """The same study with everything nominal; objectives that only uncertainty has are left out."""
+    import_free = [o for o in study.objectives if o.quantity != "failure_probability"]
+    return Study(**{**study.__dict__, "uncertainty": None, "objectives": tuple(import_free)})
+
+
+def start_places(study: Study, model: Model) -> list[np.ndarray]:
+    """The tables' own design, where it is one, and a scrambled Sobol sequence."""
+    base = base_place(model)
+    count = study.starts - (base is not None)
+    size = 2 ** int(np.ceil(np.log2(max(count, 1))))
+    spread = qmc.Sobol(len(model.space), seed=np.random.default_rng(study.seed)).random(size)[:count]
+    return [*([np.clip(base, 0.0, 1.0)] if base is not None else []), *spread]
+
+
+def base_place(model: Model) -> np.ndarray | None:
+    """Where the tables' own dimensions lie in the box; None where a parameter has no such value."""
+    table, values = model.plan.tables[0].values(), {}
+    for one in model.space.free:
+        plain = one.name.partition(".")[2] if one.name[0].isdigit() else one.name
+        if plain not in table:
+            return None
+        values[one.name] = table[plain]
+    return model.space.place(values)
+
+
+def _search(
+    study: Study, choice: Choice, model: Model, number: int, log: Log, said: Callable[[str], object],
+    begin: list[np.ndarray],
+) -> _Solved:  # fmt: skip
+    """Solve one model: continuous, front, rounded."""
+    phase = ["starts"]
+    evaluate = Evaluator(model, log, number, max(study.starts + len(begin), LEAST_SIZE))
+    evaluate.said = lambda: said(f"{phase[0]}: {evaluate.asked} evaluations")
+    starts = [*begin, *start_places(study, model)]
+    first = evaluate(starts)
+    good = [one for one in first if one.finite]
+    if not good:
+        raise InputError(f"{study.path}: {_why_nothing(model, first[0], choice.words(study))}")
+    count = len(study.objectives)
+    sizes = np.array([max(abs(float(np.median([o.values[j] for o in good]))), 1e-12) for j in range(count)])
+    total = good[0].values.size
+    rows = np.arange(count, total)
+    problems = [
+        Problem(np.eye(total)[j] / sizes[j], rows, np.zeros(rows.size), np.ones(rows.size))
+        for j in range(count)
+    ]
+    phase[0] = "continuous design"
+    outcomes = optimise([p for p in problems for _ in starts], starts * count, evaluate, study.optimiser)
+    anchors = [best_of(outcomes[j * len(starts) : (j + 1) * len(starts)]) for j in range(count)]
+    found = _Solved(choice, evaluate, problems[0], starts, outcomes[: len(starts)], anchors[0])
+    if not all(anchor.kept for anchor in anchors):
+        return found
+    discrete = any(one.discrete for one in model.space.free)
+    if count == 1:
+        phase[0] = "rounding"
+        if discrete:
+            found.made = made_from(found.ideal, found.problem, evaluate, study.optimiser)
+            found.rounded = found.made is not None
+        return found
+    phase[0] = "front"
+    found.pairs = front_of(anchors, problems[0], evaluate, study.points, study.optimiser)
+    chosen = found.pairs[_knee([o for o, _ in found.pairs], count)]
+    found.ideal, found.problem = chosen
+    if discrete:
+        phase[0] = "rounding"
+        made = [made_from(o, p, evaluate, study.optimiser, further=False) for o, p in found.pairs]
+        found.rounded = any(made)
+        if found.rounded:
+            pairs = [(m, p) for m, (_, p) in zip(made, found.pairs, strict=True) if m]
+            keep = not_dominated(np.array([o.evaluation.values[:count] for o, _ in pairs]))
+            found.pairs = [pairs[k] for k in keep]
+            found.made = found.pairs[_knee([o for o, _ in found.pairs], count)][0]
+    return found
+
+
+def _knee(outcomes: list[Outcome], count: int) -> int:
+    """The point nearest to the best of every objective, each measured by its range on the front."""
+    values = np.array([o.evaluation.values[:count] for o in outcomes])
+    span = np.ptp(values, axis=0)
+    away = (values - values.min(axis=0)) / np.where(span > 0.0, span, 1.0)
+    return int(np.argmin(np.linalg.norm(away, axis=1)))
+
+
+def _why_nothing(model: Model, first: Evaluation, words: str) -> str:
+    """Why no start could be evaluated, in words."""
+    names = [o.name for o in model.study.objectives]
+    whom = f" of {words}" if words else ""
+    bad = [n for n, v in zip(names, first.values, strict=False) if not np.isfinite(v)]
+    _, states = model.solve_states(first.place)
+    for name, solved in zip(model.states.names, states, strict=True):
+        for k, segment in enumerate(solved.segments, 1):
+            if not bool(segment.converged):
+                sentence = pj.Status(int(segment.status)).sentence
+                where = f"state {name!r}, segment {k}: {sentence}"
+                return f"no start{whom} has an equilibrium in all states; {where}"
+    what = f"objective {bad[0]!r}" if bad else "a constraint or a derivative"
+    count = model.study.starts
+    return f"{what} is not a number at any of the {count} starts{whom}; check its function and bounds"
+
+
+def _design(solved: _Solved, outcome: Outcome) -> Design:
+    model, one = solved.evaluate.model, outcome.evaluation
+    return design_at(model, solved.choice, one, solved.problem)
+
+
+def design_at(model: Model, choice: Choice, one: Evaluation, problem: Problem) -> Design:
+    """What an evaluation says of a design."""
+    signs = [o.sign for o in model.study.objectives]
+    values = tuple(float(s * v) for s, v in zip(signs, one.values, strict=False))
+    parameters = {n: float(x) for n, x in model.space.parameters(one.place).items()}
+    rows = one.values[len(signs) :]
+    return Design(choice, parameters, values, float(np.max(rows, initial=-np.inf)), one)
+
+
+def _result(study: Study, solved: list[dict], log: Log, progress: Callable[[str], object]) -> DesignResult:
+    key = "nominal" if study.uncertainty is None else "robust"
+    ways = [one[key] for one in solved]
+    able = [w for w in ways if w.ideal.kept]
+    if not able:
+        raise InputError(f"{study.path}: {_why_infeasible(ways[0], study)}")
+    # by one size for all, since every combination scales its own objective
+    best = min(able, key=lambda w: (not w.rounded, float(w.final.evaluation.values[0])))
+    model = best.evaluate.model
+    notes = [] if best.rounded else [
+        "no design next to the continuous one that can be made keeps all constraints: widen a "
+        "catalogue or a limit"
+    ]  # fmt: skip
+    base = _base_design(best)
+    chances = {}
+    if study.uncertainty is not None:
+        progress("fresh draws")
+        chances = _chances(study, best, solved[ways.index(best)]["nominal"], base)
+    return DesignResult(
+        study=study,
+        model=model,
+        base=base,
+        ideal=_design(best, best.ideal),
+        made=_design(best, best.final),
+        problem=best.problem,
+        conditions=conditions(best.problem, best.ideal.evaluation),
+        front=_front(best) if best.pairs else None,
+        chances=chances,
+        others=tuple(_design(w, w.final) for w in able if w is not best),
+        starts=tuple(
+            (float(study.objectives[0].sign * o.evaluation.values[0]), o.violation)
+            for o in best.outcomes
+            if o.evaluation is not None
+        ),
+        evaluations=len(log.known),
+        equilibria=sum(w.evaluate.equilibria for one in solved for w in one.values()),
+        notes=notes,
+    )
+
+
+def _base_design(best: _Solved) -> Design | None:
+    place = base_place(best.evaluate.model)
+    if place is None or np.any(place < -1e-9) or np.any(place > 1.0 + 1e-9):
+        return None
+    one = best.evaluate([np.clip(place, 0.0, 1.0)])[0]
+    return design_at(best.evaluate.model, best.choice, one, best.problem) if one.finite else None
+
+
+def _front(best: _Solved) -> Front:
+    count = len(best.evaluate.model.study.objectives)
+    values = np.array([o.evaluation.values[:count] for o, _ in best.pairs])
+    share, reference = share_of_box(values)
+    signs = [o.sign for o in best.evaluate.model.study.objectives]
+    designs = tuple(_design(best, o) for o, _ in best.pairs)
+    made = best.made is not None or not any(f.discrete for f in best.evaluate.model.space.free)
+    return Front(designs, share, tuple(float(s * r) for s, r in zip(signs, reference, strict=True)), made)
+
+
+def _chances(study: Study, robust: _Solved, nominal: _Solved, base: Design | None) -> dict[str, Chance]:
+    """Failures of the robust and the nominal design on the same fresh draws."""
+    model = robust.evaluate.model
+    fresh = sampler_of(study, model.plan).draw(
+        study.uncertainty.fresh, study.seed + FRESH_SEED, spread_out=False
+    )
+    whom = {"robust design": robust.final.evaluation.place}
+    if nominal.ideal.kept:
+        whom["nominal design"] = nominal.final.evaluation.place
+    if base is not None:
+        whom["design of the tables"] = base.evaluation.place
+    return {name: chance_of(model, place, fresh) for name, place in whom.items()}
+
+
+def chance_of(model: Model, place: np.ndarray, fresh: Draws) -> Chance:
+    """How often a design fails under given draws."""
+    values, margins = model.spread(place, fresh)
+    owners = np.array([row.constraint for row in model.rows], dtype=int)
+    lost = ~np.all(np.isfinite(margins), axis=1) | ~np.all(np.isfinite(values), axis=1)
+    bad = [lost | np.any(margins[:, owners == k] > 0.0, axis=1) for k in range(len(model.study.constraints))]
+    failed = np.any(np.stack(bad), axis=0) if bad else lost
+    first = model.study.objectives[0]
+    return Chance(
+        draws=fresh.count,
+        failures=int(failed.sum()),
+        interval=interval(int(failed.sum()), fresh.count),
+        by_constraint=tuple(int((b & ~lost).sum()) for b in bad),
+        lost=int(lost.sum()),
+        values=first.sign * values[~lost, 0],
+    )
+
+
+def _why_infeasible(way: _Solved, study: Study) -> str:
+    """Which constraints contradict each other, in words."""
+    model = way.evaluate.model
+    owners = np.array([row.constraint for row in model.groups], dtype=int)
+    finite = [o.evaluation.place for o in way.outcomes if o.evaluation is not None]
+    found = contradiction(way.problem, owners, finite, way.evaluate)
+    if found is None:
+        return "no start keeps all constraints, but none contradict each other: raise `starts`"
+    kept, missed = found
+    names = [f"{study.constraints[k].name!r} ({limit_words(study, k)})" for k in kept]
+    if len(names) == 1:
+        return (
+            f"no design within the bounds keeps constraint {names[0]}: "
+            f"it is missed by at least {missed:.2g} of its limit"
+        )
+    return (
+        f"constraints {' and '.join(names)} contradict each other within the bounds: the worst of "
+        "them is missed "
+        f"by at least {missed:.2g} of its limit"
+    )
+
+
+def limit_words(study: Study, k: int) -> str:
+    """Limit of a constraint in its unit."""
+    one = study.constraints[k]
+    end = "at most" if one.most else "at least"
+    value = (
+        "what was tested"
+        if one.limit is None
+        else f"{from_si(one.limit, one.unit):.6g} {one.unit}".removesuffix(" 1")
+    )
+    return f"{one.quantity} {end} {value}"
+
+
+__all__ = ["NOMINAL", "chance_of", "fingerprint", "limit_words", "run_study", "sampler_of"]

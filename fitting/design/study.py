@@ -1,0 +1,216 @@
+"""A design study in memory: what is free, what is wanted, what must hold, what is uncertain. SI units."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+CHOICES = ("design", "alloy", "material")
+"""What can be chosen among tables: the layout, the alloy, the silicone."""
+
+
+@dataclass(frozen=True)
+class Bound:
+    """An end of a parameter's range: a number, or a multiple of another parameter and a number.
+
+    Attributes:
+        value: [SI].
+        parameter: whose value counts, too; None for a plain number.
+        times: what it is multiplied by [1].
+    """
+
+    value: float
+    parameter: str | None = None
+    times: float = 0.0
+
+
+@dataclass(frozen=True)
+class Free:
+    """A free parameter.
+
+    Attributes:
+        name: a dimension (`wall_thickness`), one of a segment (`2.wall_thickness`), `connector`, or a drive
+            of a state (`hot.pressure`, `hot.xi0_2`).
+        made: `continuous`, `steps`, `catalogue` or `integer`.
+        low, high: ends of its range.
+        values: what can be made [SI], ascending; empty if it is continuous.
+        unit: in which it is shown.
+    """
+
+    name: str
+    made: str
+    low: Bound
+    high: Bound
+    values: tuple[float, ...]
+    unit: str
+
+    @property
+    def discrete(self) -> bool:
+        """Whether only certain values can be made."""
+        return self.made != "continuous"
+
+
+@dataclass(frozen=True)
+class State:
+    """What is done to the actuator: a pressure and the phases of its springs.
+
+    Attributes:
+        name: by which objectives and constraints call it.
+        pressure: gauge [Pa]; None if it is free.
+        fractions: martensite fraction by segment (from 1, 0 for all) and spring; None if it is free. Springs
+            that are not named are cold.
+    """
+
+    name: str
+    pressure: float | None
+    fractions: Mapping[tuple[int, int], float | None] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """States round the edge of a range of pressure and activation, see `workspace.edge_states`.
+
+    Attributes:
+        low, high: gauge pressures [Pa].
+        xi0_min: martensite fraction of the hottest spring [1].
+        points: steps of pressure along an edge, and half as many as those of activation.
+    """
+
+    low: float
+    high: float
+    xi0_min: float
+    points: int
+
+
+@dataclass(frozen=True)
+class Objective:
+    """One thing that is wanted.
+
+    Attributes:
+        name: of the objective.
+        quantity: key of `quantities.QUANTITIES`, `workspace_area`, `stiffness_range` or `function`.
+        goal: `maximise`, `minimise` or `target`.
+        states: names of the states it looks at.
+        target: for the goal `target` and for `tip_miss` [SI].
+        sweep: of `workspace_area`.
+        segment: from 1, whose quantity is meant.
+        file, function: of a function of the user's.
+        unit: in which it is shown.
+    """
+
+    name: str
+    quantity: str
+    goal: str
+    states: tuple[str, ...]
+    target: tuple[float, ...] = ()
+    sweep: Sweep | None = None
+    segment: int = 1
+    file: Path | None = None
+    function: str = ""
+    unit: str = "1"
+
+    @property
+    def sign(self) -> float:
+        """By which the value is multiplied to be minimised."""
+        return -1.0 if self.goal == "maximise" else 1.0
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """One thing that must hold, as an inequality.
+
+    Attributes:
+        name: of the constraint.
+        quantity: as of an objective.
+        most: whether the limit is an upper one.
+        limit: [SI]; None for the range in which alloy or silicone were tested.
+        states: names of states; empty for all, those of sweeps included.
+        segment: from 1; 0 for every segment.
+        file, function: of a function of the user's.
+        unit: in which it is shown.
+    """
+
+    name: str
+    quantity: str
+    most: bool
+    limit: float | None
+    states: tuple[str, ...] = ()
+    segment: int = 0
+    file: Path | None = None
+    function: str = ""
+    unit: str = "1"
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """How far a dimension may be from what was ordered.
+
+    Attributes:
+        name: of the dimension.
+        sd: 1-sigma [SI], of a Gaussian; half_width: of a uniform distribution [SI]. One of them is zero.
+    """
+
+    name: str
+    sd: float = 0.0
+    half_width: float = 0.0
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """What is not known, and how it counts.
+
+    Attributes:
+        tolerances: of dimensions.
+        posterior: `posterior.nc` that `pneusma posterior` wrote, or None.
+        priors: kinds of tables (`alloy`, `silicone`) whose own priors count.
+        objective: `mean`, `mean_plus_sigma`, `cvar` or `failure`.
+        constraints: `mean` or `cvar`.
+        k: sigmas of `mean_plus_sigma` [1].
+        level: of `cvar` [1]: 0.95 is the mean of the worst twentieth.
+        draws: common random numbers of the search; fresh: draws of the final probability.
+    """
+
+    tolerances: tuple[Tolerance, ...] = ()
+    posterior: Path | None = None
+    priors: tuple[str, ...] = ()
+    objective: str = "mean"
+    constraints: str = "cvar"
+    k: float = 1.0
+    level: float = 0.95
+    draws: int = 64
+    fresh: int = 10_000
+
+
+@dataclass(frozen=True)
+class Study:
+    """A design study; `reading.read_study` makes one.
+
+    Attributes:
+        name: for people; path: of the file.
+        designs, alloys, materials: tables to choose among; None stands for the design's own.
+        free: parameters, in the order of the file; drives of states come last.
+        states: by name.
+        objectives: one to three.
+        constraints: inequalities.
+        uncertainty: None if everything is taken to be nominal.
+        starts: of the search; seed: of everything random; points: of a front along an axis.
+        optimiser: `slsqp` or `trust-constr`.
+    """
+
+    name: str
+    path: Path
+    designs: tuple[str, ...]
+    alloys: tuple[str | None, ...]
+    materials: tuple[str | None, ...]
+    free: tuple[Free, ...]
+    states: Mapping[str, State]
+    objectives: tuple[Objective, ...]
+    constraints: tuple[Constraint, ...]
+    uncertainty: Uncertainty | None = None
+    starts: int = 8
+    seed: int = 0
+    points: int = 9
+    optimiser: str = "slsqp"
+
+    def parameter(self, name: str) -> Free:
+        """A free parameter by its name."""
+        return next(free for free in self.free if free.name == name)

@@ -1,0 +1,212 @@
+"""Draws of what is uncertain, and how a spread of results becomes one number.
+
+The draws of a search are the same for every design, so that designs differ by what they are and not by luck
+(common random numbers). The final probability of failure comes from draws that the search has not seen.
+"""
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+from scipy.stats import beta, qmc, truncnorm, uniform
+
+from pneusma_jax.calibration import Calibration
+from pneusma_jax.calibration.keys import QUANTITIES
+from pneusma_jax.calibration.records import Prior
+from pneusma_jax.errors import InputError
+from pneusma_jax.nitinol import Alloy
+from pneusma_jax.units import TEMPERATURE_DIFFERENCE, UNITS, to_si
+
+from .study import Tolerance, Uncertainty
+
+SOFTNESS = 0.02
+"""Width over which a smooth failure counts from none to one, in units of a constraint's scale [1]. A tenth
+of it would leave the derivative to single draws."""
+CONFIDENCE = 0.95
+"""Of intervals of probabilities [1]."""
+
+
+@dataclass(frozen=True)
+class Draws:
+    """Draws of what is uncertain; all arrays of shape (draws,).
+
+    Attributes:
+        count: number of draws.
+        added: what dimensions differ from what was ordered [SI].
+        alloy: constants of the alloy [SI].
+        stiffness: of the silicone [1], or None.
+    """
+
+    count: int
+    added: Mapping[str, np.ndarray]
+    alloy: Mapping[str, np.ndarray]
+    stiffness: np.ndarray | None
+
+    def tree(self) -> dict:
+        """The draws as a tree of arrays with a leading axis of draws."""
+        found = {"added": dict(self.added), "alloy": dict(self.alloy), "weight": np.ones(self.count)}
+        return found if self.stiffness is None else found | {"stiffness": self.stiffness}
+
+
+NOMINAL = Draws(1, {}, {}, None)
+"""The one draw of a study without uncertainty."""
+
+
+class Sampler:
+    """Draws of an uncertainty.
+
+    Args:
+        given: the uncertainty.
+        alloy, silicone: tables whose priors may count; None where there is none.
+        dimensions: nominal dimensions of the design [SI], by name.
+
+    Raises:
+        InputError: if a posterior cannot be read, or has nothing that the model knows.
+    """
+
+    def __init__(
+        self,
+        given: Uncertainty,
+        alloy: Calibration | None,
+        silicone: Calibration,
+        dimensions: Mapping[str, float],
+    ):
+        self.given, self.dimensions = given, dimensions
+        self.alloy: dict[str, Prior] = {}
+        self.stiffness: Prior | None = None
+        if "alloy" in given.priors and alloy is not None:
+            self.alloy = {n: q.prior for n, q in alloy.quantities.items() if q.prior and n in _SPRINGS}
+        if "silicone" in given.priors:
+            found = silicone.quantities.get("silicone_stiffness")
+            self.stiffness = found.prior if found else None
+        self.posterior = _posterior(given.posterior) if given.posterior else {}
+
+    @property
+    def names(self) -> list[str]:
+        """What is uncertain."""
+        stiff = (
+            ["silicone_stiffness"] if self.stiffness and "silicone_stiffness" not in self.posterior else []
+        )
+        drawn = [t.name for t in self.given.tolerances]
+        return [*drawn, *self.posterior, *(n for n in self.alloy if n not in self.posterior), *stiff]
+
+    def draw(self, count: int, seed: int, spread_out: bool) -> Draws:
+        """So many draws.
+
+        Args:
+            count: number of draws.
+            seed: of the random numbers.
+            spread_out: take a scrambled Sobol sequence, which covers evenly, instead of independent draws.
+        """
+        random = np.random.default_rng(seed)
+        priors = {n: p for n, p in self.alloy.items() if n not in self.posterior}
+        own = self.stiffness is not None and "silicone_stiffness" not in self.posterior
+        wide = len(self.given.tolerances) + len(priors) + own
+        if spread_out and wide:
+            even = qmc.Sobol(wide, seed=random).random(2 ** math.ceil(math.log2(count)))[:count]
+        else:
+            even = random.random((count, wide))
+        columns = iter(np.clip(even, 1e-12, 1.0 - 1e-12).T)
+        added = {t.name: _spread(t, next(columns)) for t in self.given.tolerances}
+        alloy = {name: _from_prior(prior, next(columns)) for name, prior in priors.items()}
+        stiffness = _from_prior(self.stiffness, next(columns)) if own else None
+        if self.posterior:
+            size = len(next(iter(self.posterior.values())))
+            chosen = random.choice(size, count, replace=count > size)
+            for name, values in self.posterior.items():
+                if name in QUANTITIES["alloy"]:
+                    alloy[name] = values[chosen]
+                elif name == "silicone_stiffness":
+                    stiffness = values[chosen]
+                else:
+                    added[name] = added.get(name, 0.0) + values[chosen] - np.mean(values)
+        return Draws(count, added, alloy, stiffness)
+
+
+def _spread(tolerance: Tolerance, even: np.ndarray) -> np.ndarray:
+    if tolerance.half_width:
+        return uniform.ppf(even, -tolerance.half_width, 2.0 * tolerance.half_width)
+    return truncnorm.ppf(even, -4.0, 4.0) * tolerance.sd
+
+
+def _from_prior(prior: Prior, even: np.ndarray) -> np.ndarray:
+    low, high = (prior.min - prior.mean) / prior.sd, (prior.max - prior.mean) / prior.sd
+    return prior.mean + prior.sd * truncnorm.ppf(even, low, high)
+
+
+def _posterior(path: Path) -> dict[str, np.ndarray]:
+    """Draws of a `posterior.nc` that the model knows, by name [SI], shape (draws,)."""
+    try:
+        with h5py.File(path, "r") as file:
+            group = file["posterior"]
+            found = {
+                n: (np.ravel(d[()]), d.attrs.get("unit", "1")) for n, d in group.items() if np.ndim(d) == 2
+            }
+    except FileNotFoundError:
+        raise InputError(f"{path}: there is no such file") from None
+    except (OSError, KeyError):
+        raise InputError(f"{path}: cannot be read as the `posterior.nc` of `pneusma posterior`") from None
+    known = {}
+    for name, (values, unit) in found.items():
+        plain = name.rpartition(".")[2]
+        plain = plain if plain in _KNOWN else plain.rpartition("_")[0]
+        if plain in _KNOWN and unit in UNITS:
+            known[plain] = to_si(values, unit, _KNOWN[plain] == TEMPERATURE_DIFFERENCE)
+    if not known:
+        raise InputError(
+            f"{path}: none of its parameters ({', '.join(found)}) is one of alloy, silicone or design"
+        )
+    return known
+
+
+_SPRINGS = {field.name for field in dataclasses.fields(Alloy)}
+_KNOWN = (
+    {name: dimension for name, dimension in QUANTITIES["alloy"].items() if name in _SPRINGS}
+    | {"silicone_stiffness": "number"}
+    | QUANTITIES["actuator"]
+)
+
+
+def reduced(values: Array, measure: str, k: float, level: float) -> Array:
+    """A spread of results as one number that is to be small.
+
+    Args:
+        values: shape (draws, ...).
+        measure: `mean`, `mean_plus_sigma` or `cvar`, the mean of the worst `1 - level` of the draws.
+        k: sigmas [1].
+        level: [1].
+    """
+    if values.shape[0] == 1:
+        return values[0]
+    if measure == "mean":
+        return jnp.mean(values, axis=0)
+    if measure == "mean_plus_sigma":
+        return jnp.mean(values, axis=0) + k * jnp.std(values, axis=0, ddof=1)
+    worst = jnp.sort(values, axis=0)[::-1]
+    tail = (1.0 - level) * values.shape[0]
+    weights = np.clip(tail - np.arange(values.shape[0]), 0.0, 1.0) / tail
+    return jnp.tensordot(weights, worst, 1)
+
+
+def soft_failure(margins: Array) -> Array:
+    """Smooth share of draws that fail [1].
+
+    Args:
+        margins: largest scaled violation of every draw, positive where it fails, shape (draws,).
+    """
+    return jnp.mean(jax.nn.sigmoid(4.0 * margins / SOFTNESS))
+
+
+def interval(failures: int, draws: int) -> tuple[float, float]:
+    """Clopper and Pearson's interval of a probability of which so many draws failed."""
+    tail = 0.5 * (1.0 - CONFIDENCE)
+    low = 0.0 if failures == 0 else float(beta.ppf(tail, failures, draws - failures + 1))
+    high = 1.0 if failures == draws else float(beta.ppf(1.0 - tail, failures + 1, draws - failures))
+    return low, high

@@ -1,0 +1,236 @@
+"""The tables `[objective.NAME]` and `[constraint.NAME]` of a study."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pneusma_jax as pj
+from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.section.shapes import Disc
+from pneusma_jax.units import UNITS, to_si
+
+from . import fields
+from .bodies import Plan, build_body
+from .quantities import QUANTITIES, ROUND_ONLY
+from .states import PRESSURES
+from .study import Constraint, Objective, State, Sweep
+from .workspace import edge_states
+
+MORE = {
+    "workspace_area": ("area", "mm2"),
+    "stiffness_range": ("number", "1"),
+    "tip_miss": ("length", "mm"),
+    "failure_probability": ("number", "1"),
+    "function": ("number", "1"),
+}
+"""Dimension and unit of what only objectives can be, or a function of the user's."""
+GOALS = ("maximise", "minimise", "target")
+MOST_OBJECTIVES = 3
+_OBJECTIVE = ("quantity", "goal", "state", "states", "target", "segment")
+_SWEEP = ("pressure", "xi0_min", "points")
+_FUNCTION = ("file", "function", "unit")
+_CONSTRAINT = ("quantity", "at_most", "at_least", "states", "segment")
+
+
+def read_objectives(
+    table: Any, states: Mapping[str, State], plans: Sequence[Plan], path: Path
+) -> tuple[Objective, ...]:
+    """Objectives in the order of the file.
+
+    Raises:
+        InputError: one line, for an unknown quantity, goal or state, or one that a design cannot have.
+    """
+    table = fields.table_of(table, f"{path}: [objective]")
+    if not table:
+        raise InputError(f"{path}: there is no objective: add an [objective.NAME]")
+    if len(table) > MOST_OBJECTIVES:
+        raise InputError(
+            f"{path}: {len(table)} objectives, but a front of more than {MOST_OBJECTIVES} cannot be drawn"
+        )
+    return tuple(
+        _objective(name, fields.table_of(entry, f"{path}: [objective.{name}]"), states, plans, path)
+        for name, entry in table.items()
+    )
+
+
+def _objective(
+    name: str, entry: fields.Table, states: Mapping[str, State], plans: Sequence[Plan], path: Path
+) -> Objective:
+    where = f"{path}: [objective.{name}]"
+    quantity = fields.word(entry, "quantity", [*QUANTITIES, *MORE], where)
+    extra = _SWEEP if quantity == "workspace_area" else _FUNCTION if quantity == "function" else ()
+    fields.check_keys(entry, (*_OBJECTIVE, *extra), where)
+    usual = {"tip_miss": "minimise", "failure_probability": "minimise"}.get(quantity)
+    goal = fields.word(entry, "goal", GOALS, where, usual)
+    if usual and goal != usual:
+        raise InputError(f"{where}: goal of a {quantity} must be {usual!r}")
+    dimension, unit = _dimension(quantity, entry, where)
+    target: tuple[float, ...] = ()
+    if quantity == "tip_miss":
+        target, unit = _place(entry.get("target"), f"{where}: target")
+    elif goal == "target":
+        value, unit = fields.quantity(entry.get("target"), dimension, f"{where}: target")
+        if value == 0.0:
+            raise InputError(f"{where}: target must not be zero; minimise instead")
+        target = (value,)
+    elif "target" in entry:
+        raise InputError(f"{where}: 'target' goes with goal = \"target\"")
+    if quantity in QUANTITIES:
+        _check_plans(quantity, plans, where)
+    return Objective(
+        name=name,
+        quantity=quantity,
+        goal=goal,
+        states=_states(quantity, entry, states, where),
+        target=target,
+        sweep=_sweep(entry, plans, where) if quantity == "workspace_area" else None,
+        segment=_segment(entry, plans, where) or 1,
+        file=fields.file_of(entry, "file", path.parent, where) if quantity == "function" else None,
+        function=str(entry.get("function", name)),
+        unit=unit,
+    )
+
+
+def _dimension(quantity: str, entry: fields.Table, where: str) -> tuple[str, str]:
+    if quantity == "function":
+        unit = entry.get("unit", "1")
+        if unit not in UNITS:
+            raise InputError(f"{where}: unit {unit!r} is not known")
+        return UNITS[unit].dimension, unit
+    if quantity in MORE:
+        return MORE[quantity]
+    return QUANTITIES[quantity].dimension, QUANTITIES[quantity].unit
+
+
+def _place(value: Any, where: str) -> tuple[tuple[float, ...], str]:
+    table = fields.table_of(value, where)
+    fields.check_keys(table, ("value", "unit"), where)
+    unit, point = fields.unit_of(table, "length", where), table.get("value")
+    if not isinstance(point, list) or len(point) != 3:
+        raise InputError(f"{where}: value must be three numbers [x, y, z], but it is {point!r}")
+    return tuple(to_si(fields.number(x, where), unit) for x in point), unit
+
+
+def _states(quantity: str, entry: fields.Table, states: Mapping[str, State], where: str) -> tuple[str, ...]:
+    """States that an objective looks at."""
+    if quantity in ("workspace_area", "failure_probability", "function"):
+        if "state" in entry or "states" in entry:
+            raise InputError(f"{where}: a {quantity} names no state")
+        return ()
+    if quantity == "stiffness_range":
+        names = fields.names_of(entry.get("states"), f"{where}: states")
+        if len(names) != 2:
+            raise InputError(f"{where}: states must be two, the soft and the stiff one")
+    elif "states" in entry:
+        raise InputError(f'{where}: an objective looks at one state; write state = ".."')
+    else:
+        if "state" not in entry:
+            raise InputError(f"{where}: 'state' is missing: in which state is it wanted?")
+        names = fields.names_of(entry["state"], f"{where}: state")
+    _check_states(names, states, where)
+    return names
+
+
+def _check_states(names: Sequence[str], states: Mapping[str, State], where: str) -> None:
+    for name in names:
+        if name not in states:
+            raise InputError(f"{where}: there is no [state.{name}], {nearest(name, states)}")
+
+
+def _sweep(entry: fields.Table, plans: Sequence[Plan], where: str) -> Sweep:
+    if "pressure" not in entry:
+        raise InputError(f"{where}: 'pressure' is missing; it needs {{from = .., to = .., unit = \"..\"}}")
+    low, high, _ = fields.span(entry["pressure"], "pressure", f"{where}: pressure")
+    if not PRESSURES[0] < low < high < PRESSURES[1]:
+        raise InputError(f"{where}: pressure must be gauge pressures between -100 and 1000 kPa")
+    sweep = Sweep(
+        low, high, fields.share(entry, "xi0_min", 0.1, where), fields.whole(entry, "points", 8, 2, 100, where)
+    )
+    for plan in plans:
+        if plan.chain is not None:
+            raise InputError(f"{where}: a workspace area is that of one actuator, not of a chain")
+        edge_states(plan.tables[0], sweep)
+    return sweep
+
+
+def _segment(entry: fields.Table, plans: Sequence[Plan], where: str) -> int:
+    most = min(len(plan.tables) for plan in plans)
+    return fields.whole(entry, "segment", 1, 1, most, where) if "segment" in entry else 0
+
+
+def _check_plans(quantity: str, plans: Sequence[Plan], where: str) -> None:
+    """Whether every design has a quantity."""
+    kind = QUANTITIES[quantity]
+    for plan in plans:
+        name = plan.tables[0].name
+        if kind.springs and not plan.springs:
+            raise InputError(f"{where}: {quantity} is one of springs, but {name!r} has none")
+        if kind.planar and any(pj.layout(t).bending_plane is None for t in plan.tables):
+            raise InputError(f"{where}: {quantity} needs bending in a plane, but {name!r} bends freely")
+        if quantity in ROUND_ONLY:
+            body = build_body(plan, {}, plan.materials())
+            if not all(all(isinstance(s, Disc) for s in a.section.shapes) for a in body.segments):
+                raise InputError(f"{where}: {quantity} is one of round tubes, but {name!r} is none")
+
+
+def read_constraints(
+    table: Any, states: Mapping[str, State], plans: Sequence[Plan], path: Path
+) -> tuple[Constraint, ...]:
+    """Constraints in the order of the file; one with both limits becomes two.
+
+    Raises:
+        InputError: one line, as `read_objectives`, and for a limit that is missing or impossible.
+    """
+    found: list[Constraint] = []
+    for name, entry in fields.table_of(table, f"{path}: [constraint]").items():
+        where = f"{path}: [constraint.{name}]"
+        found += _constraint(name, fields.table_of(entry, where), states, plans, path, where)
+    return tuple(found)
+
+
+def _constraint(
+    name: str, entry: fields.Table, states: Mapping[str, State], plans: Sequence[Plan], path: Path, where: str
+) -> list[Constraint]:
+    quantity = fields.word(entry, "quantity", [*QUANTITIES, "function"], where)
+    users = quantity == "function"
+    fields.check_keys(entry, (*_CONSTRAINT, *(_FUNCTION if users else ())), where)
+    dimension, unit = _dimension(quantity, entry, where)
+    limits = [key for key in ("at_most", "at_least") if key in entry]
+    if not limits:
+        raise InputError(f"{where}: a limit is missing: 'at_most' or 'at_least'")
+    if not users:
+        _check_plans(quantity, plans, where)
+    names = fields.names_of(entry["states"], f"{where}: states") if "states" in entry else ()
+    _check_states(names, states, where)
+    values, found = {}, []
+    for key in limits:
+        limit, own = _limit(entry[key], quantity, key, dimension, f"{where}: {key}")
+        values[key] = limit
+        found.append(
+            Constraint(
+                name=name if len(limits) == 1 else f"{name} ({key.replace('_', ' ')})",
+                quantity=quantity,
+                most=key == "at_most",
+                limit=limit,
+                states=names,
+                segment=_segment(entry, plans, where),
+                file=fields.file_of(entry, "file", path.parent, where) if users else None,
+                function=str(entry.get("function", name)),
+                unit=own or unit,
+            )
+        )
+    if len(limits) == 2 and None not in values.values() and values["at_least"] > values["at_most"]:
+        raise InputError(f"{where}: bounds are crossed: at least is more than at most")
+    return found
+
+
+def _limit(value: Any, quantity: str, key: str, dimension: str, where: str) -> tuple[float | None, str]:
+    if value != "tested":
+        return fields.quantity(value, dimension, where)
+    kind = QUANTITIES.get(quantity)
+    if kind is None or kind.tested is None:
+        have = [name for name, q in QUANTITIES.items() if q.tested]
+        raise InputError(f"{where}: {quantity} has no range that was tested; {', '.join(have)} have")
+    if (key == "at_least") != (quantity == "silicone_strain_min"):
+        raise InputError(f"{where}: 'tested' is the other end of {quantity}")
+    return None, ""

@@ -1,0 +1,140 @@
+"""Thresholds on conclusions: model discrepancy, place, probabilities, next experiment, custom models."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .threshold import NUMERICAL, threshold
+
+RIGHT_FORMS = "eleventh run: right effects in other forms left up to 0.19, once 0.3, wrong ones 0.2 or more"
+
+
+@dataclass(frozen=True)
+class Discrepancy:
+    """A smooth function of one driver that stands for what has no name."""
+
+    knots: int = threshold(24, "Number of knots for the evidence of a discrepancy.")
+    lengths: tuple[float, ...] = threshold(
+        (1.5, 4.0, 12.0), "Number of knots for one correlation length: these are tried.", "knots"
+    )
+    sizes: tuple[float, ...] = threshold(
+        tuple(float(x) for x in 10.0 ** np.arange(-1.0, 3.1, 0.5)),
+        "Factor on the noise for the size of a discrepancy: these are tried.",
+        "sd",
+    )
+    saved_knots: tuple[int, ...] = threshold(
+        (8, 16), "Number of knots for the saved discrepancy: these are tried."
+    )
+    maximum_kept: float = threshold(
+        0.75, "Maximum share of what effects leave for a saved discrepancy beside them."
+    )
+    ridge: float = threshold(
+        1e-3, "Factor on the information for holding a discrepancy near zero.", basis=NUMERICAL
+    )
+    minimum_distance: float = threshold(0.5, "Minimum distance of two knots, over that of equal ones.")
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the misfit is."""
+
+    bins: int = threshold(10, "Number of bins of a driver for the share that it explains.")
+    drivers: int = threshold(3, "Maximum number of drivers for a report.")
+    window_part: float = threshold(
+        0.2, "Factor from a recording to the stretch for the place of most misfit."
+    )
+    quantiles: tuple[float, ...] = threshold(
+        (0.2, 0.35, 0.5, 0.65, 0.8), "Number of quantiles of a driver for the limit of a region: these."
+    )
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Probabilities of candidates, of nothing and of something unknown."""
+
+    set_probability: float = threshold(0.95, "Minimum probability for an explanation set.")
+    imperfect_share: float = threshold(
+        0.05, "Maximum share of the misfit for a right explanation to leave.", basis=RIGHT_FORMS
+    )
+    unknown_share: float = threshold(
+        0.45, "Minimum share of the misfit for no named effect to be right.", basis=RIGHT_FORMS
+    )
+    minor_share: float = threshold(
+        0.2, "Maximum share of all explained misfit for an effect to be another one's imperfect form."
+    )
+    doubtful: float = threshold(
+        0.5, "Maximum probability for an effect that something else explains as well."
+    )
+    tentative: float = threshold(
+        0.7, "Maximum probability for what has less than settled evidence, or ends at a bound."
+    )
+    untried: float = threshold(
+        -5.0, "Maximum log Bayes factor for a candidate whose score was not worth a fit.", "nat"
+    )
+    alike_factor: float = threshold(
+        1.1, "Maximum ratio of reduced chi-squares for a rival to explain as well."
+    )
+    alike_evidence: float = threshold(
+        10.0, "Maximum difference of log Bayes factors for a rival to explain as well.", "nat"
+    )
+    astray: float = threshold(
+        3.5, "Maximum deviation of a base constant for an explanation of right form.", "sd"
+    )
+    astray_unknown: float = threshold(
+        0.2, "Minimum probability of something unknown for a base constant beyond that."
+    )
+    refuted_unknown: float = threshold(
+        0.6, "Minimum probability of something unknown for effects that predict worse.",
+        basis="sixteenth to eighteenth run: of 39 mismatches one was like that, a null",
+    )  # fmt: skip
+    beside_unknown: float = threshold(
+        0.25, "Minimum probability of something unknown for effects that leave more than noise.",
+        basis="one in four models that left as much stood for something else",
+    )  # fmt: skip
+    nothing_named_unknown: float = threshold(
+        0.9, "Minimum probability of something unknown for a mismatch without a name."
+    )
+    minimum_excess: float = threshold(
+        0.15, "Minimum excess of a reduced chi-square for something to be left."
+    )
+    minimum_deviations: float = threshold(
+        3.0, "Minimum excess of a reduced chi-square for more than chance.", "sd"
+    )
+    minimum_over: float = threshold(
+        0.3, "Minimum excess over noise for effects to leave something unmodelled."
+    )
+    maximum_kept: float = threshold(
+        0.5, "Maximum share of the held-out misfit for effects to keep and still help.",
+        basis="twelfth run: one slipping crimp kept more under a wrong name, no right name did",
+    )  # fmt: skip
+    faint: float = threshold(1.4, "Maximum reduced chi-square for a misfit without a name to be forgiven.")
+    sure_deviations: float = threshold(
+        3.5, "Minimum excess of a reduced chi-square for a mismatch, where noise is stated.", "sd"
+    )
+    gross: float = threshold(
+        4.0, "Minimum reduced chi-square for a mismatch without a score that stands out."
+    )
+    minimum_weight: float = threshold(
+        0.02, "Minimum probability for an explanation to enter averaged predictions."
+    )
+
+
+@dataclass(frozen=True)
+class NextExperiment:
+    """Repetitions that are compared."""
+
+    rate_factor: float = threshold(10.0, "Factor on the clock for slower and faster repetitions.")
+    load_factor: float = threshold(1.25, "Factor on the load for a stronger repetition.")
+    pause: float = threshold(300.0, "Number of seconds for holding the largest load.", "s")
+
+
+@dataclass(frozen=True)
+class CustomModel:
+    """The search with a base model of the user's."""
+
+    minimum_length: float = threshold(
+        1e-9, "Minimum length of a sensitivity for the recordings to show a term.", basis=NUMERICAL
+    )
+    tried: int = threshold(6, "Maximum number of terms for a fit together with the base.")
+    minimum_evidence: float = threshold(3.0, "Minimum log Bayes factor for a term.", "nat")
+    minimum_share: float = threshold(0.02, "Minimum share of the held-out chi-square for a term.")

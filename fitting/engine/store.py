@@ -1,0 +1,95 @@
+"""Files of tasks in a folder: there whole or not at all."""
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pneusma_jax.errors import InputError
+
+DRAFT = ".part"
+"""Ending of files that are being written."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """One piece of work.
+
+    Attributes:
+        name: of its file.
+        size: what it counts for in the progress, such as rows.
+    """
+
+    name: str
+    size: int = 1
+
+
+class Store:
+    """The folder in which each finished task has a file.
+
+    Args:
+        folder: made with the first file.
+    """
+
+    def __init__(self, folder: str | Path):
+        self.folder = Path(folder)
+
+    def path(self, task: Task) -> Path:
+        """Where a task's file is, or will be."""
+        return self.folder / task.name
+
+    def missing(self, tasks: Sequence[Task]) -> list[int]:
+        """Numbers of tasks whose file is not there."""
+        there = {entry.name for entry in self.folder.iterdir()} if self.folder.is_dir() else set()
+        return [number for number, task in enumerate(tasks) if task.name not in there]
+
+    def read(self, task: Task) -> bytes:
+        """Content of a task's file.
+
+        Raises:
+            InputError: if it cannot be read.
+        """
+        try:
+            return self.path(task).read_bytes()
+        except OSError as error:
+            raise InputError(f"{self.path(task)}: cannot be read ({error.strerror})") from None
+
+    def write(self, task: Task, content: bytes) -> None:
+        """Write a task's file; it is on the disk when this returns.
+
+        Raises:
+            OSError: if the disk refuses; no part of the file is left.
+        """
+        draft = self.folder / f".{task.name}.{os.getpid()}{DRAFT}"
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            with open(draft, "wb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(draft, self.path(task))
+        except OSError:
+            _forget(draft)
+            raise
+
+    @property
+    def holds_any(self) -> bool:
+        """Whether any task has a file."""
+        return self.folder.is_dir() and any(not p.name.startswith(".") for p in self.folder.iterdir())
+
+    def clear(self) -> None:
+        """Remove every finished file: what was computed counts no more."""
+        for path in self.folder.iterdir() if self.folder.is_dir() else ():
+            _forget(path)
+
+    def clear_drafts(self) -> None:
+        """Remove what killed runs left half-written."""
+        for draft in self.folder.glob(f".*{DRAFT}") if self.folder.is_dir() else ():
+            _forget(draft)
+
+
+def _forget(path: Path) -> None:
+    try:
+        path.unlink(missing_ok=True)
+    except OSError:
+        pass  # a folder that cannot be written to keeps it; it is never read

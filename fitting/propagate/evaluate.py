@@ -1,0 +1,82 @@
+"""Rows of a study through the compiled model, spread over the devices of this machine."""
+
+from collections.abc import Callable
+
+import jax
+import numpy as np
+from jax.sharding import Mesh, NamedSharding
+from jax.sharding import PartitionSpec as P
+from jaxtyping import Array, Float, UInt8
+
+CALL = 8192
+"""Rows of one call of the compiled program. It bounds memory, and a call takes long against its start."""
+SMALLER = (64, 1024)
+"""Rows of smaller programs, for requests that are not whole chunks. One is taken where it holds all rows."""
+
+
+class Evaluator:
+    """A function of one row as a function of many.
+
+    Rows are independent. So each device takes an equal part of a call, with no word to the others, and a row
+    has the same result wherever it is computed.
+
+    Args:
+        row: values of one row, shape (values,), to columns and a status.
+        side_by_side: rows that one device computes together.
+        devices: to use; all local ones if None.
+    """
+
+    def __init__(
+        self, row: Callable[[Array], tuple[Array, Array]], side_by_side: int, devices: list | None = None
+    ):
+        devices = jax.local_devices() if devices is None else devices
+        self._row = row
+        self._mesh = Mesh(np.asarray(devices), ("rows",))
+        self._split = NamedSharding(self._mesh, P("rows"))
+        self._together = 1 << (side_by_side.bit_length() - 1)
+        self._programs: dict[str, Callable] = {}
+
+    @property
+    def devices(self) -> int:
+        """Number of devices."""
+        return self._mesh.size
+
+    def __call__(
+        self, x: Float[np.ndarray, "rows values"]
+    ) -> tuple[Float[np.ndarray, "rows columns"], UInt8[np.ndarray, " rows"]]:
+        """Columns and status of every row."""
+        return self._in_calls("rows", self._row, x)
+
+    def with_gradient(
+        self, of: Callable[[Array], Array], x: Float[np.ndarray, "rows values"], name: str
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """A number of each row, and its derivatives by the row's values.
+
+        Args:
+            of: columns of one row, shape (columns,), to the number.
+            x: values of the rows.
+            name: of this function.
+        """
+        return self._in_calls(name, jax.value_and_grad(lambda row: of(self._row(row)[0])), x)
+
+    def _in_calls(self, name: str, row: Callable, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        step = next((size for size in SMALLER if len(x) <= size), CALL)
+        parts = [self._call(name, row, x[first : first + step], step) for first in range(0, len(x), step)]
+        return tuple(np.concatenate(part) for part in zip(*parts, strict=True))
+
+    def _call(self, name: str, row: Callable, x: np.ndarray, step: int) -> tuple[np.ndarray, np.ndarray]:
+        whole = self.devices * self._together * -(-step // (self.devices * self._together))
+        padded = np.concatenate([x, np.broadcast_to(x[-1:], (whole - len(x), x.shape[1]))])
+        found = self._program(name, row)(jax.device_put(padded, self._split))
+        return tuple(np.asarray(part)[: len(x)] for part in found)
+
+    def _program(self, name: str, row: Callable) -> Callable:
+        """Compiled for each number of rows of a call that is asked for."""
+        if name not in self._programs:
+            together = self._together
+            part = lambda x: jax.lax.map(row, x, batch_size=together)  # noqa: E731
+            spread = jax.shard_map(
+                part, mesh=self._mesh, in_specs=P("rows"), out_specs=P("rows"), check_vma=False
+            )
+            self._programs[name] = jax.jit(spread)
+        return self._programs[name]

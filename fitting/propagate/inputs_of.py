@@ -1,0 +1,184 @@
+"""The inputs that a study's `[vary]`, `[input]` and `[[correlation]]` describe."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from fitting.inference.parameters.ties import RESERVED
+from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.units import UNITS, dimension_of, to_si
+
+from .distributions import Gaussian, Marginal, from_scipy
+from .inputs import Draws, Inputs, copula_of, correlation_matrix
+from .reading import number_in
+from .responses import Known, Response
+from .study import Study
+
+CUT = 4.0
+"""1-sigma at which a tolerance ends, as in fits."""
+FILE = "posterior.nc"
+
+
+def plain_marginals(study: Study) -> dict[str, Marginal]:
+    """Distributions of `[input]` for expressions, whose inputs are plain numbers.
+
+    Raises:
+        InputError: for a distribution that is none.
+    """
+    for name in study.inputs:
+        if not name.isidentifier() or name in RESERVED:
+            raise InputError(f"{study.path}: [input.{name}]: this is no name for a number in an expression")
+    plain = Known(0.0, "1")
+    return {name: _marginal(entry, name, plain, study) for name, entry in study.inputs.items()}
+
+
+def inputs_of(study: Study, response: Response) -> tuple[Inputs, list[str]]:
+    """Inputs, and sentences about numbers that follow others.
+
+    Raises:
+        InputError: for a name that the model does not have, a distribution that is none, or correlations that
+            no inputs can have.
+    """
+    vary, known = study.vary, response.known
+    for name in (*study.inputs, *vary.tolerance, *vary.leave_out):
+        if name not in known:
+            raise InputError(
+                f"{study.path}: the model has no number {name!r} to vary, {nearest(name, known)}"
+            )
+    marginals: dict[str, Marginal] = {
+        name: Gaussian(n.prior.mean, n.prior.sd, n.prior.min, n.prior.max)
+        for name, n in known.items()
+        if n.prior is not None and n.table in vary.priors and name not in vary.leave_out
+    }
+    if vary.priors and not marginals:
+        raise InputError(f"{study.path}: [vary] priors: none of the numbers has a prior to draw from")
+    notices = _drop_tied(marginals, study, response)
+    for name, relative in vary.tolerance.items():
+        if name in study.inputs:
+            raise InputError(f"{study.path}: {name!r} has a tolerance and a table [input.{name}]; keep one")
+        value = known[name].value
+        if value == 0.0:
+            raise InputError(f"{study.path}: [vary] tolerance: {name} is 0, of which there is no share")
+        sd = relative * abs(value)
+        marginals[name] = Gaussian(value, sd, value - CUT * sd, value + CUT * sd)
+    for name, entry in study.inputs.items():
+        marginals[name] = _marginal(entry, name, known[name], study)
+    draws = None
+    if vary.posterior is not None:
+        draws = read_draws(study.folder / vary.posterior)
+        for name in draws.names:
+            if name not in known:
+                raise InputError(f"{draws.source}: the model has no number {name!r}, {nearest(name, known)}")
+            if name in study.inputs or name in vary.tolerance:
+                raise InputError(
+                    f"{study.path}: {name!r} is in the posterior, and varies otherwise, too; keep one"
+                )
+            marginals.pop(name, None)
+    return _joined(study, marginals, draws), notices
+
+
+def _drop_tied(marginals: dict[str, Marginal], study: Study, response: Response) -> list[str]:
+    """Leave out priors of numbers that follow others, unless the study names them."""
+    said = []
+    for name, sentence in response.tied.items():
+        if name in marginals and name not in study.inputs and name not in study.vary.tolerance:
+            del marginals[name]
+            said.append(f"{sentence}, so its own prior is left out")
+    return said
+
+
+def _joined(study: Study, marginals: dict[str, Marginal], draws: Draws | None) -> Inputs:
+    if draws is not None and study.vary.posterior_as == "copula":
+        own, correlation = copula_of(draws)
+        matrix = np.eye(len(marginals) + len(own))
+        matrix[len(marginals) :, len(marginals) :] = correlation
+        marginals, draws = {**marginals, **own}, None
+    else:
+        matrix = np.eye(len(marginals) + (draws is not None))
+    names = list(marginals)
+    for first, second, _ in study.correlations:
+        for name in (first, second):
+            if draws is not None and name in draws.names:
+                raise InputError(
+                    f"{study.path}: [[correlation]]: {name!r} is drawn with its posterior; set posterior_as ="
+                    " 'copula' to correlate it with others"
+                )
+            if name not in names:
+                raise InputError(
+                    f"{study.path}: [[correlation]]: {name!r} does not vary, {nearest(name, names)}"
+                )
+    where = f"{study.path}: [[correlation]]"
+    return Inputs(marginals, correlation_matrix(names, study.correlations, matrix, where), draws)
+
+
+def _marginal(entry: Mapping[str, Any], name: str, known: Known, study: Study) -> Marginal:
+    """A distribution: of SciPy; or `mean`, `sd`, `min`, `max` of a Gaussian; or `low` and `high`."""
+    where = f"{study.path}: [input.{name}]"
+    usual = known.unit or "1"
+    unit = entry.get("unit", usual)
+    if not isinstance(unit, str):
+        raise InputError(f"{where}: unit must be a name such as 'mm', but it is {unit!r}")
+    if unit not in UNITS:
+        raise InputError(f"{where}: unknown unit {unit!r}, {nearest(unit, UNITS)}")
+    if known.unit and dimension_of(unit) != dimension_of(usual):
+        raise InputError(f"{where}: unit {unit!r} is one of {dimension_of(unit)}, but {name} is in {usual}")
+    numbers = {key: number_in(entry, key, where) for key in entry if key not in ("distribution", "unit")}
+    if "distribution" in entry:
+        if not isinstance(entry["distribution"], str):
+            raise InputError(f"{where}: distribution must be a name of scipy.stats, such as 'lognorm'")
+        return from_scipy(entry["distribution"], numbers, unit, where)
+    spread = usual == "K"
+    if set(numbers) == {"low", "high"}:
+        if not numbers["low"] < numbers["high"]:
+            raise InputError(
+                f"{where}: low = {numbers['low']:g} must be less than high = {numbers['high']:g}"
+            )
+        scale = numbers["high"] - numbers["low"]
+        return from_scipy("uniform", {"loc": numbers["low"], "scale": scale}, unit, where)
+    if not {"mean", "sd"} <= set(numbers) <= {"mean", "sd", "min", "max"}:
+        raise InputError(
+            f"{where} needs distribution and its numbers, or mean and sd (and min, max), or low and high;"
+            f" it has {', '.join(entry) or 'nothing'}"
+        )
+    if numbers["sd"] <= 0.0:
+        raise InputError(f"{where}: sd = {numbers['sd']:g} must be more than 0")
+    low, high = numbers.get("min", -np.inf), numbers.get("max", np.inf)
+    if not low < high:
+        raise InputError(f"{where}: min = {low:g} must be less than max = {high:g}")
+    if not (low - 5.0 * numbers["sd"] < numbers["mean"] < high + 5.0 * numbers["sd"]):
+        raise InputError(f"{where}: mean = {numbers['mean']:g} lies more than 5 sd outside of min and max")
+    mean, low, high = (to_si(x, unit, difference=spread) for x in (numbers["mean"], low, high))
+    return Gaussian(mean, to_si(numbers["sd"], unit, difference=True), low, high)
+
+
+def read_draws(place: Path) -> Draws:
+    """Draws of `pneusma posterior`.
+
+    Args:
+        place: its folder, or the file `posterior.nc` in it.
+
+    Raises:
+        InputError: if there are none.
+    """
+    file = place / FILE if place.is_dir() else place
+    if not file.exists():
+        raise InputError(f"{file}: there is no such file; `pneusma posterior` leaves one")
+    try:
+        with h5py.File(file) as content:
+            group = content["posterior"]
+            columns = {
+                name: to_si(
+                    np.asarray(group[name]).ravel(), str(group[name].attrs.get("unit", "1")),
+                    difference=str(group[name].attrs.get("unit", "1")) == "K",
+                )
+                for name in group if group[name].ndim == 2
+            }  # fmt: skip
+    except (OSError, KeyError) as error:
+        raise InputError(f"{file}: this is no posterior of `pneusma posterior` ({error})") from None
+    table = np.stack(list(columns.values()), axis=1)
+    if len(table) < 10 or not np.all(np.isfinite(table)):
+        raise InputError(f"{file}: {len(table)} draws are too few, or some are not finite")
+    return Draws(tuple(columns), table, str(file))

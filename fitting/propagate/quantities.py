@@ -1,0 +1,206 @@
+"""What a study asks of the model: outputs, functions of them, limits; as columns."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+from fitting.inference.parameters.ties import RESERVED, evaluate, names_in
+from pneusma_jax.errors import InputError, nearest
+
+from .responses import NOT_FINITE, Driver, Response
+from .responses.expression import as_expression
+
+REDUCTIONS = ("largest", "smallest", "mean", "first", "last")
+"""What makes one number of a quantity along the driver."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One thing that is asked.
+
+    Attributes:
+        name: for tables and figures; as an output, it ends in its unit.
+        expression: of the model's outputs; the name of one alone will do.
+        reduce: of `REDUCTIONS`, or a value of the driver, `at` which it is taken; None keeps the driver.
+        noise: 1-sigma of a measurement of it, in its unit; 0 for the quantity itself.
+    """
+
+    name: str
+    expression: str
+    reduce: str | float | None = None
+    noise: float = 0.0
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Where a quantity fails.
+
+    Attributes:
+        on: name of the quantity.
+        above, below: it fails beyond these, in its unit; infinite where there is no such limit.
+    """
+
+    on: str
+    above: float = np.inf
+    below: float = -np.inf
+
+    @property
+    def words(self) -> str:
+        """The limit, for people."""
+        parts = [f"below {self.below:g}"] if np.isfinite(self.below) else []
+        parts += [f"above {self.above:g}"] if np.isfinite(self.above) else []
+        return f"{self.on} {' or '.join(parts)}"
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Quantities as columns of one table.
+
+    Attributes:
+        quantities: in their order.
+        counts: columns of each.
+        driver: or None.
+    """
+
+    quantities: tuple[Quantity, ...]
+    counts: tuple[int, ...]
+    driver: Driver | None
+
+    @property
+    def total(self) -> int:
+        """Number of columns."""
+        return sum(self.counts)
+
+    def of(self, name: str) -> slice:
+        """Columns of a quantity."""
+        k = [q.name for q in self.quantities].index(name)
+        return slice(sum(self.counts[:k]), sum(self.counts[: k + 1]))
+
+    def along(self, name: str) -> bool:
+        """Whether a quantity is given along the driver."""
+        part = self.of(name)
+        return part.stop - part.start > 1
+
+    @property
+    def noise(self) -> np.ndarray:
+        """1-sigma of each column's measurement, shape (columns,)."""
+        return np.repeat([q.noise for q in self.quantities], self.counts)
+
+    @property
+    def labels(self) -> list[str]:
+        """One for each column: the quantity, and the driver's value where there is one."""
+        found = []
+        for quantity, count in zip(self.quantities, self.counts, strict=True):
+            points = self.driver.values if count > 1 else ()
+            found += [f"{quantity.name} at {self.driver.name} = {x:g}" for x in points] or [quantity.name]
+        return found
+
+
+def check_quantities(
+    asked: Sequence[Quantity], limits: Sequence[Limit], response: Response, where: str
+) -> Columns:
+    """Columns of what is asked, all outputs of the model where nothing is.
+
+    Raises:
+        InputError: for an expression that cannot be read, a driver that is not there, a limit on nothing.
+    """
+    asked = tuple(asked) or tuple(Quantity(name, name) for name in response.outputs)
+    names = [quantity.name for quantity in asked]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"{where}: two outputs are called {name!r}; give one another name")
+    counts = []
+    for quantity in asked:
+        at = f"{where} [[output]] {quantity.name!r}"
+        try:
+            used = names_in(quantity.expression, quantity.name)
+        except InputError as error:
+            raise InputError(f"{where} [[output]]: {as_expression(error)}") from None
+        for name in sorted(used - set(response.outputs)):
+            raise InputError(f"{at}: the model has no output {name!r}, {nearest(name, response.outputs)}")
+        if not used:
+            raise InputError(f"{at}: {quantity.expression!r} names no output of the model")
+        if quantity.name in RESERVED:
+            raise InputError(f"{at}: this is the name of a function; choose another")
+        along = any(response.outputs[name] for name in used)
+        if quantity.reduce is not None and not along:
+            raise InputError(f"{at}: there is no driver to reduce over; leave out reduce and at")
+        if isinstance(quantity.reduce, float):
+            _check_place(quantity.reduce, response.driver, at)
+        counts.append(len(response.driver.values) if along and quantity.reduce is None else 1)
+    for limit in limits:
+        if limit.on not in names:
+            raise InputError(
+                f"{where} [[limit]]: no output is called {limit.on!r}, {nearest(limit.on, names)}"
+            )
+    return Columns(asked, tuple(counts), response.driver)
+
+
+def _check_place(place: float, driver: Driver, where: str) -> None:
+    low, high = driver.values[0], driver.values[-1]
+    if not min(low, high) <= place <= max(low, high):
+        raise InputError(f"{where}: at = {place:g} lies outside of {driver.name}, {low:g} to {high:g}")
+
+
+def row_function(response: Response, columns: Columns, names: tuple[str, ...]):
+    """One row of the study as a pure function: values [SI] of the named numbers to columns and a status.
+
+    A row without a result, or with a column that is not finite, is NaN in all columns.
+    """
+    lines = [(f"_{k}", q.expression) for k, q in enumerate(columns.quantities)]
+
+    def row(x: Array) -> tuple[Array, Array]:
+        outputs, status = response.answer(dict(zip(names, x, strict=True)))
+        found = evaluate(lines, outputs, jnp)
+        parts = []
+        for (key, _), quantity, count in zip(lines, columns.quantities, columns.counts, strict=True):
+            value = jnp.asarray(found[key], float)
+            if quantity.reduce is not None:
+                value = _reduced(value, quantity.reduce, columns.driver)
+            parts.append(jnp.broadcast_to(value, (count,)))
+        whole = jnp.concatenate(parts)
+        finite = jnp.all(jnp.isfinite(whole))
+        status = jnp.where(~finite & (status <= 1), NOT_FINITE, status)  # 1: a result, one of several
+        return jnp.where(finite & (status <= 1), whole, jnp.nan), status.astype(jnp.uint8)
+
+    return row
+
+
+def _reduced(value: Array, how: str | float, driver: Driver) -> Array:
+    if isinstance(how, float):
+        return jnp.interp(how, jnp.asarray(driver.values), value)
+    return {
+        "largest": jnp.max, "smallest": jnp.min, "mean": jnp.mean, "first": lambda x: x[0],
+        "last": lambda x: x[-1],
+    }[how](value)  # fmt: skip
+
+
+def exceeded(y: np.ndarray, limits: Sequence[Limit], columns: Columns) -> dict[str, np.ndarray]:
+    """Which rows have failed, for each limit up to each point of its quantity, shape (rows, points)."""
+    found = {}
+    for limit in limits:
+        part = y[:, columns.of(limit.on)]
+        with np.errstate(invalid="ignore"):
+            beyond = (part > limit.above) | (part < limit.below)
+        found[limit.words] = np.logical_or.accumulate(beyond, axis=1)
+    return found
+
+
+def margin(y: Mapping[str, Array] | Array, limit: Limit, columns: Columns) -> Array:
+    """Distance to a limit in the quantity's unit, negative beyond it; of a band that of its worst point.
+
+    Args:
+        y: columns of rows, shape (rows, columns).
+        limit: of one quantity.
+        columns: of the study.
+    """
+    part = y[:, columns.of(limit.on)]
+    sides = []
+    if np.isfinite(limit.above):
+        sides.append(limit.above - part)
+    if np.isfinite(limit.below):
+        sides.append(part - limit.below)
+    return jnp.min(jnp.concatenate(sides, axis=1), axis=1)

@@ -1,0 +1,212 @@
+"""An actuator through a protocol, and any specimen through the inputs of a recording."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+import pneusma_jax as pj
+from fitting.data.protocols.reading import PHASE, Protocol
+from fitting.data.recordings import Campaign, Recording, schema
+from fitting.inference.parameters import Parameter
+from fitting.simulate.protocol import check_resistances, drives
+from fitting.specimens import specimen_of
+from fitting.specimens.model_objects import BASE
+from fitting.specimens.saved_models import AugmentedModel
+from fitting.specimens.with_saved_model import Augmented
+from pneusma_jax.calibration.records import Prior
+from pneusma_jax.errors import InputError
+from pneusma_jax.units import from_si
+
+from .body import body_of, tied
+from .drives import activation, drive_numbers, driven, worst
+from .response import NOT_FINITE, Driver, Known, Response
+from .state import described, output_names, title_of
+
+POINTS = 41
+"""Rows of a history that results are kept of, unless a study says otherwise: enough to draw a band."""
+TOGETHER = 16
+"""Histories side by side: each is a loop over rows, whose arrays then stay in the processor's cache."""
+
+
+def kept_rows(rows: int, points: int) -> np.ndarray:
+    """Numbers of rows of a history that results are kept of, evenly spaced, the first and last among them."""
+    return np.unique(np.linspace(0, rows - 1, min(points, rows)).round().astype(int))
+
+
+def protocol_response(
+    protocol: Protocol, specimen: Recording, model: AugmentedModel, points: int
+) -> Response:
+    """An actuator through a protocol, its springs' memory carried along.
+
+    Args:
+        protocol: of kind actuator.
+        specimen: the actuator.
+        model: with numbers and effects of its own.
+        points: rows that results are kept of.
+
+    Raises:
+        InputError: for another kind, or a spring that is not there.
+    """
+    if protocol.kind != "actuator":
+        raise InputError(
+            f"{protocol.path}: a study takes protocols of an actuator, but this is of a {protocol.kind}"
+        )
+    check_resistances(protocol, specimen)
+    body, files = body_of(specimen, model)
+    _check(protocol, body.layout.spring_numbers)
+    kept = kept_rows(len(protocol), points)
+    channels = {n: x for n, x in protocol.channels.items() if n.partition("_")[0] != "ambient"}
+    slow = {
+        n: x
+        for n, x in channels.items()
+        if n.partition("_")[0] in ("pressure", "xi0", "resistance", "temperature")
+    }
+    columns = {name: jnp.asarray(x) for name, x in channels.items()}
+    ambient = protocol.channels.get("ambient")
+
+    def answer(values: Mapping[str, Array]) -> tuple[dict[str, Array], Array]:
+        actuator = body.build(values)
+        now = {name: driven(name, x, values) if name in slow else x for name, x in columns.items()}
+        moved = Moved(protocol, now)
+        history = pj.simulate_history(
+            actuator, now["pressure"], moved.drives(actuator), time=protocol.time,
+            effects=body.effects(values), currents=moved.currents(actuator), ambient=ambient,
+            gravity=np.asarray(body.gravity),
+        )  # fmt: skip
+        found, seen = jax.tree.map(lambda x: x[kept], (history.rows, history.seen))
+        outputs = described(actuator, found, seen)
+        return outputs, worst(history.rows.status)
+
+    return Response(
+        title=f"{protocol.name} of {title_of(specimen, model)}",
+        known={**body.numbers, **drive_numbers(slow)},
+        driver=Driver("time_s", protocol.time[kept]),
+        outputs=dict.fromkeys(output_names(body.layout), True),
+        answer=answer,
+        files=(*files, *((protocol.path,) if Path(protocol.path).exists() else ())),
+        tied=tied(body.numbers),
+        side_by_side=TOGETHER,
+    )
+
+
+class Moved:
+    """A protocol whose channels a row has changed."""
+
+    def __init__(self, protocol: Protocol, channels: Mapping[str, Array]):
+        self._protocol, self._channels = protocol, channels
+
+    def drives(self, actuator: pj.Actuator) -> tuple:
+        """What drives each spring."""
+        as_stated = drives(self._heated, actuator)
+        found = []
+        for number, stated in zip(actuator.spring_numbers, as_stated, strict=True):
+            name = next((f"{stem}_{number}" for stem in PHASE if f"{stem}_{number}" in self._channels), None)
+            if name is None or name.partition("_")[0] in ("current", "duty"):
+                found.append(stated)
+            else:
+                spring = actuator.springs[actuator.spring_numbers.index(number)]
+                found.append(activation(spring.alloy, name, self._channels[name]))
+        return tuple(found)
+
+    @property
+    def _heated(self) -> Protocol:
+        """The protocol with the channels that it alone knows to read: currents and duty cycles."""
+        own = {
+            name: x for name, x in self._protocol.channels.items()
+            if name.partition("_")[0] in ("pressure", "ambient", "current", "duty")
+        }  # fmt: skip
+        p = self._protocol
+        return Protocol(p.name, p.description, p.kind, p.path, p.time, own, p.supply)
+
+    def currents(self, actuator: pj.Actuator) -> tuple:
+        """Currents as effects read them."""
+        driven_by = self.drives(actuator)
+        return tuple(drive.current if isinstance(drive, pj.Heating) else None for drive in driven_by)
+
+
+def _check(protocol: Protocol, springs: tuple[int, ...]) -> None:
+    for name in protocol.channels:
+        stem, _, number = name.rpartition(".")[2].partition("_")
+        if "." in name:
+            raise InputError(f"{protocol.path}: channel {name!r} is of a segment, but this is no chain")
+        if stem in PHASE and int(number) not in springs:
+            there = ", ".join(map(str, springs)) or "none"
+            raise InputError(
+                f"{protocol.path}: channel {name!r}, but the springs that are there are: {there}"
+            )
+
+
+def recording_response(campaign: Campaign, model: AugmentedModel, points: int) -> Response:
+    """What the model makes of a recording's inputs: what would have been measured.
+
+    Numbers and priors are those of a fit of the recording: tolerances, or priors of the tables where it is to
+    be identified. Their names are those of `pneusma posterior`. Phases that resistances tell are read once,
+    at the nominal numbers.
+
+    Args:
+        campaign: of one recording.
+        model: with numbers and effects of its own.
+        points: rows that results are kept of.
+
+    Raises:
+        InputError: if the recording cannot be predicted.
+    """
+    recording, kind = campaign.recordings[0], campaign.kinds[0]
+    own = specimen_of(kind) if model is BASE else Augmented(kind, model)
+    parameters = own.parameters_for(campaign)
+    start = {name: entry.value for name, entry in parameters.items()}
+    rows = own.prepared(start, own.rows_for(campaign))[0]
+    there = np.flatnonzero(np.asarray(rows.mask))
+    kept = there[kept_rows(len(there), points)]
+    driver = _driver(recording, rows, kept)
+    columns = {
+        schema.quantity_and_unit(name)[0]: name for name in recording.outputs
+        if schema.quantity_and_unit(name)[0] in own.outputs
+    }  # fmt: skip
+    if not columns:
+        raise InputError(f"{recording.path}: this recording holds nothing that the model predicts")
+
+    def answer(values: Mapping[str, Array]) -> tuple[dict[str, Array], Array]:
+        found = own.predict({**start, **values}, rows)
+        outputs = {
+            column: from_si(found[quantity][kept], schema.quantity_and_unit(column)[1])
+            for quantity, column in columns.items()
+        }
+        good = jnp.all(jnp.stack([jnp.all(jnp.isfinite(x)) for x in outputs.values()]))
+        return outputs, jnp.where(good, 0, NOT_FINITE)
+
+    known = {
+        name: Known(float(e.value), e.unit, _prior(e), "recording") for name, e in parameters.items()
+    }
+    for name, value in rows.base.items():
+        known.setdefault(name, Known(float(value), "", None, ""))
+    files = [recording.path, model.path]
+    return Response(
+        title=f"{recording.name} ({kind})",
+        known=known,
+        driver=driver,
+        outputs=dict.fromkeys(columns.values(), True),
+        answer=answer,
+        files=tuple(Path(p) for p in files if p is not None),
+        notices=("phases that resistances tell are read once, at the nominal numbers",)
+        if kind in ("actuator", "spring") else (),
+        side_by_side=TOGETHER,
+    )  # fmt: skip
+
+
+def _prior(entry: Parameter) -> Prior | None:
+    return Prior(entry.prior.mean, entry.prior.sd, entry.min, entry.max) if entry.prior else None
+
+
+def _driver(recording: Recording, rows: object, kept: np.ndarray) -> Driver:
+    """What a figure is drawn over: an elastomer's strain, a tube's pressure, else time."""
+    over = specimen_of(recording.kind).simulated_over
+    if over == "time":
+        return Driver("time_s", np.asarray(rows.time)[kept])
+    column = recording.column(over)
+    unit = schema.quantity_and_unit(column)[1]
+    return Driver(column, np.asarray(from_si(np.asarray(rows.inputs[over])[kept], unit)))

@@ -1,0 +1,184 @@
+"""An actuator in one state, or in states along a driver; and the workspace that it reaches."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+import pneusma_jax as pj
+from fitting.data.recordings import Recording
+from fitting.specimens.saved_models import AugmentedModel
+from pneusma_jax.errors import InputError
+
+from .body import Body, body_of, tied
+from .drives import activation, drive_numbers, driven, points_of, read_channels, shown, spring_channel, worst
+from .response import Driver, Response
+
+TOGETHER = 64
+"""States side by side, as `solve_batch` has them: more leave the processor's cache."""
+
+
+def state_response(
+    specimen: Recording, model: AugmentedModel, settings: Mapping[str, Any], where: str
+) -> Response:
+    """One state, or states along a driver.
+
+    Args:
+        specimen: the actuator.
+        model: with numbers and effects of its own.
+        settings: a study's `[model]`.
+        where: for messages.
+
+    Raises:
+        InputError: for what cannot be.
+    """
+    body, files = body_of(specimen, model)
+    layout = body.layout
+    channels, driver = read_channels(settings, layout.spring_numbers, where)
+    along = driver is not None
+    names = output_names(layout)
+
+    def answer(values: Mapping[str, Array]) -> tuple[dict[str, Array], Array]:
+        actuator, effects = body.build(values), body.effects(values)
+        now = {name: driven(name, jnp.asarray(x), values) for name, x in channels.items()}
+        varied = {name: x for name, x in now.items() if x.ndim}
+        fixed = {name: x for name, x in now.items() if not x.ndim}
+        one = lambda point: state(body, actuator, effects, fixed | point)  # noqa: E731
+        outputs, status = jax.vmap(one)(varied) if along else one({})
+        return outputs, worst(status)
+
+    points = len(driver.values) if along else 1
+    return Response(
+        title=title_of(specimen, model),
+        known={**body.numbers, **drive_numbers(channels)},
+        driver=driver,
+        outputs=dict.fromkeys(names, along),
+        answer=answer,
+        files=files,
+        tied=tied(body.numbers),
+        side_by_side=max(1, TOGETHER // points),
+    )
+
+
+def title_of(specimen: Recording, model: AugmentedModel) -> str:
+    """Design, and model if it is none of the shipped ones."""
+    design = str(specimen.full_geometry()["design"]).rpartition("/")[2].removesuffix(".toml")
+    return f"{design}, model {model.name}" if model.path is not None else design
+
+
+def output_names(layout: pj.Layout) -> tuple[str, ...]:
+    """Outputs of an actuator's state; see `described`."""
+    planar = layout.bending_plane is not None
+    bent = ("curvature_1pm", "bend_angle_deg", *(() if planar else ("bend_direction_deg",)), "length_mm")
+    springs = [
+        name for n in layout.spring_numbers for name in (f"force_{n}_N", f"resistance_{n}_ohm", f"xi0_{n}")
+    ]
+    return (*bent, *springs)
+
+
+def state(
+    body: Body, actuator: pj.Actuator, effects: tuple, channels: Mapping[str, Array]
+) -> tuple[dict[str, Array], Array]:
+    """Outputs of one state in the units of their names, and its status.
+
+    Args:
+        body: where it comes from.
+        actuator: built.
+        effects: that act in it, as at the start of a recording.
+        channels: pressure and springs [SI], numbers.
+    """
+    activations = []
+    for number, spring in zip(actuator.spring_numbers, actuator.springs, strict=True):
+        name = spring_channel(channels, number)
+        cold = pj.MartensiteFraction(jnp.asarray(1.0))
+        activations.append(cold if name is None else activation(spring.alloy, name, channels[name]))
+    if effects:
+        spread = jax.tree.map(lambda x: jnp.asarray(x)[None], tuple(activations))
+        history = pj.simulate_history(
+            actuator, channels["pressure"][None], spread, time=np.zeros(1), effects=effects,
+            gravity=np.asarray(body.gravity),
+        )  # fmt: skip
+        found, seen = jax.tree.map(lambda x: x[0], (history.rows, history.seen))
+    else:
+        found = pj.solve(actuator, channels["pressure"], tuple(activations), throw=False)
+        seen = {"curvature": found.curvature, "bend_angle": found.bend_angle, "length": found.length}
+    return described(actuator, found, seen), found.status
+
+
+def described(actuator: pj.Actuator, found: pj.Equilibrium, seen: Mapping[str, Array]) -> dict[str, Array]:
+    """Outputs of a solved row in the units of their names; free bending has a size and a direction."""
+    outputs = {
+        "curvature_1pm": seen["curvature"],
+        "bend_angle_deg": shown("bend_angle_deg", seen["bend_angle"]),
+    }
+    if not actuator.planar:
+        outputs = {
+            "curvature_1pm": found.bend_magnitude / found.length,
+            "bend_angle_deg": shown("bend_angle_deg", found.bend_magnitude),
+            "bend_direction_deg": shown("bend_direction_deg", found.bend_direction),
+        }
+    outputs["length_mm"] = shown("length_mm", seen["length"])
+    for number, response in zip(actuator.spring_numbers, found.springs, strict=True):
+        outputs |= {
+            f"force_{number}_N": response.force, f"resistance_{number}_ohm": response.resistance,
+            f"xi0_{number}": response.xi0,
+        }  # fmt: skip
+    return outputs
+
+
+def workspace_response(
+    specimen: Recording, model: AugmentedModel, settings: Mapping[str, Any], where: str
+) -> Response:
+    """What an actuator reaches at each pressure: extremes over the activation of one spring.
+
+    Args:
+        specimen, model, settings, where: as for `state_response`; `activation_K` are the fractions over which
+            spring K goes.
+
+    Raises:
+        InputError: for what cannot be.
+    """
+    body, files = body_of(specimen, model)
+    springs = body.layout.spring_numbers
+    named = [key for key in settings if key.startswith("activation_")]
+    if len(named) != 1 or not named[0][11:].isdigit() or int(named[0][11:]) not in springs:
+        there = " or ".join(f"activation_{n}" for n in springs) or "a design with springs"
+        raise InputError(f"{where}: a workspace needs {there}, the martensite fractions of one spring")
+    number = int(named[0][11:])
+    fractions = np.atleast_1d(points_of(settings[named[0]], f"{where} {named[0]}"))
+    if np.any((fractions < 0.0) | (fractions > 1.0)):
+        raise InputError(f"{where} {named[0]} must be fractions from 0 (hot) to 1 (cold)")
+    channels, driver = read_channels(settings, springs, where)
+    pressure = np.atleast_1d(channels["pressure"])
+    if np.ndim(channels["pressure"]) == 0 or set(channels) != {"pressure"}:
+        raise InputError(
+            f"{where}: a workspace goes over pressure_kPa = {{from, to, points}} and {named[0]} only"
+        )
+    driver = Driver(driver.name, driver.values)
+    outputs = ("curvature_largest_1pm", "curvature_smallest_1pm", "bend_angle_largest_deg",
+               "bend_angle_smallest_deg")  # fmt: skip
+
+    def answer(values: Mapping[str, Array]) -> tuple[dict[str, Array], Array]:
+        actuator, effects = body.build(values), body.effects(values)
+        line = driven("pressure", jnp.asarray(pressure), values)
+        one = lambda p, x: state(body, actuator, effects, {"pressure": p, f"xi0_{number}": x})  # noqa: E731
+        grid, status = jax.vmap(jax.vmap(one, (None, 0)), (0, None))(line, jnp.asarray(fractions))
+        found = {}
+        for name, unit in (("curvature", "1pm"), ("bend_angle", "deg")):
+            found[f"{name}_largest_{unit}"] = jnp.max(grid[f"{name}_{unit}"], axis=1)
+            found[f"{name}_smallest_{unit}"] = jnp.min(grid[f"{name}_{unit}"], axis=1)
+        return found, worst(status)
+
+    return Response(
+        title=f"workspace of {title_of(specimen, model)}",
+        known={**body.numbers, **drive_numbers({"pressure": channels["pressure"]})},
+        driver=driver,
+        outputs=dict.fromkeys(outputs, True),
+        answer=answer,
+        files=files,
+        tied=tied(body.numbers),
+        side_by_side=max(1, TOGETHER // (len(pressure) * len(fractions))),
+    )

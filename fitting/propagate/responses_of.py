@@ -1,0 +1,125 @@
+"""The response that a study's `[model]` describes."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from fitting.data.protocols.reading import load_protocol, protocol_examples
+from fitting.data.recordings import read_campaign
+from fitting.simulate.state import described_actuator
+from fitting.specimens.model_objects import BASE
+from fitting.specimens.saved_models import AugmentedModel, load_model
+from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.serial_chain.designs import describes_chain, load_chain
+
+from .responses import Response
+from .responses.chain import chain_response
+from .responses.course import POINTS, protocol_response, recording_response
+from .responses.drives import MOST_POINTS, channel_of
+from .responses.expression import expression_response
+from .responses.state import state_response, workspace_response
+from .study import Study
+
+SPECIMEN = ("design", "alloy", "material", "geometry", "model")
+KEYS = {
+    "state": SPECIMEN,
+    "workspace": SPECIMEN,
+    "protocol": (*SPECIMEN, "protocol", "points"),
+    "recording": ("recording", "model", "alloy", "material", "points"),
+    "chain": ("design", "alloy", "material", "model"),
+    "expression": ("outputs",),
+}
+"""Keys of `[model]` beside `through`, and beside channels such as `pressure_kPa`."""
+DRIVEN = ("state", "workspace", "chain")
+"""Kinds whose `[model]` has channels."""
+
+
+def response_of(study: Study, nominal: Mapping[str, float]) -> Response:
+    """The model of a study.
+
+    Args:
+        study: as read.
+        nominal: of inputs, which are all that an expression knows.
+
+    Raises:
+        InputError: for anything that cannot be.
+    """
+    model, where = study.model, f"{study.path}: [model]"
+    through = model["through"]
+    _check_keys(model, through, where)
+    if through == "expression":
+        return expression_response(model, nominal, where)
+    augmented = load_model(_place(study, model["model"])) if "model" in model else BASE
+    known = {key: value for key, value in augmented.tables.items()}
+    for key in ("design", "alloy", "material"):
+        if key in model:
+            known[key] = _place(study, model[key])
+    if through == "recording":
+        return _recording(study, known, augmented, where)
+    if describes_chain(known.get("design", "")) != (through == "chain"):
+        words = "a chain" if through != "chain" else "one actuator"
+        raise InputError(
+            f"{where}: design {known.get('design', 'pneusma2')!r} is {words}, so through cannot be "
+            f"{through!r}"
+        )
+    if through == "chain":
+        chain, rest = load_chain(known["design"]), {k: v for k, v in known.items() if k != "design"}
+        return chain_response(chain, rest, augmented, model, where)
+    specimen = described_actuator(None, known | _geometry(model, where))
+    if through == "protocol":
+        return _protocol(study, specimen, augmented, where)
+    build = state_response if through == "state" else workspace_response
+    return build(specimen, augmented, model, where)
+
+
+def _check_keys(model: Mapping[str, Any], through: str, where: str) -> None:
+    allowed = KEYS[through]
+    for key in model:
+        if key == "through" or key in allowed:
+            continue
+        own = through == "workspace" and key.startswith("activation_")
+        own |= through == "chain" and key.startswith("segment_")
+        if through in DRIVEN and (own or channel_of(key) is not None):
+            continue
+        shown = (*allowed, *(("pressure_kPa", "xi0_1") if through in DRIVEN else ()))
+        raise InputError(f"{where}: unknown key {key!r} through {through!r}, {nearest(key, shown)}")
+
+
+def _place(study: Study, name: Any) -> str:
+    """A name, or a path that counts from the study's folder."""
+    if not isinstance(name, str):
+        raise InputError(f"{study.path}: [model]: {name!r} must be a name or a path, in quotes")
+    is_path = name.endswith((".toml", ".csv")) or "/" in name or "\\" in name
+    return str((study.folder / name).resolve()) if is_path else name
+
+
+def _geometry(model: Mapping[str, Any], where: str) -> dict[str, Any]:
+    table = model.get("geometry", {})
+    if not isinstance(table, dict):
+        raise InputError(f"{where} geometry must be a table of dimensions, as beside a recording")
+    return table
+
+
+def _points(model: Mapping[str, Any], where: str) -> int:
+    points = model.get("points", POINTS)
+    if isinstance(points, bool) or not isinstance(points, int) or not 2 <= points <= MOST_POINTS:
+        raise InputError(f"{where} points = {points!r} must be a whole number from 2 to {MOST_POINTS}")
+    return points
+
+
+def _protocol(study: Study, specimen: Any, model: AugmentedModel, where: str) -> Response:
+    name = study.model.get("protocol")
+    if name is None:
+        raise InputError(f"{where} needs protocol, a file or one of {', '.join(protocol_examples())}")
+    return protocol_response(load_protocol(_place(study, name)), specimen, model, _points(study.model, where))
+
+
+def _recording(study: Study, known: Mapping[str, str], model: AugmentedModel, where: str) -> Response:
+    if "recording" not in study.model:
+        raise InputError(f"{where} needs recording, the CSV of one")
+    path = Path(_place(study, study.model["recording"]))
+    if path.is_dir():
+        raise InputError(f"{where} recording: {path} is a folder; name one recording's CSV in it")
+    own = {key: known[key] for key in ("alloy", "material") if key in known}
+    campaign = read_campaign(path, {"geometry": own} if own else None)
+    return recording_response(campaign, model, _points(study.model, where))

@@ -1,0 +1,186 @@
+"""Points of a study by their index: any block of rows can be made anywhere, without those before it."""
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from jaxtyping import Float
+from scipy.stats import qmc
+
+from .inputs import Inputs, normal_scores
+
+METHODS = ("monte_carlo", "sobol", "latin_hypercube")
+MOST_POINTS = 2**30
+"""Points of SciPy's Sobol sequence, whose coordinates have 30 bits."""
+
+
+@dataclass
+class Sampler:
+    """Points in the unit cube, by chunk.
+
+    A Sobol sequence is wound forward to a chunk's first point. Monte Carlo draws and Latin hypercubes have a
+    random stream for each chunk; so a Latin hypercube is one of each chunk, a replicated design.
+
+    Attributes:
+        method: of `METHODS`.
+        dimension: of the cube.
+        seed: of everything random.
+        chunk: points of a whole chunk.
+    """
+
+    method: str
+    dimension: int
+    seed: int
+    chunk: int
+    _sequence: qmc.Sobol | None = field(default=None, init=False, repr=False)
+
+    def points(self, index: int, count: int) -> Float[np.ndarray, "count dimension"]:
+        """The first `count` points of a chunk."""
+        if self.method == "sobol":
+            return self._sobol(index * self.chunk, count)
+        random = stream(self.seed, index, 0)
+        if self.method == "monte_carlo":
+            return random.random((count, self.dimension))
+        return qmc.LatinHypercube(self.dimension, seed=random).random(count)
+
+    def _sobol(self, first: int, count: int) -> np.ndarray:
+        sequence = self._sequence
+        if sequence is None or sequence.num_generated > first:
+            sequence = qmc.Sobol(self.dimension, scramble=True, seed=np.random.default_rng(self.seed))
+        if first > sequence.num_generated:
+            sequence.fast_forward(first - sequence.num_generated)
+        self._sequence = sequence
+        if first == 0:  # SciPy warns of a first call that is no power of two; chunks are parts of a sequence
+            return (
+                np.concatenate([sequence.random(1), sequence.random(count - 1)])
+                if count > 1
+                else (sequence.random(1))
+            )
+        return sequence.random(count)
+
+
+def stream(seed: int, index: int, purpose: int) -> np.random.Generator:
+    """Random numbers of one chunk for one purpose, independent of all others."""
+    return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(index, purpose))))
+
+
+class Design(Protocol):
+    """How rows of the model come from base points.
+
+    Attributes:
+        block: rows that belong together.
+        dimension: of a base point.
+    """
+
+    block: int
+    dimension: int
+
+    def rows(self, points: np.ndarray, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        """Correlated scores, shape (points * block, inputs), and what the statistics must know of blocks.
+
+        Args:
+            points: in the unit cube, shape (points, dimension).
+            random: of the chunk.
+        """
+
+
+@dataclass(frozen=True)
+class Plain:
+    """Independent rows."""
+
+    inputs: Inputs
+    block: int = 1
+
+    @property
+    def dimension(self) -> int:
+        """See `Design`."""
+        return len(self.inputs.names)
+
+    def rows(self, points: np.ndarray, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        """See `Design`."""
+        z = normal_scores(points)
+        return (z @ self.inputs.lower.T if self.inputs.correlated else z), np.zeros((len(points), 0), int)
+
+
+@dataclass(frozen=True)
+class Saltelli:
+    """Blocks A, B, and A with the inputs of one group from B: for Sobol indices of groups.
+
+    A. Saltelli et al., Computer Physics Communications 181 (2010) 259, doi:10.1016/j.cpc.2009.09.018. Inputs
+    of different groups must be independent.
+
+    Attributes:
+        members: numbers of the inputs of each group.
+    """
+
+    inputs: Inputs
+    members: tuple[tuple[int, ...], ...]
+
+    @property
+    def block(self) -> int:
+        """See `Design`."""
+        return len(self.members) + 2
+
+    @property
+    def dimension(self) -> int:
+        """See `Design`."""
+        return 2 * len(self.inputs.names)
+
+    def rows(self, points: np.ndarray, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        """See `Design`."""
+        count = len(self.inputs.names)
+        z = normal_scores(points)
+        a, b = (part @ self.inputs.lower.T for part in (z[:, :count], z[:, count:]))
+        rows = np.repeat(a[:, None], self.block, axis=1)
+        rows[:, 1] = b
+        for k, members in enumerate(self.members):
+            rows[:, k + 2, list(members)] = b[:, list(members)]
+        return rows.reshape(-1, count), np.zeros((len(points), 0), int)
+
+
+@dataclass(frozen=True)
+class Shapley:
+    """Blocks that let go of one group after the other, in random order: for Shapley effects.
+
+    The first row is A. In row k the first k - 1 groups of the order keep A's values, and all others are drawn
+    again given these, by the copula. The order is that of the block. In the last but one row all groups but
+    one are kept; in the second row none is. E. Song, B. L. Nelson, J. Staum, SIAM/ASA J. Uncertainty
+    Quantification 4 (2016) 1060, doi:10.1137/15M1048070, with one inner draw.
+
+    Attributes:
+        members: numbers of the inputs of each group.
+    """
+
+    inputs: Inputs
+    members: tuple[tuple[int, ...], ...]
+
+    @property
+    def block(self) -> int:
+        """See `Design`."""
+        return len(self.members) + 1
+
+    @property
+    def dimension(self) -> int:
+        """See `Design`."""
+        return 2 * len(self.inputs.names)
+
+    def rows(self, points: np.ndarray, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        """See `Design`; beside the rows the order of groups, shape (points, groups)."""
+        groups, count = len(self.members), len(self.inputs.names)
+        orders = random.permuted(np.tile(np.arange(groups), (len(points), 1)), axis=1)
+        z = normal_scores(points)
+        rows = np.empty((len(points), self.block, count))
+        kinds, which = np.unique(orders, axis=0, return_inverse=True)
+        which = which.ravel()
+        for k, order in enumerate(kinds):
+            mine = which == k
+            places = np.concatenate([list(self.members[group]) for group in order])
+            lower = np.linalg.cholesky(self.inputs.correlation[np.ix_(places, places)])
+            a, b = z[mine, :count], z[mine, count:]
+            sizes = np.cumsum([0, *(len(self.members[group]) for group in order)])
+            for row, kept in enumerate((count, *sizes[:-1])):
+                new = np.concatenate([a[:, :kept], b[:, kept:]], axis=1)
+                scattered = np.empty_like(new)
+                scattered[:, places] = new @ lower.T
+                rows[mine, row] = scattered
+        return rows.reshape(-1, count), orders

@@ -1,0 +1,142 @@
+"""A study as data: what varies, through what, to what, and how many rows."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from .quantities import Limit, Quantity
+
+ROWS, CHUNK = 10_000, 10_000
+"""Rows of a study that states none: enough for the mean to a hundredth of the spread. Rows of a chunk."""
+LEAST_CHUNK, MOST_CHUNK = 100, 1_000_000
+"""Smaller chunks make too many files; larger ones need gigabytes."""
+MOST_ROWS = 10**10
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """How rows are drawn.
+
+    Attributes:
+        method: of `sampling.METHODS`.
+        rows: wanted; whole blocks are made of them.
+        chunk: rows of a file, likewise.
+        seed: of everything random.
+        keep: `outputs` keeps the columns of every row on disk, `summary` only their sums.
+    """
+
+    method: str = "sobol"
+    rows: int = ROWS
+    chunk: int = CHUNK
+    seed: int = 0
+    keep: str = "outputs"
+
+
+@dataclass(frozen=True)
+class Indices:
+    """Which sensitivity indices are wanted.
+
+    Attributes:
+        kind: `sobol` or `shapley`.
+        of: quantities; all if empty.
+        groups: members by name; an input in none is its own.
+    """
+
+    kind: str = "sobol"
+    of: tuple[str, ...] = ()
+    groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Rare:
+    """Small probabilities: of which limit, by what.
+
+    Attributes:
+        methods: any of `subset`, `form`.
+        samples: of a level of subset simulation, and of importance sampling.
+        runs: independent subset simulations, whose spread is the interval.
+        starts: of searches for design points.
+    """
+
+    methods: tuple[str, ...] = ("subset", "form")
+    samples: int = 1000
+    runs: int = 10
+    starts: int = 8
+
+
+@dataclass(frozen=True)
+class Vary:
+    """What varies besides single inputs.
+
+    Attributes:
+        priors: kinds of table whose priors are drawn; `recording` for those of a fit.
+        leave_out: names that stay at their values.
+        posterior: file or folder of `pneusma posterior`, or None.
+        posterior_as: `draws` picks joint draws; `copula` has their marginals and rank correlations.
+        tolerance: relative 1-sigma by name.
+    """
+
+    priors: tuple[str, ...] = ()
+    leave_out: tuple[str, ...] = ()
+    posterior: str | None = None
+    posterior_as: str = "draws"
+    tolerance: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study, checked as far as it can be without the model.
+
+    Attributes:
+        path: of its file.
+        name, description: for people.
+        model: its `[model]`, through what.
+        vary: its `[vary]`.
+        inputs: its `[input.NAME]`, as read.
+        correlations: pairs and their correlation.
+        outputs: what is asked.
+        limits: where quantities fail.
+        sampling: how rows are drawn.
+        indices: or None.
+        rare: or None.
+    """
+
+    path: Path
+    name: str
+    model: Mapping[str, Any]
+    vary: Vary = Vary()
+    inputs: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    correlations: tuple[tuple[str, str, float], ...] = ()
+    outputs: tuple[Quantity, ...] = ()
+    limits: tuple[Limit, ...] = ()
+    sampling: Sampling = Sampling()
+    indices: Indices | None = None
+    rare: Rare | None = None
+    description: str = ""
+
+    @property
+    def folder(self) -> Path:
+        """From which relative paths in the study count."""
+        return self.path.parent
+
+
+def fingerprint(study: Study, files: tuple[Path, ...], version: str) -> str:
+    """What makes rows of a study what they are: all of it but their number, its files, the program's version.
+
+    Args:
+        study: without its own place.
+        files: that the model comes from.
+        version: of the program.
+    """
+    parts = {
+        name: repr(getattr(study, name))
+        for name in ("model", "vary", "inputs", "correlations", "outputs", "limits", "indices")
+    }
+    sampling = study.sampling
+    parts["sampling"] = repr((sampling.method, sampling.chunk, sampling.seed, sampling.keep))
+    contents = [hashlib.sha256(Path(file).read_bytes()).hexdigest() for file in files if Path(file).is_file()]
+    text = json.dumps([version, parts, contents], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()

@@ -1,0 +1,69 @@
+"""Numbers as cells of tables and words of sentences: one way to write each.
+
+None stands for what does not apply and gives an empty text. A number that was computed and is not finite is
+never silent: it reads `n/a` or `infinite`.
+"""
+
+import math
+from collections.abc import Sequence
+
+from fitting.inference.parameters import format_estimate
+
+UNKNOWN = "n/a"
+"""Text of a number that is not known (NaN)."""
+LARGE = 1e6
+"""Minimum of numbers that are written with a power of ten."""
+
+
+def number(value: float | None, form: str = ".3g") -> str:
+    """A number.
+
+    Args:
+        value: the number, or None for an empty text.
+        form: how Python formats it; three significant digits by default.
+    """
+    if value is None:
+        return ""
+    if math.isfinite(value):
+        text = format(value, form)
+        return format(float(text), ".0f") if "e+" in text and abs(value) < LARGE else text
+    return UNKNOWN if math.isnan(value) else ("infinite" if value > 0.0 else "-infinite")
+
+
+def percent(fraction: float | None, form: str = ".2g") -> str:
+    """A fraction in percent, with its sign `%`; from 100 % on without decimals."""
+    if fraction is None or not math.isfinite(fraction):
+        return number(fraction)
+    return f"{100.0 * fraction:{form if abs(fraction) < 0.995 else '.0f'}} %"
+
+
+def with_error(value: float, sd: float | None) -> str:
+    """A number with its standard error, in the digits that the error supports.
+
+    Args:
+        value: the number.
+        sd: its standard error; None or zero where no error belongs to it, NaN where it is not known.
+    """
+    if not math.isfinite(value):
+        return number(value)
+    if sd is None or sd == 0.0:
+        return format_estimate(value)
+    if not math.isfinite(sd):
+        return f"{format_estimate(value)} ± {number(sd)}"
+    return format_estimate(value, sd).replace("+/-", "±")
+
+
+def relative(value: float, sd: float | None) -> str:
+    """A standard error in percent of its number; nothing where one of them says nothing."""
+    known = sd is not None and math.isfinite(sd) and sd > 0.0 and math.isfinite(value) and value != 0.0
+    return f"{100.0 * abs(sd / value):.2g} %" if known else ""
+
+
+def with_unit(name: str, unit: str) -> str:
+    """A name with its unit in brackets; a pure number (`1`) has none."""
+    return name if unit in ("1", "") else f"{name} [{unit}]"
+
+
+def joined(names: Sequence[str], last: str = "and") -> str:
+    """Names as a sentence lists them: `a, b and c`."""
+    return "".join(names[:1]) if len(names) < 2 else f"{', '.join(names[:-1])} {last} {names[-1]}"

@@ -1,0 +1,1 @@
+"""Design studies on paper."""

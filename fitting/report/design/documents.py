@@ -1,0 +1,184 @@
+"""Files of a design study beside its report: numbers, and the table that `simulate --design` takes."""
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import pneusma_jax as pj
+from fitting.data.csv_text import csv_text
+from fitting.design.result import Design, DesignResult
+from pneusma_jax.actuator.designs import GEOMETRY_KEYS
+from pneusma_jax.calibration import Calibration, named_table
+from pneusma_jax.calibration.records import Quantity
+from pneusma_jax.calibration.toml import render_calibration
+from pneusma_jax.serial_chain.designs import KEYS, NUMBERS, SCHEMA
+from pneusma_jax.units import INTERNAL_UNITS, from_si
+
+from .words import verdict
+
+RESULT_SCHEMA = "pneusma-design/1"
+
+
+def files(result: DesignResult) -> dict[str, str]:
+    """Content of the files beside the report, by file name."""
+    front = {} if result.front is None else {"front.csv": _front_csv(result)}
+    return tables(result, result.made) | front
+
+
+def summary(result: DesignResult) -> dict[str, Any]:
+    """The content of `report.json`."""
+    study, rows = result.study, result.model.groups
+    active = [
+        {
+            "constraint": study.constraints[r.constraint].name,
+            "state": r.state,
+            "segment": r.segment,
+            "spring": r.part,
+            "multiplier": float(m),
+        }
+        for r, m in zip(rows, result.conditions.rows, strict=False)
+        if m > 0.0
+    ]
+    return {
+        "schema": RESULT_SCHEMA,
+        "study": study.name,
+        "verdict": verdict(result),
+        "warnings": result.notes,
+        "design": _numbers(result, result.made),
+        "before_rounding": _numbers(result, result.ideal),
+        "of_the_tables": None if result.base is None else _numbers(result, result.base),
+        "active": active,
+        "ends": {
+            f.name: {"low": float(a), "high": float(b)}
+            for f, a, b in zip(
+                result.model.space.free, result.conditions.low, result.conditions.high, strict=True
+            )
+            if a > 0.0 or b > 0.0
+        },
+        "unexplained_gradient": result.conditions.left,
+        "front": None if result.front is None else {
+            "designs": [_numbers(result, d) for d in result.front.designs],
+            "hypervolume": result.front.hypervolume,
+            "reference": {
+                o.name: from_si(x, o.unit)
+                for o, x in zip(study.objectives, result.front.reference, strict=True)
+            },
+            "made": result.front.made,
+        },
+        "failures": {
+            name: {
+                "draws": c.draws,
+                "failures": c.failures,
+                "probability": c.probability,
+                "interval": list(c.interval),
+                "lost": c.lost,
+            }
+            for name, c in result.chances.items()
+        },
+        "evaluations": result.evaluations,
+        "equilibria": result.equilibria,
+        "seed": study.seed,
+    }  # fmt: skip
+
+
+def _numbers(result: DesignResult, design: Design) -> dict[str, Any]:
+    study = result.study
+    return {
+        "choice": dataclasses.asdict(design.choice),
+        "parameters": {
+            f.name: {"value": from_si(design.parameters[f.name], f.unit), "unit": f.unit} for f in study.free
+        },
+        "objectives": {
+            o.name: {"value": from_si(x, o.unit), "unit": o.unit}
+            for o, x in zip(study.objectives, design.objectives, strict=True)
+        },
+        "violation": design.violation,
+    }
+
+
+def _front_csv(result: DesignResult) -> str:
+    study, designs = result.study, result.front.designs
+    columns = {
+        f"{o.name} [{o.unit}]": [from_si(d.objectives[k], o.unit) for d in designs]
+        for k, o in enumerate(study.objectives)
+    }
+    return csv_text(
+        columns
+        | {
+            f"{f.name} [{f.unit}]": [from_si(d.parameters[f.name], f.unit) for d in designs]
+            for f in study.free
+        }
+    )
+
+
+def tables(result: DesignResult, design: Design) -> dict[str, str]:
+    """Tables of a design as TOML by file name; `design.toml` is the one for `simulate --design`."""
+    plan, source = result.model.plan, f"pneusma design {result.study.name}"
+    if plan.chain is None:
+        return {"design.toml": render_calibration(_table(plan, 0, design, "design", source))}
+    found = {
+        f"segment_{k}.toml": render_calibration(_table(plan, k - 1, design, f"segment_{k}", source))
+        for k in range(1, len(plan.tables) + 1)
+    }
+    return found | {"design.toml": _chain(plan, design, source)}
+
+
+def _table(plan: Any, k: int, design: Design, name: str, source: str) -> Calibration:
+    """Table of one segment with the design's dimensions."""
+    table = plan.tables[k]
+    changes = {n: x for n, x in design.parameters.items() if n in table.quantities}
+    changes |= {n.partition(".")[2]: x for n, x in design.parameters.items() if n.startswith(f"{k + 1}.")}
+    geometry = pj.design_geometry(table, **{n: x for n, x in changes.items() if n in GEOMETRY_KEYS})
+    values = {n: float(getattr(geometry, n)) for n in GEOMETRY_KEYS if n in table.quantities} | changes
+    quantities = {
+        n: dataclasses.replace(q, value=values[n], status="assumed", source=source, prior=None)
+        if n in values and abs(values[n] - q.value) > 1e-12 * abs(q.value)
+        else q
+        for n, q in table.quantities.items()
+    }
+    text = dict(table.text)
+    for key, chosen in (("alloy", plan.alloy), ("material", plan.silicone)):
+        if chosen is not None or key in text:
+            text[key] = _absolute(chosen or named_table(table, key))
+    return Calibration(name, table.kind, f"{table.name}, designed anew", None, quantities, text, table.lines)
+
+
+def _absolute(name: str) -> str:
+    return str(Path(name).resolve()) if name.endswith(".toml") else name
+
+
+def _chain(plan: Any, design: Design, source: str) -> str:
+    """A chain's file with its segments' tables beside it."""
+    chain = plan.chain
+    origin = f'status = "assumed", source = "{source}"'
+    entry = lambda value, dimension: (  # noqa: E731
+        f'{{value = {float(value)!r}, unit = "{INTERNAL_UNITS[dimension]}", {origin}}}'
+    )
+    lines = [f'schema = "{SCHEMA}"', 'name = "design"', f'description = "{chain.name}, designed anew"']
+    if chain.gravity is not None:
+        lines += [
+            f"gravity_{a} = {entry(g, 'acceleration')}" for a, g in zip("xyz", chain.gravity, strict=True)
+        ]
+    lines += [
+        f"{key} = {entry(value, NUMBERS[key])}"
+        for key, value in chain.numbers.items()
+        if not key.startswith("gravity")
+    ]
+    lines += ["tip_follows = true"] if chain.tip_follows else []
+    gap = design.parameters.get("connector")
+    for k in range(len(chain.designs)):
+        lines += [
+            "",
+            "[[segment]]",
+            f'design = "segment_{k + 1}.toml"',
+            f"angle = {entry(chain.angles[k], KEYS['angle'])}",
+        ]
+        if k < len(chain.connectors):
+            length = chain.connectors[k] if gap is None else gap
+            lines.append(f"connector = {entry(length, 'length')}")
+            if chain.connector_masses and chain.connector_masses[k]:
+                lines.append(f"connector_mass = {entry(chain.connector_masses[k], 'mass')}")
+    return "\n".join(lines) + "\n"
+
+
+__all__ = ["Quantity", "files", "summary", "tables"]

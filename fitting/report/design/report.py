@@ -1,0 +1,35 @@
+"""The report of a design study: the design, what limits it, the front, how often it fails."""
+
+from fitting.design.result import DesignResult
+
+from ..report import Points, Report, Section
+from . import words
+from .documents import files, summary
+from .figures import pictures
+
+
+def report_of(result: DesignResult) -> Report:
+    """Everything that is said about the study."""
+    drawn = pictures(result)
+    of = lambda *names: [drawn[name] for name in names if name in drawn]  # noqa: E731
+    front = [words.front_table(result)] if result.front is not None else []
+    chances = [words.chance_table(result)] if result.chances else []
+    return Report(
+        title=f"Design study {result.study.name}",
+        subtitle="",
+        verdict=words.verdict(result),
+        warnings=result.notes,
+        sections=[
+            Section("The design",
+                    [words.parameter_table(result), *of("shapes", "workspace", "sensitivities")]),
+            Section("What limits it", [words.limit_table(result)]),
+            Section("The front", [*front, *of("front")]),
+            Section("How often it fails", [*chances, *of("chances")]),
+            Section("Other choices", [words.other_table(result)]),
+            Section("How it was found", [Points(words.how_it_was_found(result))]),
+        ],
+        window=f"{result.study.name}: design study",
+        footer=f"pneusma design, seed {result.study.seed}",
+        content=lambda: summary(result),
+        files=lambda: files(result),
+    )  # fmt: skip

@@ -1,0 +1,252 @@
+"""A design study in words and tables."""
+
+import math
+
+import numpy as np
+
+from fitting.design.result import Design, DesignResult
+from fitting.design.run import limit_words
+from fitting.design.study import Free
+from pneusma_jax.units import UNITS, from_si, to_si
+
+from ..cells import joined, with_unit
+from ..table import Table
+
+STEPS = {"length": (0.1, "mm"), "pressure": (1.0, "kPa")}
+"""Step of which sensitivities tell, by dimension: what a workshop or a regulator errs by."""
+STEP_OF_NUMBERS = {"active_coils": 1.0}
+SMALL_STEP = 0.01
+"""Step of other plain numbers, fractions say [1]."""
+LOOSER = 0.01
+"""Part of a limit [1] by which it is given way in the table of what limits the design."""
+
+
+def shown(value: float, unit: str) -> str:
+    """A value in SI as text with its unit."""
+    return f"{from_si(value, unit):.4g} {unit}".removesuffix(" 1")
+
+
+def objective_words(result: DesignResult, design: Design) -> list[str]:
+    """Every objective of a design, as `area 8840 mm2`."""
+    study, words = result.study, []
+    for one, value in zip(study.objectives, design.objectives, strict=True):
+        what = f"{one.name} {shown(value, one.unit)}"
+        if one.goal == "target":
+            what = f"{one.name} {shown(value, one.unit)} away from {shown(one.target[0], one.unit)}"
+        words.append(what)
+    return words
+
+
+def verdict(result: DesignResult) -> list[str]:
+    """What was found, the most important first."""
+    study, made = result.study, result.made
+    choice = made.choice.words(study)
+    first = f"The design{f' ({choice})' if choice else ''}: {', '.join(objective_words(result, made))}."
+    sentences = [first + _against_base(result)]
+    limits = _limiting(result)
+    sentences.append(
+        f"It is limited by {joined(limits)}." if limits else "Nothing limits it: no constraint is active."
+    )
+    if result.made is not result.ideal and any(f.discrete for f in study.free):
+        sentences.append(rounding_words(result))
+    if result.front is not None:
+        kind = "that can be made" if result.front.made else "before rounding"
+        sentences.append(
+            f"The front has {len(result.front.designs)} designs {kind}, and dominates "
+            f"{100.0 * result.front.hypervolume:.3g} % of the box up to its reference."
+        )
+    sentences += chance_words(result)
+    return sentences
+
+
+def _against_base(result: DesignResult) -> str:
+    base, one = result.base, result.study.objectives[0]
+    if base is None:
+        return ""
+    before, after = base.objectives[0], result.made.objectives[0]
+    kept = "" if base.violation <= 0.0 else ", which does not keep all constraints"
+    factor = ""
+    if before > 0.0 and after > 0.0 and one.goal != "target":
+        factor = f"; that is a factor of {after / before:.3g}"
+    return f" The tables' own dimensions give {one.name} {shown(before, one.unit)}{kept}{factor}."
+
+
+def _limiting(result: DesignResult) -> list[str]:
+    """Names of active constraints with a multiplier, and of ends of ranges."""
+    study, found = result.study, []
+    for index, multiplier in zip(result.model.groups, result.conditions.rows, strict=False):
+        if multiplier > 0.0 and study.constraints[index.constraint].name not in found:
+            found.append(study.constraints[index.constraint].name)
+    names = [f"constraint {name!r}" for name in found]
+    for k, free in enumerate(result.model.space.free):
+        for end, multipliers in (("lower", result.conditions.low), ("upper", result.conditions.high)):
+            if multipliers[k] > 0.0:
+                names.append(f"the {end} end of {free.name}")
+    return names
+
+
+def rounding_words(result: DesignResult) -> str:
+    """What rounding costs."""
+    one = result.study.objectives[0]
+    before, after = result.ideal.objectives[0], result.made.objectives[0]
+    lost = one.sign * (after - before)
+    share = f" ({100.0 * lost / abs(before):.2g} %)" if before else ""
+    if lost <= 0.0:
+        return "Rounding to what can be made costs nothing."
+    return f"Rounding to what can be made costs {shown(lost, one.unit)} of {one.name}{share}."
+
+
+def chance_words(result: DesignResult) -> list[str]:
+    """Probabilities of failure."""
+    words = []
+    for name, chance in result.chances.items():
+        low, high = chance.interval
+        words.append(
+            f"Of {chance.draws} fresh draws the {name} fails in {100.0 * chance.probability:.3g} % "
+            f"(95 % interval {100.0 * low:.3g} to {100.0 * high:.3g} %)."
+        )
+    return words
+
+
+def step_of(free: Free) -> tuple[float, str]:
+    """Step of which the sensitivity to a parameter is told [SI], and the step in words."""
+    dimension = UNITS[free.unit].dimension
+    if dimension in STEPS:
+        size, unit = STEPS[dimension]
+        return to_si(size, unit), f"{size:g} {unit}"
+    size = STEP_OF_NUMBERS.get(free.name.rpartition(".")[2], SMALL_STEP)
+    return size, f"{size:g}"
+
+
+def other_table(result: DesignResult) -> Table:
+    """The best designs of other choices."""
+    one = result.study.objectives[0]
+    rows = [[d.choice.words(result.study), shown(d.objectives[0], one.unit)] for d in result.others]
+    return Table(["choice", one.name], rows)
+
+
+def sensitivities(result: DesignResult, design: Design) -> np.ndarray:
+    """Change of every objective [SI, own sign] for a step of every parameter, shape (parameters,
+    objectives)."""
+    one, scale = design.evaluation, result.model.space.scale(design.evaluation.place)
+    signs = np.array([o.sign for o in result.study.objectives])
+    steps = np.array([step_of(f)[0] for f in result.model.space.free])
+    slopes = one.jacobian[: signs.size].T / scale[:, None]
+    return slopes * steps[:, None] * signs
+
+
+def parameter_table(result: DesignResult) -> Table:
+    """Every parameter: its value, its range, what a step of it changes."""
+    study, made = result.study, result.made
+    steps = sensitivities(result, made)
+    header = ["parameter", "made", "value", "before rounding", "range"]
+    header += ["step", *(f"changes {o.name} by" for o in study.objectives)]
+    rows = []
+    for k, free in enumerate(result.model.space.free):
+        ends = f"{_bound(free.low, free.unit)} to {_bound(free.high, free.unit)}"
+        changes = [
+            f"{from_si(x, o.unit, difference=True):+.3g} {o.unit}"
+            for x, o in zip(steps[k], study.objectives, strict=True)
+        ]
+        values = [shown(d.parameters[free.name], free.unit) for d in (made, result.ideal)]
+        rows.append([free.name, free.made, *values, ends, step_of(free)[1], *changes])
+    return Table(header, rows)
+
+
+def _bound(bound: object, unit: str) -> str:
+    if bound.parameter is None:
+        return f"{from_si(bound.value, unit):.4g}"
+    return f"{bound.times:g} {bound.parameter} {from_si(bound.value, unit):+.4g}"
+
+
+def limit_table(result: DesignResult) -> Table:
+    """Every constraint: its limit, its room, and what giving way would be worth."""
+    study, model = result.study, result.model
+    groups, first = model.groups, study.objectives[0]
+    values = result.made.evaluation.values[len(study.objectives) :]
+    size = 1.0 / float(np.max(np.abs(result.problem.weights)))
+    rows = []
+    for k in range(len(study.constraints)):
+        own = [i for i, row in enumerate(groups) if row.constraint == k]
+        if not own:
+            rows.append([study.constraints[k].name, limit_words(study, k), "", "counted only", ""])
+            continue
+        tight = max(own, key=lambda i: values[i])
+        gain = float(np.sum(result.conditions.rows[own])) * LOOSER * size
+        row = groups[tight]
+        where = (
+            row.state
+            + (f", segment {row.segment}" if row.segment > 1 else "")
+            + (f", spring {row.part}" if row.part else "")
+        )
+        worth = f"{from_si(gain, first.unit, difference=True):.3g} {first.unit}" if gain > 0.0 else ""
+        rows.append(
+            [
+                study.constraints[k].name,
+                limit_words(study, k),
+                where,
+                f"{-100.0 * values[tight]:.3g} %",
+                worth,
+            ]
+        )
+    header = ["constraint", "limit", "tightest in", "room, of the limit", f"worth of 1 % in {first.name}"]
+    return Table(header, rows, "A room of 0 % is an active constraint.")
+
+
+def front_table(result: DesignResult) -> Table:
+    """Designs of the front."""
+    study = result.study
+    header = [
+        *(with_unit(o.name, o.unit) for o in study.objectives),
+        *(with_unit(f.name, f.unit) for f in study.free),
+    ]
+    rows = [
+        [
+            *(f"{from_si(x, o.unit):.4g}" for x, o in zip(d.objectives, study.objectives, strict=True)),
+            *(f"{from_si(d.parameters[f.name], f.unit):.4g}" for f in study.free),
+        ]
+        for d in result.front.designs
+    ]
+    chosen = next(
+        (k for k, d in enumerate(result.front.designs) if d.evaluation is result.made.evaluation), None
+    )
+    return Table(header, rows, chosen=chosen)
+
+
+def chance_table(result: DesignResult) -> Table:
+    """What fresh draws say, design by design."""
+    study, first = result.study, result.study.objectives[0]
+    header = ["design", "draws", "fails", "95 % interval", "without equilibrium", f"median of {first.name}"]
+    header += [f"misses {c.name}" for c in study.constraints]
+    rows = []
+    for name, c in result.chances.items():
+        low, high = (f"{100.0 * x:.3g}" for x in c.interval)
+        middle = shown(float(np.median(c.values)), first.unit) if c.values.size else ""
+        each = [f"{100.0 * n / c.draws:.3g} %" for n in c.by_constraint]
+        rows.append(
+            [
+                name,
+                str(c.draws),
+                f"{100.0 * c.probability:.3g} %",
+                f"{low} to {high} %",
+                str(c.lost),
+                middle,
+                *each,
+            ]
+        )
+    return Table(header, rows)
+
+
+def how_it_was_found(result: DesignResult) -> list[str]:
+    """Starts, effort and how nearly the design is an optimum."""
+    first = result.study.objectives[0]
+    kept = [value for value, violation in result.starts if violation <= 1e-6]
+    ends = [shown(x, first.unit) for x in (min(kept, default=math.nan), max(kept, default=math.nan))]
+    return [
+        f"{len(result.starts)} starts; {len(kept)} ended with all constraints kept, at {ends[0]} to "
+        f"{ends[1]}.",
+        f"{result.evaluations} evaluations with exact derivatives, {result.equilibria} equilibria.",
+        f"Of the objective's gradient {100.0 * result.conditions.left:.2g} % is not explained by what "
+        "limits the "
+        "design; none would be at an exact optimum.",
+    ]

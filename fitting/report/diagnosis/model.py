@@ -1,0 +1,75 @@
+"""The model that a diagnosis leads to, as `augmented.toml` holds it."""
+
+from fitting.diagnose.verdict.conclusion import Conclusion
+from fitting.diagnose.verdict.probabilities import UNMODELLED
+from fitting.specimens.saved_models import AddedDiscrepancy, AddedEffect, AugmentedModel, add_effect, fitted
+from pneusma_jax.calibration.keys import QUANTITIES
+from pneusma_jax.calibration.records import Prior, Quantity
+from pneusma_jax.model_discrepancy import unit_of
+
+MATERIAL = "material"
+"""Name of the table of a law that was fitted first, beside the model."""
+
+
+def model_of(conclusion: Conclusion, source: str, start: AugmentedModel | None = None) -> AugmentedModel:
+    """The base model with its refitted constants, the effects that were found, and what is left unmodelled.
+
+    Args:
+        conclusion: of a diagnosis.
+        source: what it was fitted to, for the file.
+        start: model that the diagnosis started from, whose numbers and effects it keeps; a
+            diagnosis reads none of single specimens.
+    """
+    program, fit = conclusion.model
+    start = start or AugmentedModel()
+    common: dict[str, dict[str, Quantity]] = {kind: dict(table) for kind, table in start.base.items()}
+    own: dict[str, dict[str, dict[str, Quantity]]] = {}
+    specimens = list(dict.fromkeys(r.specimen for r in program.recordings))
+    for k in program.unknowns.base:
+        item = program.unknowns.items[k]
+        name, _, number = item.name.partition("__")
+        kind = next((kind for kind in ("alloy", "silicone", "actuator") if name in QUANTITIES[kind]), None)
+        if kind is None:
+            continue
+        sd = item.spread(fit.u[k], fit.sd(k))
+        quantity = fitted(kind, name, float(item.value(fit.u[k])), source, sd)
+        place = own.setdefault(specimens[int(number) - 1], {}) if number else common
+        place.setdefault(kind, {})[name] = quantity
+    first = program.recordings[0]
+    tables = {
+        key: str(first.full_geometry()[key])
+        for key in ("design", "alloy", "material")
+        if first.full_geometry().get(key) not in (None, "fit")
+    }
+    if conclusion.start.tables:  # a law that was fitted first, whose constants these are
+        tables |= dict.fromkeys(conclusion.start.tables, f"{MATERIAL}.toml")
+    added = *start.added, *_added(conclusion, source), *_rest(conclusion, source)
+    return AugmentedModel(common, added, {**start.tables, **tables}, own, "augmented", source)
+
+
+def _rest(conclusion: Conclusion, source: str) -> list[AddedDiscrepancy]:
+    """What is unmodelled, if it is modelled at all."""
+    rest = conclusion.remainder
+    if rest is None:
+        return []
+    numbers = zip(rest.knots, rest.values, rest.sd, strict=True)
+    knots, corrections = [], []
+    for k, (at, value, sd) in enumerate(numbers, 1):
+        knots.append(Quantity(f"knot_{k}", float(at), unit_of(rest.driver), "fitted", source))
+        prior = Prior(mean=float(value), sd=float(sd)) if sd > 0.0 else None
+        corrections.append(
+            Quantity(f"correction_{k}", float(value), unit_of(rest.quantity), "fitted", source, prior)
+        )
+    kind = conclusion.explanation.program.kind
+    return [AddedDiscrepancy(kind, rest.quantity, rest.driver, tuple(knots), tuple(corrections))]
+
+
+def _added(conclusion: Conclusion, source: str) -> list[AddedEffect]:
+    """Effects within their physical bounds, to rounding."""
+    (program, fit), found = conclusion.model, []
+    for f in conclusion.found:
+        if f.slug == UNMODELLED:
+            continue
+        (effect,) = program.unknowns.effects(fit.u, [f.slug])
+        found.append(add_effect(effect, source, {name: entry["sd"] for name, entry in f.parameters.items()}))
+    return found

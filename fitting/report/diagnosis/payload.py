@@ -1,0 +1,131 @@
+"""The content of `report.json` of a diagnosis."""
+
+import numpy as np
+
+from fitting.data.recordings import schema
+from fitting.diagnose.verdict.conclusion import Conclusion
+from fitting.diagnose.verdict.held_out import HeldOut
+from fitting.diagnose.verdict.text import place_text
+from pneusma_jax.units import from_si
+
+SCHEMA = "pneusma-diagnosis/1"
+
+
+def content(conclusion: Conclusion) -> dict:
+    """What outside programs read."""
+    explanation = conclusion.explanation
+    candidates = [
+        {"name": slug, "probability": p, "log_bayes_factor": _finite(bayes)}
+        for slug, (p, bayes) in sorted(conclusion.candidates.items(), key=lambda c: -c[1][0])
+    ]
+    return {
+        "schema": SCHEMA,
+        "verdict": "mismatch" if conclusion.mismatch else "consistent",
+        "p_value": float(explanation.p_value),
+        "p_value_is_bound": bool(explanation.p_is_bound),
+        "where": {
+            "component": conclusion.component,
+            "drivers": conclusion.place.drivers if conclusion.mismatch else [],
+            "regions": conclusion.place.regions if conclusion.mismatch else [],
+            "text": place_text(conclusion),
+        },
+        "effects": [
+            {
+                "name": f.slug,
+                "probability": float(f.probability),
+                "parameters": f.parameters,
+                "log_bayes_factor": _finite(f.bayes),
+                "confusable_with": f.confusable,
+                "text": f.text,
+            }
+            for f in conclusion.found
+        ],
+        "candidates": candidates,
+        "explanation_set": conclusion.explanation_set,
+        "no_effect_probability": float(conclusion.nothing),
+        "unknown_probability": float(conclusion.unknown),
+        "fit": {
+            "validated_on": conclusion.before.on,
+            "how": conclusion.before.how,
+            "before": _score(conclusion, conclusion.before),
+            "after": _score(conclusion, conclusion.after),
+            "averaged": _score(conclusion, conclusion.mean) | {"over": conclusion.members},
+        },
+        "nameless_correction": _generic(conclusion),
+        "base_model": conclusion.start.words or "the published model",
+        "base_parameters": _base(conclusion),
+        "not_testable_here": explanation.steps[0].score_test.untestable if explanation.steps else [],
+        "remainder": _remainder(conclusion),
+        "tries": explanation.tries,
+        "next_experiment": conclusion.next_experiment,
+        "notes": conclusion.notes,
+        "asked": conclusion.asked,
+    }
+
+
+def _generic(conclusion: Conclusion) -> dict | None:
+    """The smooth correction that named effects were raced against."""
+    discrepancy = conclusion.discrepancy
+    if discrepancy is None:
+        return None
+    scores = zip(("base", "named"), conclusion.explanation.left_out, strict=True)
+    return {
+        "quantity": discrepancy.quantity,
+        "driver": discrepancy.driver,
+        "log_bayes_factor": _finite(discrepancy.bayes),
+        "reduced_chi2_left_out": _finite(discrepancy.left_out),
+        "reduced_chi2_left_out_of": {name: float(x) for name, x in scores if np.isfinite(x)},
+    }
+
+
+def _finite(value: float) -> float:
+    return float(np.clip(np.nan_to_num(value), -1e9, 1e9))
+
+
+def _score(conclusion: Conclusion, score: HeldOut) -> dict:
+    """Errors by canonical column, in that column's unit."""
+    known = schema.KINDS[conclusion.explanation.program.kind].columns.outputs
+    columns = {schema.quantity_and_unit(name)[0]: name for name in known}
+    rmse = {}
+    for quantity, value in score.rmse.items():
+        column = columns.get(quantity)
+        if column is not None:
+            rmse[column] = float(from_si(value, schema.quantity_and_unit(column)[1]))
+    return {"rmse": rmse, "reduced_chi2": _finite(score.reduced_chi2)}
+
+
+def _remainder(conclusion: Conclusion) -> dict | None:
+    """What is unmodelled, described by what it goes with; SI, unknown outside the range of its knots."""
+    rest = conclusion.remainder
+    if rest is None:
+        return None
+    return {
+        "quantity": rest.quantity,
+        "driver": rest.driver,
+        "knots": rest.knots.tolist(),
+        "correction": rest.values.tolist(),
+        "sd": rest.sd.tolist(),
+        "reduced_chi2": {
+            "before": _finite(conclusion.before.reduced_chi2),
+            "after": _finite(conclusion.after.reduced_chi2),
+        },
+    }
+
+
+def _base(conclusion: Conclusion) -> dict:
+    """Constants of the base model: nominal, refitted alone, refitted with the effects."""
+    explanation, found = conclusion.explanation, {}
+    final = conclusion.model[1]
+    for k in explanation.program.unknowns.base:
+        item = explanation.program.unknowns.items[k]
+        found[item.name] = {
+            "nominal": float(item.reference),
+            "alone": float(item.value(explanation.base.u[k])),
+            "with_effects": float(item.value(final.u[k])),
+            "sd": item.spread(final.u[k], final.sd(k)),
+            "departure_sd": {
+                "alone": float(explanation.base.u[k]),
+                "with_effects": float(final.u[k]),
+            },
+        }
+    return found

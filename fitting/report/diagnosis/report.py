@@ -1,0 +1,92 @@
+"""The report of a diagnosis: the verdict first, then everything that stands behind it."""
+
+from fitting.diagnose.verdict.conclusion import Conclusion
+from fitting.diagnose.verdict.text import place_text, verdict_sentences
+from fitting.specimens.saved_models import AugmentedModel
+from fitting.specimens.saved_models.files import render_model
+from pneusma_jax.calibration.toml import render_calibration
+
+from ..report import Block, Code, Picture, Points, Report, Section
+from . import text
+from .figures import probability_figure, recordings_figure
+from .model import model_of
+from .payload import content
+from .tables import base_table, candidate_table, discrepancy_table, effect_table, score_table, words_of
+
+CAPTIONS = {
+    "recordings": "Recordings, the base model refitted within its tolerances, and the model with what was "
+    "found. Residuals in standard deviations of the noise; grey: within two; amber: the rows with most "
+    "misfit.",
+    "probabilities": "What the recordings say about the strongest explanation.",
+}
+
+
+def report_of(
+    conclusion: Conclusion, title: str, command: str, seed: int = 0, start: AugmentedModel | None = None
+) -> Report:
+    """Everything that is said about the conclusion.
+
+    Args:
+        conclusion: of a diagnosis.
+        title: of the campaign.
+        command: that makes the report again.
+        seed: of the diagnosis, for the file of the model.
+        start: model that the diagnosis started from.
+    """
+    x = conclusion.explanation
+    source = f"pneusma diagnose of {title}, seed {seed}"
+    simulated = all(recording.real is False for recording in x.program.recordings)
+    return Report(
+        title=f"Diagnosis: {title}",
+        subtitle=text.question(conclusion),
+        verdict=verdict_sentences(conclusion),
+        warnings=[f"{note}." for note in conclusion.notes],
+        real=False if simulated else None,
+        sections=[
+            Section("Effects that were asked about", [Points([one["text"] for one in conclusion.asked])]),
+            Section("Recordings and models", [
+                Picture("recordings", CAPTIONS["recordings"], lambda: recordings_figure(conclusion)),
+            ]),
+            Section("Where", [place_text(conclusion)]),
+            Section("What", _what(conclusion)),
+            Section("Held-out recordings", [score_table(conclusion), text.race(conclusion)]),
+            Section("What the base model's constants absorbed", _absorbed(conclusion)),
+            *_discrepancy(conclusion),
+            Section("Next experiment", [text.next_experiment(conclusion)]),
+            Section("To make this page again", [Code(command)]),
+        ],
+        footer=f"{x.tries} models were fitted.",
+        content=lambda: content(conclusion),
+        files=lambda: {
+            "augmented.toml": render_model(model_of(conclusion, source, start)),
+            **{f"{name}.toml": render_calibration(table) for name, table in conclusion.start.tables.items()},
+        },
+    )  # fmt: skip
+
+
+def _what(conclusion: Conclusion) -> list[Block]:
+    """Effects that were found, and the candidates they were chosen from."""
+    effects = [
+        Section(words_of(found.slug), [text.effect(found), effect_table(conclusion, found)])
+        for found in conclusion.found
+    ]
+    candidates = candidate_table(conclusion)
+    return [
+        *(effects or [text.NOTHING_FOUND]),
+        Picture("probabilities", CAPTIONS["probabilities"], lambda: probability_figure(conclusion)),
+        candidates if candidates.rows else text.NO_CANDIDATE,
+        text.untestable(conclusion),
+    ]
+
+
+def _absorbed(conclusion: Conclusion) -> list[Block]:
+    table = base_table(conclusion)
+    return [table if table.rows else text.ALL_EXACT]
+
+
+def _discrepancy(conclusion: Conclusion) -> list[Section]:
+    """The model discrepancy that describes what remains, if there is one."""
+    if conclusion.remainder is None:
+        return []
+    blocks = [text.discrepancy(conclusion), discrepancy_table(conclusion)]
+    return [Section("Model discrepancy", blocks)]

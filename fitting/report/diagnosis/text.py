@@ -1,0 +1,71 @@
+"""Sentences of the page of a diagnosis; verdict and place have theirs in `fitting.diagnose.verdict.text`."""
+
+from fitting.diagnose.verdict.conclusion import Conclusion
+from fitting.diagnose.verdict.probabilities import Found
+from fitting.diagnose.verdict.text import went
+from pneusma_jax.model_discrepancy import unit_of
+
+from ..cells import number, with_unit
+
+NOTHING_FOUND = "Nothing needs to be added to the base model."
+NO_CANDIDATE = "No candidate came near explaining anything."
+ALL_EXACT = "The recordings state every constant as exact."
+
+
+def question(conclusion: Conclusion) -> str:
+    """What the diagnosis asks."""
+    program = conclusion.explanation.program
+    model = conclusion.start.words or "the published model"
+    return (
+        f"Does {model} explain {len(program.recordings)} recordings of kind {program.kind} "
+        f"({sum(map(bool, program.fitted))} fitted)? If not, what does it leave out?"
+    )
+
+
+def effect(found: Found) -> str:
+    """What an effect is, and how sure it is."""
+    close = f" The recordings do not tell it from {', '.join(found.confusable)}." if found.confusable else ""
+    sure = f"Probability {found.probability:.2f}, log Bayes factor {number(found.bayes, '.0f')}."
+    return f"{found.text} {sure}{close}"
+
+
+def untestable(conclusion: Conclusion) -> str:
+    """Effects that these recordings cannot show; empty where there are none."""
+    steps = conclusion.explanation.steps
+    names = steps[0].score_test.untestable if steps else []
+    return f"Not testable with these recordings: {', '.join(names)}." if names else ""
+
+
+def race(conclusion: Conclusion) -> str:
+    """The effects found against a model discrepancy, by cross-validation over the fitted recordings."""
+    discrepancy, x = conclusion.discrepancy, conclusion.explanation
+    if discrepancy is None or not x.final.slugs:
+        return ""
+    base, named = x.left_out
+    return (
+        "Fitted recordings were predicted, each by fits without it. The reduced chi-square is "
+        f"{number(base)} by the base model and {number(named)} with what was found. A model discrepancy "
+        f"({discrepancy.quantity.replace('_', ' ')} as a smooth function of "
+        f"{discrepancy.driver.replace('_', ' ')}) "
+        f"gives {number(discrepancy.left_out)}."
+    )
+
+
+def discrepancy(conclusion: Conclusion) -> str:
+    """The smooth correction that describes what remains."""
+    rest = conclusion.remainder
+    ends = f"between {number(rest.knots[0], '.4g')} and {number(rest.knots[-1], '.4g')}"
+    span = with_unit(f"{rest.driver} {ends}", unit_of(rest.driver))
+    return (
+        f"With a smooth function of {span}, added to {rest.quantity}, "
+        "the misfit of recordings that were not fitted "
+        f"{went(conclusion.before.reduced_chi2, conclusion.after.reduced_chi2)}. It describes and does not "
+        "explain. It is in augmented.toml as unmodelled; outside that range it is unknown, and simulations "
+        "with the model hold it and say so."
+    )
+
+
+def next_experiment(conclusion: Conclusion) -> str:
+    """What to measure next."""
+    found = conclusion.next_experiment
+    return found["text"] if found else "None is needed."

@@ -1,0 +1,62 @@
+"""The report of a posterior: may it be believed, what it says, how it was made."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from fitting.data.csv_text import csv_rows
+from fitting.sample.campaign import CampaignPosterior
+
+from .. import render
+from ..characterisation import CSV_DIGITS
+from ..report import Points, Report, Section
+from . import text
+from .figures import pictures
+from .netcdf import netcdf
+from .payload import content, entry
+from .tables import disagreement_table, parameter_table
+
+NOT_CONVERGED = "Not converged: the numbers below are not to be quoted."
+
+
+def report_of(result: CampaignPosterior) -> Report:
+    """Everything that is said about the draws."""
+    problem = result.problem
+    drawn = pictures(result)
+    return Report(
+        title=problem.title,
+        subtitle=_subtitle(result),
+        verdict=text.verdict(result),
+        warnings=() if result.converged else (NOT_CONVERGED,),
+        real=problem.real,
+        sections=[
+            Section("Parameters", [parameter_table(result), drawn["corner"]]),
+            Section("Model and data", [drawn["predictive"]]),
+            Section("What the data added", [drawn["prior"]]),
+            Section("Where the fit's error bars hold", [disagreement_table(result)]),
+            Section("How it was sampled", [Points(text.how_it_was_sampled(result)), drawn["trace"]]),
+            Section("Notices", [Points(problem.notices)]),
+        ],
+        window=f"{problem.title}: posterior",
+        footer=f"pneusma posterior, seed {result.posterior.settings.seed}",
+        content=lambda: content(result),
+        files=lambda: {"summary.csv": _summary_csv(result), "posterior.nc": netcdf(result)},
+    )
+
+
+def _subtitle(result: CampaignPosterior) -> str:
+    problem = result.problem
+    fitted = list(dict.fromkeys(curve.recording for curve in problem.curves if curve.role == "fit"))
+    return (
+        f"Posterior of {len(result.posterior.names)} parameters, kind {problem.kind}, "
+        f"{len(fitted)} recording{'s' if len(fitted) > 1 else ''} fitted ({', '.join(fitted)})"
+    )
+
+
+def _summary_csv(result: CampaignPosterior) -> str:
+    """One row for each parameter: draws, Laplace approximation, prior."""
+    entries: Mapping[str, Mapping[str, Any]] = {
+        name: render.plain(entry(result, name)) for name in result.posterior.summary
+    }
+    header = ["parameter", *next(iter(entries.values()))]
+    rows = [[name, *values.values()] for name, values in entries.items()]
+    return csv_rows(header, rows, digits=CSV_DIGITS)

@@ -1,0 +1,101 @@
+"""What a propagated study says in numbers: intervals, shares, and what failed rows leave open."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from fitting.propagate import Propagation
+from fitting.propagate.statistics.failures import level_bounds, mean_bounds, sd_bounds, share_bounds
+
+LEVELS = (0.005, 0.025, 0.05, 0.16, 0.25, 0.5, 0.75, 0.84, 0.95, 0.975, 0.995)
+"""Quantiles that tables state."""
+
+
+@dataclass(frozen=True)
+class Exceedance:
+    """How often a limit fails.
+
+    Attributes:
+        limit: in words.
+        probability: up to each point of the driver, shape (points,).
+        low, high: 95 % interval of each, of independent rows.
+        bounds: of the last one, whatever failed rows would have been.
+        count: rows with a result.
+    """
+
+    limit: str
+    probability: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    bounds: tuple[float, float]
+    count: int
+
+
+def exceedances(result: Propagation) -> list[Exceedance]:
+    """Every limit of the study, by counting."""
+    count = int(result.moments.count[0])
+    found = []
+    for limit, beyond in result.summary.beyond.items():
+        with np.errstate(invalid="ignore"):
+            low = np.where(beyond > 0, stats.beta.ppf(0.025, beyond, count - beyond + 1), 0.0)
+            high = np.where(beyond < count, stats.beta.ppf(0.975, beyond + 1, count - beyond), 1.0)
+        probability = beyond / max(count, 1)
+        bounds = share_bounds(float(probability[-1]), lost(result))
+        found.append(Exceedance(limit, probability, low, high, bounds, count))
+    return found
+
+
+def lost(result: Propagation) -> float:
+    """Share of rows without a result."""
+    return result.summary.failures.share
+
+
+def column_table(result: Propagation) -> tuple[list[str], list[list]]:
+    """Everything about every column: header and rows."""
+    moments, share = result.moments, lost(result)
+    quantiles = result.quantiles(LEVELS)
+    # levels that a quantile of all rows may have among those with a result
+    outer = np.array([level_bounds(level, share) for level in (0.05, 0.95)])
+    edges = result.quantiles(np.array([outer[0, 0], outer[1, 1]]))
+    low, high = mean_bounds(moments.mean, moments.smallest, moments.largest, share)
+    least, most = sd_bounds(moments.mean, moments.sd, moments.smallest, moments.largest, share)
+    header = [
+        "column", "rows", "nominal", "mean", "mean_standard_error", "sd", "skewness", "kurtosis",
+        "smallest", *(f"q{100 * level:g}" for level in LEVELS), "largest", "mean_least", "mean_most",
+        "sd_least", "sd_most", "q5_least", "q95_most",
+    ]  # fmt: skip
+    rows = []
+    for k, label in enumerate(result.problem.columns.labels):
+        rows.append([
+            label, int(moments.count[k]), result.nominal[k], moments.mean[k], moments.standard_error[k],
+            moments.sd[k], moments.skewness[k], moments.kurtosis[k], moments.smallest[k], *quantiles[:, k],
+            moments.largest[k], low[k], high[k], least[k], most[k], edges[0, k], edges[1, k],
+        ])  # fmt: skip
+    return header, rows
+
+
+def index_table(result: Propagation) -> tuple[list[str], list[list]]:
+    """Every index with its interval and bounds: header and rows."""
+    header = ["group", "column", "index", "value", "low", "high", "least", "most"]
+    sums = result.summary.indices
+    if sums is None:
+        return header, []
+    columns = result.problem.index_columns
+    moments = result.moments
+    bounds = sums.bounds(moments.smallest[columns], moments.largest[columns])
+    labels, rows = result.problem.columns.labels, []
+    for name, (value, half) in sums.estimates().items():
+        least, most = bounds[name]
+        for i, group in enumerate(result.problem.groups):
+            for j, column in enumerate(columns):
+                v, h = value[i, j], half[i, j]
+                rows.append([group, labels[column], name, v, v - h, v + h, least[i, j], most[i, j]])
+    return header, rows
+
+
+def shown_column(result: Propagation, name: str) -> int:
+    """The column of a quantity that stands for it in sentences: where it spreads most."""
+    part = result.problem.columns.of(name)
+    spread = np.nan_to_num(result.moments.sd[part], nan=-1.0)
+    return part.start + int(np.argmax(spread))

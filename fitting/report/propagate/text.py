@@ -1,0 +1,186 @@
+"""A propagated study as text: the verdict first, then tables."""
+
+import numpy as np
+
+from fitting.inference.progress import duration
+from fitting.propagate import Propagation
+from fitting.propagate.problem import Problem
+from fitting.propagate.rare import RareResult
+from fitting.propagate.responses import SENTENCES
+
+from ..table import Table, table_text
+from .numbers import column_table, exceedances, lost, shown_column
+
+TELLING = 0.2
+"""Distance of two distributions from which an input is named as one that tells failed rows apart: of 100
+failed
+rows, chance alone gives 0.14 at most in 95 % of cases (Kolmogorov-Smirnov)."""
+
+
+def verdict(result: Propagation) -> list[str]:
+    """The few sentences to read if nothing else is read."""
+    problem, said = result.problem, []
+    failures = result.summary.failures
+    words = {"sobol": "Sobol points", "monte_carlo": "random draws", "latin_hypercube": "Latin hypercubes"}
+    said.append(
+        f"{problem.response.title}: {problem.rows:,} rows of {len(problem.inputs.names)} inputs, by "
+        f"{words[problem.study.sampling.method]}."
+    )
+    said += [_quantity(result, quantity.name) for quantity in problem.columns.quantities[:4]]
+    rest = len(problem.columns.quantities) - 4
+    if rest > 0:
+        said.append(f"{rest} more outputs are in the table.")
+    for found in exceedances(result):
+        said.append(
+            f"{found.limit}: in {_percent(found.probability[-1])} of rows, "
+            f"{_percent(found.low[-1])} to {_percent(found.high[-1])} (95 %)."
+        )
+    said += [sentence for rare in result.rare.values() for sentence in rare_sentences(rare)]
+    if result.summary.indices is not None:
+        said += _index_sentences(result)
+    if failures.count:
+        said += failure_sentences(result)
+    return said
+
+
+def _quantity(result: Propagation, name: str) -> str:
+    k = shown_column(result, name)
+    low, middle, high = result.quantiles([0.05, 0.5, 0.95])[:, k]
+    nominal = result.nominal[k]
+    beside = f", nominal {nominal:.4g}" if np.isfinite(nominal) else ""
+    return f"{result.problem.columns.labels[k]}: {middle:.4g}, 90 % between {low:.4g} and {high:.4g}{beside}."
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.3g} %"
+
+
+def _index_sentences(result: Propagation) -> list[str]:
+    problem, sums = result.problem, result.summary.indices
+    name = "total" if sums.kind == "sobol" else "shapley"
+    value, half = sums.estimates()[name]
+    labels, columns = problem.columns.labels, list(problem.index_columns)
+    of = problem.columns.quantities[0].name if not problem.study.indices.of else problem.study.indices.of[0]
+    shown = shown_column(result, of)
+    j = columns.index(shown)
+    order = [int(i) for i in np.argsort(-np.nan_to_num(value[:, j], nan=-1.0))[:3]]
+    groups = list(problem.groups)
+    words = "total Sobol index" if name == "total" else "Shapley effect"
+    parts = ", ".join(f"{groups[i]} {value[i, j]:.2f} ± {half[i, j]:.2f}" for i in order)
+    said = [f"What {labels[shown]} depends on most ({words}, 95 %): {parts}."]
+    if sums.left_out:
+        said.append(
+            f"{_percent(sums.share_left_out)} of blocks have a row without a result and are left out whole; "
+            "the table says between what each index lies, whatever these rows would have been."
+        )
+    return said
+
+
+def failure_sentences(result: Propagation) -> list[str]:
+    """How many rows have no result, why, where, and what that can have changed."""
+    failures, problem = result.summary.failures, result.problem
+    codes = [code for code in np.flatnonzero(failures.reasons) if code > 1]
+    why = "; ".join(
+        f"{failures.reasons[c]:,}: {SENTENCES.get(int(c), 'no result').rstrip('.')}" for c in codes
+    )
+    said = [f"{failures.count:,} rows ({_percent(lost(result))}) have no result ({why})."]
+    far = failures.uneven
+    names = problem.inputs.names
+    k = int(np.argmax(far))
+    if far[k] > TELLING:
+        worst = int(np.argmax(failures.shares[k]))
+        bins = failures.shares.shape[1]
+        said.append(
+            f"They differ from other rows most in {names[k]}: of its values between the "
+            f"{100 * worst // bins} and {100 * (worst + 1) // bins} % quantile, "
+            f"{_percent(failures.shares[k, worst])}"
+            " have none."
+        )
+    else:
+        said.append("No single input tells them apart from other rows.")
+    return said
+
+
+def rare_sentences(rare: RareResult) -> list[str]:
+    """A small probability in words."""
+    said = []
+    if rare.subset is not None:
+        low, high = rare.subset.interval
+        stalled = rare.subset.stalled
+        runs = len(rare.subset.each)
+        note = (
+            f" {stalled} of {runs} runs came no closer to the limit and counted what they had."
+            if stalled
+            else ""
+        )
+        said.append(
+            f"{rare.limit}: probability {rare.subset.probability:.3g} by subset simulation, {low:.2g} to "
+            f"{high:.2g}"
+            f" (95 %).{note}"
+        )
+    if rare.form is not None:
+        low, high = rare.form.interval
+        points = len(rare.form.betas)
+        what = f"{points} design point{'s' * (points != 1)}" if points else "no design point"
+        by = "" if rare.form.by_form is None else f"; FORM alone {rare.form.by_form:.3g}"
+        said.append(
+            f"{rare.limit}: {rare.form.probability:.3g} by importance sampling ({what}), {low:.2g} to "
+            f"{high:.2g}"
+            f" (95 %){by}."
+        )
+    if rare.no_gradient:
+        said.append(f"{rare.limit}: no FORM, because {rare.no_gradient}.")
+    if rare.agree is False:
+        said.append(f"{rare.limit}: the two DISAGREE; believe neither before a run with more samples.")
+    spent = f"{rare.rows:,} rows were spent on {rare.limit}"
+    lost_rows = (
+        f", of which {rare.without_result:,} have no result and count as not failed"
+        if rare.without_result
+        else ""
+    )
+    return [*said, f"{spent}{lost_rows}."]
+
+
+def speed(result: Propagation) -> str:
+    """How many rows this session computed, and how fast; empty where it computed none."""
+    if not result.computed:
+        return ""
+    rate = result.computed / max(result.seconds, 1e-9)
+    return (
+        f"{result.computed:,} rows computed in {duration(result.seconds)}, {rate:,.0f} a second with "
+        "compiling"
+    )
+
+
+def plan_text(problem: Problem) -> str:
+    """What a study would do."""
+    lines = [
+        f"{problem.study.name}: {problem.response.title}",
+        f"  {problem.rows:,} rows in {len(problem.tasks):,} chunks, {problem.columns.total} columns",
+        f"  on disk about {_bytes(problem)}",
+        f"  {len(problem.inputs.names)} inputs:",
+    ]
+    rows = [[name, marginal.words] for name, marginal in problem.inputs.marginals.items()]
+    if problem.inputs.draws is not None:
+        draws = problem.inputs.draws
+        rows.append(["posterior", f"{len(draws.table):,} joint draws of {', '.join(draws.names)}"])
+    return "\n".join([*lines, table_text(Table(["input", "distribution"], rows), 4)])
+
+
+def _bytes(problem: Problem) -> str:
+    rows = problem.rows * (8 * problem.columns.total + 1) if problem.study.sampling.keep == "outputs" else 0
+    sums = len(problem.tasks) * 16_000 * problem.columns.total
+    return f"{(rows + sums) / 1e6:,.0f} MB"
+
+
+def left_open(result: Propagation) -> str:
+    """What failed rows leave open of the first quantity."""
+    header, rows = column_table(result)
+    row = dict(zip(header, rows[0], strict=True))
+    low, high = (np.format_float_positional(row[k], 4, fractional=False) for k in ("mean_least", "mean_most"))
+    return (
+        f"If every row without a result lay within what was seen, the mean of {row['column']} would be "
+        "between"
+        f" {low} and {high}, and 90 % of rows between {row['q5_least']:.4g} and {row['q95_most']:.4g} at "
+        "the widest."
+    )

@@ -1,0 +1,129 @@
+"""A `Report` for its readers: text for a terminal, a page for a browser, JSON, files for a folder."""
+
+import base64
+import json
+import math
+import textwrap
+from collections.abc import Mapping
+from functools import cache, partial, singledispatch
+from typing import Any
+
+import jinja2
+import numpy as np
+
+from .figures import png, svg
+from .report import Code, Picture, Points, Report, Section
+from .table import WIDTH, Cell, Table, numeric_columns, table_text
+
+LONG = 40
+"""Number of characters from which a cell of a page may break into lines."""
+
+
+def text(report: Report) -> str:
+    """The whole report as plain text, 100 columns wide; figures are left out."""
+    label = " (SIMULATED data, not measured)" if report.real is False else ""
+    heading = [f"{report.title}{label}", *_filled(report.subtitle, "")]
+    parts = ["\n".join(heading), _section_text(Section("Verdict", tuple(report.verdict)))]
+    if report.warnings:
+        parts.append(_section_text(Section("Warnings", (Points(report.warnings),))))
+    parts += [_section_text(section) for section in report.shown]
+    return "\n\n".join(part for part in parts if part)
+
+
+def _section_text(section: Section) -> str:
+    """A section's heading and blocks; nothing where no block has a text."""
+    texts = [found for block in section.blocks if (found := _block_text(block))]
+    return "\n".join([*([section.title] if section.title else []), *texts]) if texts else ""
+
+
+@singledispatch
+def _block_text(block: str) -> str:
+    return "\n".join(_filled(block, "  "))
+
+
+@_block_text.register
+def _(block: Points) -> str:
+    return "\n".join(line for item in block.items for line in _filled(item, "  - ", "    "))
+
+
+@_block_text.register
+def _(block: Table) -> str:
+    note = _filled(block.note, "  ") if block.note and block.rows else []
+    return "\n".join([table_text(block), *note]) if block.rows else ""
+
+
+@_block_text.register
+def _(block: Code) -> str:
+    return textwrap.indent(block.text, "  ")
+
+
+@_block_text.register
+def _(block: Picture) -> str:
+    return ""
+
+
+@_block_text.register
+def _(block: Section) -> str:
+    return textwrap.indent(_section_text(block), "  ")
+
+
+def _filled(sentence: str, first: str, others: str | None = None) -> list[str]:
+    indents = {"initial_indent": first, "subsequent_indent": first if others is None else others}
+    return textwrap.wrap(sentence, WIDTH, break_long_words=False, break_on_hyphens=False, **indents)
+
+
+def page(report: Report) -> str:
+    """The whole report as one HTML page that fetches nothing; every text is escaped."""
+    return _templates().get_template("page.html").render(report=report)
+
+
+@cache
+def _templates() -> jinja2.Environment:
+    """Templates of this package: every text that goes through them is escaped."""
+    templates = jinja2.Environment(
+        loader=jinja2.PackageLoader("fitting.report"), autoescape=True, undefined=jinja2.StrictUndefined,
+        trim_blocks=True, lstrip_blocks=True,
+    )  # fmt: skip
+    kinds = {
+        "paragraph": str, "points": Points, "table": Table, "picture": Picture, "code": Code,
+        "section": Section, "cell": Cell,
+    }  # fmt: skip
+    templates.tests |= {name: partial(_is, kind) for name, kind in kinds.items()}
+    templates.filters |= {"data_uri": data_uri, "numeric_columns": numeric_columns}
+    templates.globals |= {"LONG": LONG}
+    return templates
+
+
+def _is(kind: type, block: object) -> bool:
+    return isinstance(block, kind)
+
+
+def data_uri(picture: Picture) -> str:
+    """A picture as a vector image that a page holds itself."""
+    return f"data:image/svg+xml;base64,{base64.b64encode(svg(picture.figure)).decode('ascii')}"
+
+
+def json_text(content: Mapping[str, Any]) -> str:
+    """The content of `report.json` as it stands in the file; null for what is not finite."""
+    return json.dumps(plain(content), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def plain(value: Any) -> Any:
+    """Nested content as JSON knows it: no NumPy numbers, null for what is not finite."""
+    if isinstance(value, Mapping):
+        return {key: plain(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(inner) for inner in value]
+    if isinstance(value, float | np.floating):
+        return float(value) if math.isfinite(value) else None
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def documents(report: Report) -> dict[str, str | bytes]:
+    """Content of every file of a report, by file name: `report.json`, the page, figures, further files."""
+    return {
+        **report.files(),
+        "report.json": json_text(report.content()),
+        report.page_name: page(report),
+        **{f"{picture.name}.png": png(picture.figure) for picture in report.pictures()},
+    }

@@ -1,0 +1,327 @@
+"""Chains that follow gradients: the no-U-turn sampler of blackjax, for curved but smooth posteriors.
+
+Every chain moves in the whitened coordinates of `unbounded`. Its warm-up adapts the step and a metric of
+diagonal plus low rank (A. Seyboldt and others, 2026, as blackjax has it). Chains are independent, warm-up
+included, and run side by side in threads. Each draw's random key follows from the seed, the chain and the
+number of the draw, so that a chain that was stopped goes on to the same bytes.
+"""
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import blackjax
+import equinox as eqx
+import h5py
+import jax
+import jax.numpy as jnp
+import numpy as np
+from blackjax.adaptation.base import get_filter_adapt_info_fn
+from blackjax.mcmc.hmc import HMCState
+from blackjax.mcmc.metrics import LowRankInverseMassMatrix
+from jaxtyping import Array, Float
+
+from fitting.inference.parallel import run_parallel
+from pneusma_jax.errors import InputError
+
+from . import checkpoint
+from .chains import Chains
+from .chart import PROBES, choose_chart
+from .laplace import Laplace, start_spread
+from .settings import Settings
+from .target import Evaluator, Target
+from .unbounded import Unbounded, differentiation, with_gradient
+
+SAME_MODEL = 1e-6
+"""Maximum relative difference of a log-density that is computed again, for a stored chain to be of this
+model."""
+ACCEPTANCE = 0.9
+"""Mean acceptance along trajectories that the warm-up aims at. Curved valleys want more than the usual 0.8: there a
+banana's transitions diverged in 0.6 % of all cases."""
+TRIES = 40
+"""Number of draws of a starting point for one chain before the target is given up."""
+ENERGY = 0.3
+"""Minimum of the energy's Bayesian fraction of missing information: below it a chain moves too slowly between
+levels of energy (M. Betancourt, arXiv:1604.00695)."""
+
+
+class Draws(NamedTuple):
+    """One chain so far; the first axis is the draw.
+
+    Attributes:
+        u: (draws, n) positions in the target's coordinates.
+        log_probability: (draws,) of u.
+        energy: (draws,) of the transition.
+        evaluations: (draws,) gradients that the transition took.
+        divergent: (draws,) whether its integration went astray.
+        acceptance: (draws,) mean acceptance along its trajectory.
+    """
+
+    u: np.ndarray
+    log_probability: np.ndarray
+    energy: np.ndarray
+    evaluations: np.ndarray
+    divergent: np.ndarray
+    acceptance: np.ndarray
+
+
+@dataclass
+class _Chain:
+    """State of one chain between two calls."""
+
+    state: HMCState
+    step: Array
+    metric: LowRankInverseMassMatrix
+    warm_up: int
+    draws: Draws
+
+
+class HamiltonianChains(Chains):
+    """Independent chains of the no-U-turn sampler.
+
+    Args:
+        target: what is sampled.
+        settings: resolved.
+        file: where chains are kept after every chunk, or None to keep them in memory only.
+    """
+
+    def __init__(self, target: Target, settings: Settings, file: Path | None = None):
+        self.target, self.settings, self.file = target, settings, file
+        self._maps: Unbounded | None = None
+        self._chains: list[_Chain] = []
+        self._how: str | None = None
+
+    @property
+    def _key(self) -> Array:
+        return jax.random.key(self.settings.seed)
+
+    def begin(self, found: Laplace) -> None:
+        """Put chains around the fit and warm them up."""
+        chart = choose_chart(
+            self.target, found, start_spread(self.target, found), Evaluator(self.target, PROBES),
+            self.settings.seed,
+        )  # fmt: skip
+        self._maps = Unbounded.around(self.target, found, chart)
+        leaves, programs = self._programs()
+
+        def one(k: int) -> _Chain:
+            key = jax.random.fold_in(self._key, k)
+            start = self._start(programs.density, leaves, jax.random.fold_in(key, 0))
+            state, step, metric, evaluations = programs.warm_up(leaves, jax.random.fold_in(key, 1), start)
+            return _Chain(state, step, metric, int(evaluations), _none(self.target.dimension))
+
+        self._chains = run_parallel(one, range(self.settings.ensembles))
+
+    def _start(self, density: Callable, leaves: list[Array], key: Array) -> Array:
+        closeness = 1.0
+        for attempt in range(TRIES):
+            z = closeness * jax.random.normal(jax.random.fold_in(key, attempt), (self.target.dimension,))
+            if np.isfinite(float(density(leaves, z))):
+                return z
+            closeness *= 0.7
+        raise InputError(
+            "a chain finds no starting point near the fit at which the model has an answer; tighten bounds "
+            "or priors, or start elsewhere"
+        )
+
+    def _programs(self) -> tuple[list[Array], "_Programs"]:
+        arrays, fixed = eqx.partition((self.target, self._maps), eqx.is_array)
+        leaves, structure = jax.tree.flatten(arrays)
+        functions, static = jax.tree.flatten(fixed)
+        if self._how is None:
+            self._how = differentiation(
+                lambda z: self._maps.log_density(self.target, z), jnp.zeros(self.target.dimension)
+            )
+        return leaves, _programs(
+            tuple(functions), static, structure, self._how, self.settings.chunk, self.settings.warm_up
+        )
+
+    def advance(self, steps: int) -> None:
+        """Run every chain for some steps, then put the chains on disk."""
+        leaves, programs = self._programs()
+
+        def one(job: tuple[int, _Chain]) -> _Chain:
+            k, chain = job
+            key = jax.random.fold_in(jax.random.fold_in(self._key, k), 2)
+            state, parts, left = chain.state, [chain.draws], steps
+            done = len(chain.draws.energy)
+            while left > 0:
+                count = min(left, self.settings.chunk)
+                state, new = programs.advance(leaves, key, state, chain.step, chain.metric, done, count)
+                parts.append(Draws(*(np.asarray(column)[:count] for column in new)))
+                done, left = done + count, left - count
+            draws = Draws(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+            return _Chain(state, chain.step, chain.metric, chain.warm_up, draws)
+
+        self._chains = run_parallel(one, list(enumerate(self._chains)))
+        if self.file is not None:
+            self._write()
+
+    @property
+    def steps(self) -> int:
+        """Draws that every chain has made."""
+        return min((len(chain.draws.energy) for chain in self._chains), default=0)
+
+    def _stacked(self, name: str) -> np.ndarray:
+        return np.stack([getattr(chain.draws, name)[: self.steps] for chain in self._chains])
+
+    @property
+    def judged(self) -> list[Float[np.ndarray, "steps 1 n"]]:
+        """Positions in the target's coordinates: mirrors make those of the sampler ambiguous."""
+        return list(self.coordinates)
+
+    @property
+    def coordinates(self) -> Float[np.ndarray, "ensembles steps 1 n"]:
+        """Positions in the target's coordinates."""
+        return self._stacked("u")[:, :, None, :]
+
+    @property
+    def log_probabilities(self) -> Float[np.ndarray, "ensembles steps 1"]:
+        """Of the same points."""
+        return self._stacked("log_probability")[:, :, None]
+
+    @property
+    def acceptance(self) -> list[float]:
+        """Mean acceptance along trajectories, chain by chain."""
+        return [float(value) for value in self._stacked("acceptance").mean(axis=1)]
+
+    @property
+    def evaluations(self) -> int:
+        """Gradients, warm-up included."""
+        return int(self._stacked("evaluations").sum()) + sum(chain.warm_up for chain in self._chains)
+
+    @property
+    def failures(self) -> int:
+        """Divergent transitions."""
+        return int(self._stacked("divergent").sum())
+
+    @property
+    def diagnostics(self) -> dict[str, Any]:
+        """Divergences, energy, steps and gradients."""
+        energy = self._stacked("energy")
+        change, spread = np.mean(np.diff(energy, axis=1) ** 2, axis=1), np.var(energy, axis=1)
+        fraction = np.where(spread > 0.0, change / np.where(spread > 0.0, spread, 1.0), 0.0)
+        return {
+            "divergences": self.failures,
+            "energy_fraction": [float(value) for value in fraction],
+            "step_size": [float(chain.step) for chain in self._chains],
+            "gradients_per_draw": float(self._stacked("evaluations").mean()),
+            "warm_up_gradients": sum(chain.warm_up for chain in self._chains),
+            "gradient": self._how,
+        }
+
+    def _write(self) -> None:
+        header = checkpoint.Header(
+            self.target.fingerprint(), self.settings.chain_identity(), {"evaluations": self.evaluations}
+        )
+
+        def fill(file: h5py.File) -> None:
+            for name, value in zip(self._maps.__dataclass_fields__, jax.tree.leaves(self._maps), strict=True):
+                file.create_dataset(f"maps/{name}", data=np.asarray(value))
+            for k, chain in enumerate(self._chains, start=1):
+                group = file.create_group(f"chain_{k}")
+                group.attrs["warm_up"] = chain.warm_up
+                group.create_dataset("step", data=np.asarray(chain.step))
+                for part in (chain.state, chain.metric, chain.draws):
+                    for name, value in part._asdict().items():
+                        group.create_dataset(f"{type(part).__name__}/{name}", data=np.asarray(value))
+
+        checkpoint.write(self.file, header, fill)
+
+    def resume(self) -> None:
+        """Take up the chains in the file where they were left."""
+        header = checkpoint.header_of(self.file)
+        checkpoint.same_chain(self.file, header, self.target.fingerprint(), self.settings.chain_identity())
+        with h5py.File(self.file, "r") as file:
+            maps = (jnp.asarray(file[f"maps/{name}"][()]) for name in Unbounded.__dataclass_fields__)
+            self._maps = Unbounded(*maps)
+            self._chains = [_read(file[f"chain_{k}"]) for k in range(1, self.settings.ensembles + 1)]
+        leaves, programs = self._programs()
+        for chain in self._chains:
+            again = float(programs.density(leaves, chain.state.position))
+            if not np.isclose(again, float(chain.state.logdensity), rtol=SAME_MODEL, atol=SAME_MODEL):
+                raise InputError(checkpoint.other_model(self.file))
+
+
+def _none(dimension: int) -> Draws:
+    column = np.empty(0)
+    return Draws(np.empty((0, dimension)), column, column, np.empty(0, int), np.empty(0, bool), column)
+
+
+def _read(group: h5py.Group) -> _Chain:
+    def part(kind: type) -> Any:
+        return kind(*(group[f"{kind.__name__}/{name}"][()] for name in kind._fields))
+
+    state, metric = (jax.tree.map(jnp.asarray, part(kind)) for kind in (HMCState, LowRankInverseMassMatrix))
+    return _Chain(state, jnp.asarray(group["step"][()]), metric, int(group.attrs["warm_up"]), part(Draws))
+
+
+class _Programs(NamedTuple):
+    """Compiled programs of one structure of a target."""
+
+    density: Callable
+    warm_up: Callable
+    advance: Callable
+
+
+@functools.lru_cache(maxsize=32)
+def _programs(
+    functions: tuple, static: Any, structure: Any, how: str, chunk: int, warm_up_steps: int
+) -> _Programs:
+    """Programs that are fed the numbers of a target."""
+
+    def parts(leaves: list[Array]) -> tuple[Target, Unbounded]:
+        return eqx.combine(jax.tree.unflatten(structure, leaves), jax.tree.unflatten(static, functions))
+
+    def plain(z: Array, leaves: list[Array]) -> Array:
+        target, maps = parts(leaves)
+        return maps.log_density(target, z)
+
+    density = with_gradient(plain, how)
+    kernel = blackjax.nuts.build_kernel()
+    keep = get_filter_adapt_info_fn(
+        {"position", "logdensity", "logdensity_grad"}, {"num_integration_steps"}, {"mu_star"}
+    )
+
+    @jax.jit
+    def warm_up(leaves: list[Array], key: Array, z: Array) -> tuple:
+        adapt = blackjax.window_adaptation_low_rank(
+            blackjax.nuts, lambda p: density(p, leaves), adaptation_info_fn=keep,
+            max_rank=min(10, z.size), gradient_based_init=True, target_acceptance_rate=ACCEPTANCE,
+        )  # fmt: skip
+        found, told = adapt.run(key, z, num_steps=warm_up_steps)
+        last = jax.tree.map(lambda column: column[-1], told.state)
+        return (
+            last,
+            found.parameters["step_size"],
+            found.parameters["inverse_mass_matrix"],
+            jnp.sum(told.info.num_integration_steps),
+        )
+
+    @jax.jit
+    def advance(leaves, key, state, step, metric, done, count) -> tuple:
+        target, maps = parts(leaves)
+        n = state.position.size
+
+        def one(i: Array, carry: tuple) -> tuple:
+            state, rows = carry
+            state, told = kernel(
+                jax.random.fold_in(key, done + i), state, lambda p: density(p, leaves), step, metric
+            )
+            u = maps.coordinates(state.position)
+            row = Draws(
+                u, state.logdensity - maps.log_slope(state.position), told.energy,
+                told.num_integration_steps, told.is_divergent, told.acceptance_rate,
+            )  # fmt: skip
+            return state, jax.tree.map(lambda column, value: column.at[i].set(value), rows, row)
+
+        def empty(dtype: Any, *shape: int) -> Array:
+            return jnp.zeros((chunk, *shape), dtype)
+
+        real = state.position.dtype
+        rows = Draws(empty(real, n), empty(real), empty(real), empty(int), empty(bool), empty(real))
+        return jax.lax.fori_loop(0, count, one, (state, rows))
+
+    return _Programs(jax.jit(lambda leaves, z: plain(z, leaves)), warm_up, advance)

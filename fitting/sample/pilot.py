@@ -1,0 +1,126 @@
+"""Which sampler a posterior gets: a short pilot, before anything long is run.
+
+The choice counts evaluations instead of seconds, so that the same data and seed give the same choice on
+every machine. emcee is asked first. Its pilot tells the autocorrelation time, and so the evaluations until
+it is long enough. If those are few, it goes on where the pilot ended. Otherwise the gradient is tried:
+along segments through the pilot's points, Simpson's rule over the slope must give the change of the
+log-density. Where it does, chains that follow gradients take over; where it does not, the posterior has
+kinks or steps and emcee stays.
+"""
+
+from dataclasses import dataclass, replace
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .chart import PROBES, choose_chart
+from .convergence import BURN_LENGTHS, LENGTHS, assess
+from .ensembles import Ensembles
+from .laplace import Laplace, start_spread
+from .settings import Settings
+from .target import Evaluator, Target
+from .unbounded import Unbounded
+
+STEPS = 200
+"""Number of steps of the pilot. Autocorrelation times above some 20 steps are then underestimated, which
+favours emcee."""
+GRADIENTS = 8
+"""Number of gradients of one draw (measured in whitened coordinates: 3 to 7 in 1 to 5 dimensions)."""
+DRAWS = 600
+"""Number of draws of each chain until 1,000 effective samples are there (measured: 300 to 900)."""
+COST = 3.0
+"""Factor of a gradient's cost on that of an evaluation within a batch (measured: 1.7 for wires, 2.3 for
+tubes)."""
+GAIN = 2.0
+"""Minimum factor by which gradients must be cheaper, because another program has to be compiled for them."""
+SEGMENTS = 8
+"""Number of segments on which the gradient is tried."""
+LENGTH = 0.5
+"""Length of a segment in standard deviations; a trajectory's step is about as long."""
+ERROR = 0.1
+"""Maximum error of the integrated slope, in nats, for a segment to be smooth: acceptance then suffers by
+less than a tenth."""
+SMOOTH = 7
+"""Minimum number of smooth segments."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What the pilot chose.
+
+    Attributes:
+        settings: with the sampler decided.
+        why: one sentence.
+        chains: of the pilot, to go on with; None where another sampler was chosen.
+    """
+
+    settings: Settings
+    why: str
+    chains: Ensembles | None
+
+
+def pilot(target: Target, found: Laplace, settings: Settings) -> Choice:
+    """Choose between emcee and chains that follow gradients.
+
+    Args:
+        target: what is sampled.
+        found: its Laplace approximation.
+        settings: resolved, with sampler "auto".
+
+    Raises:
+        InputError: if no usable starting points are found.
+    """
+    own = replace(settings, sampler="emcee")
+    ensembles = Ensembles(target, own)
+    ensembles.begin(found)
+    ensembles.advance(min(STEPS, settings.max_steps))
+    tau = float(np.max(assess(ensembles.judged).tau))
+    lengths = (LENGTHS + BURN_LENGTHS) * (tau if np.isfinite(tau) else STEPS)
+    emcee = lengths * settings.walkers * settings.ensembles
+    nuts = COST * GRADIENTS * settings.ensembles * (settings.warm_up + DRAWS)
+    if emcee < GAIN * nuts:
+        why = f"emcee: a pilot expects it to converge after some {emcee:.1g} evaluations."
+        return Choice(own, why, ensembles)
+    smooth = _smooth_segments(target, found, ensembles.coordinates[:, -1].reshape(-1, target.dimension), own)
+    if smooth < SMOOTH:
+        why = (
+            f"emcee: the log-density has kinks or steps (its slope explains its changes on {smooth} of "
+            f"{SEGMENTS} segments), so that chains cannot follow gradients."
+        )
+        return Choice(own, why, ensembles)
+    why = (
+        f"nuts: the posterior is smooth, and a pilot of emcee expects {emcee:.1g} evaluations or more, "
+        f"against the worth of {nuts:.1g} with gradients."
+    )
+    return Choice(replace(settings, sampler="nuts"), why, None)
+
+
+def _smooth_segments(
+    target: Target, found: Laplace, points: Float[np.ndarray, "m n"], settings: Settings
+) -> int:
+    """Segments on which Simpson's rule over the slope gives the change of the log-density."""
+    chart = choose_chart(target, found, start_spread(target, found), Evaluator(target, PROBES), settings.seed)
+    maps = Unbounded.around(target, found, chart)
+    random = np.random.default_rng(settings.seed)
+    chosen = points[random.choice(len(points), SEGMENTS, replace=len(points) < SEGMENTS)]
+    ways = random.standard_normal((SEGMENTS, target.dimension))
+    ways *= LENGTH / np.linalg.norm(ways, axis=1, keepdims=True)
+    starts = np.stack([np.linalg.lstsq(maps.root, chart.forth(u) - maps.centre)[0] for u in chosen])
+
+    @eqx.filter_jit
+    def errors(target: Target, maps: Unbounded, starts: Array, ways: Array) -> Array:
+        def one(start: Array, way: Array) -> Array:
+            def along(share: Array) -> tuple[Array, Array]:
+                return jax.jvp(lambda s: maps.log_density(target, start + s * way), (share,), (jnp.ones(()),))
+
+            values, slopes = jax.vmap(along)(jnp.asarray([0.0, 0.5, 1.0]))
+            simpson = (slopes[0] + 4.0 * slopes[1] + slopes[2]) / 6.0
+            return jnp.abs(values[2] - values[0] - simpson)
+
+        return jax.lax.map(lambda pair: one(*pair), (starts, ways))
+
+    found_errors = np.asarray(errors(target, maps, jnp.asarray(starts), jnp.asarray(ways)))
+    return int(np.sum(found_errors < ERROR))  # NaN is not smooth

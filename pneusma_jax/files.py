@@ -1,0 +1,45 @@
+"""Files that are on disk whole or not at all: the one way in which this project writes."""
+
+import os
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from .errors import InputError
+
+
+@contextmanager
+def replacing(path: str | Path) -> Iterator[Path]:
+    """A draft beside a file, which takes the file's name when the block ends without an error.
+
+    After an error the draft is gone and the file is what it was.
+
+    Args:
+        path: the file; its folder must be there.
+
+    Raises:
+        InputError: if the place cannot be written.
+    """
+    path = Path(path)
+    draft = path.with_name(f".{path.name}.{uuid.uuid4().hex}.part")
+    try:
+        yield draft
+        os.replace(draft, path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written here ({error.strerror or error})") from None
+    finally:
+        with suppress(OSError):
+            draft.unlink(missing_ok=True)
+
+
+def write_whole(path: str | Path, content: str | bytes) -> Path:
+    """Write or replace a file through a draft beside it; text is written as UTF-8.
+
+    Raises:
+        InputError: if the place cannot be written.
+    """
+    path = Path(path)
+    with replacing(path) as draft:
+        draft.write_bytes(content.encode() if isinstance(content, str) else content)
+    return path

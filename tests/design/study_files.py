@@ -1,0 +1,43 @@
+"""Studies that tests are made of."""
+
+from pathlib import Path
+
+SMALL = """
+schema = "pneusma-study/1"
+name = "small"
+design = "pneusma2"
+starts = 3
+
+[free]
+wall_thickness = {made = "continuous", from = 0.7, to = 1.6, unit = "mm"}
+active_coils = {made = "integer", from = 40, to = 70}
+
+[state.hot]
+pressure = {value = 30, unit = "kPa"}
+xi0_2 = 0.3
+
+[objective.bend]
+quantity = "curvature"
+goal = "maximise"
+state = "hot"
+
+[constraint.length]
+quantity = "length"
+at_most = {value = 58.3, unit = "mm"}
+[constraint.shear]
+quantity = "shear_strain"
+at_most = "tested"
+"""
+
+
+def write_study(folder: Path, text: str = SMALL) -> Path:
+    """A study in a folder."""
+    path = folder / "study.toml"
+    path.write_text(text)
+    return path
+
+
+def changed(old: str, new: str, text: str = SMALL) -> str:
+    """A study with one thing different."""
+    assert old in text, old
+    return text.replace(old, new, 1)

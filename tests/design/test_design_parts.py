@@ -1,0 +1,112 @@
+"""The parts of a study that need no equilibrium: boxes, side-by-side searches, fronts, measures, the log."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize, rosen, rosen_der
+from scipy.stats import beta
+
+from fitting.design.lockstep import run_together
+from fitting.design.log import Log
+from fitting.design.pareto import hypervolume, not_dominated
+from fitting.design.space import Space
+from fitting.design.study import Bound, Free
+from fitting.design.uncertain import interval, reduced
+from pneusma_jax.errors import InputError
+
+
+def free(name, low, high):
+    return Free(name, "continuous", low, high, (), "mm")
+
+
+def test_bounds_that_depend_on_others_become_a_box():
+    space = Space(
+        [free("wall", Bound(1.0), Bound(-1.0, "outer", 0.5)), free("outer", Bound(6.0), Bound(10.0))]
+    )
+    values = space.parameters(np.array([0.5, 1.0]))
+    assert values == {"wall": pytest.approx(2.5), "outer": pytest.approx(10.0)}
+    np.testing.assert_allclose(space.place(values), [0.5, 1.0])
+    np.testing.assert_allclose(space.scale(np.array([0.2, 0.0])), [1.0, 4.0])
+
+
+def test_searches_side_by_side_end_as_each_alone_and_are_evaluated_together():
+    starts = [np.array([-1.0, 2.0]), np.array([0.5, 0.5]), np.array([2.0, -1.0])]
+    sizes = []
+
+    def evaluate(places):
+        sizes.append(len(places))
+        return [(rosen(x), rosen_der(x)) for x in places]
+
+    def worker(start):
+        return lambda ask: minimize(lambda x: ask(x), start, jac=True, method="SLSQP").x
+
+    found = run_together([worker(s) for s in starts], evaluate)
+    for x, start in zip(found, starts, strict=True):
+        np.testing.assert_array_equal(
+            x, minimize(lambda x: (rosen(x), rosen_der(x)), start, jac=True, method="SLSQP").x
+        )
+    assert sizes[0] == 3 and sorted(sizes, reverse=True) == sizes
+
+
+@pytest.mark.parametrize("where", ["worker", "evaluation"])
+def test_an_error_anywhere_ends_all_searches(where):
+    def evaluate(places):
+        if where == "evaluation":
+            raise InputError("broken")
+        return [0.0] * len(places)
+
+    def worker(ask):
+        ask(np.zeros(1))
+        raise InputError("broken")
+
+    with pytest.raises(InputError, match="broken"):
+        run_together([worker, worker], evaluate)
+
+
+def test_hypervolume_of_known_points():
+    flat = np.array([[0.0, 2.0], [1.0, 1.0], [2.0, 0.0]])
+    assert hypervolume(flat, np.array([3.0, 3.0])) == pytest.approx(6.0)
+    assert hypervolume(np.zeros((1, 3)), np.array([1.0, 2.0, 3.0])) == pytest.approx(6.0)
+    random = np.random.default_rng(0)
+    points, samples = random.random((12, 3)), random.random((200_000, 3))
+    inside = np.any(np.all(samples[:, None] >= points[None], axis=2), axis=1)
+    assert hypervolume(points, np.ones(3)) == pytest.approx(inside.mean(), abs=4e-3)
+
+
+def test_points_that_another_beats_are_left_out():
+    values = np.array([[1.0, 1.0], [0.0, 2.0], [2.0, 2.0], [1.0, 1.0], [2.0, 0.0]])
+    assert [tuple(values[k]) for k in not_dominated(values)] == [(0.0, 2.0), (1.0, 1.0), (2.0, 0.0)]
+
+
+def test_measures_of_a_spread():
+    values = np.arange(100.0)[:, None]
+    assert reduced(values, "mean", 1.0, 0.9)[0] == pytest.approx(49.5)
+    assert reduced(values, "cvar", 1.0, 0.9)[0] == pytest.approx(np.arange(90.0, 100.0).mean())
+    assert reduced(values, "cvar", 1.0, 0.895)[0] == pytest.approx(
+        (np.arange(90.0, 100.0).sum() + 0.5 * 89) / 10.5
+    )
+    assert reduced(values, "mean_plus_sigma", 2.0, 0.9)[0] == pytest.approx(
+        49.5 + 2 * np.arange(100.0).std(ddof=1)
+    )
+
+
+def test_the_interval_of_a_probability_is_clopper_and_pearsons():
+    assert interval(0, 100) == (0.0, pytest.approx(1.0 - 0.025 ** (1 / 100)))
+    low, high = interval(30, 100)
+    assert (low, high) == (pytest.approx(beta.ppf(0.025, 30, 71)), pytest.approx(beta.ppf(0.975, 31, 70)))
+
+
+def test_the_log_drops_a_line_that_was_cut_short_and_refuses_another_study(tmp_path):
+    path = tmp_path / "evaluations.jsonl"
+    log = Log(path, "mine")
+    log.add(0, np.array([[0.1, 0.2]]), np.array([[1.0, np.nan]]), np.zeros((1, 2, 2)))
+    whole = path.read_bytes()
+    path.write_bytes(whole + json.dumps({"choice": 0, "places": [[0.3, 0.4]]})[:20].encode())
+    again = Log(path, "mine")
+    assert path.read_bytes() == whole and again.reused == 1
+    one = next(iter(again.known.values()))
+    np.testing.assert_array_equal(one.place, [0.1, 0.2])
+    assert np.isnan(one.values[1]) and not one.finite
+    with pytest.raises(InputError, match="another study"):
+        Log(path, "other")

@@ -1,0 +1,98 @@
+"""Bad studies end in one line that says where and what would be right."""
+
+import re
+
+import pytest
+from click.testing import CliRunner
+from study_files import SMALL, changed, write_study
+
+from fitting.cli import main
+from fitting.design import read_study
+from pneusma_jax.errors import InputError
+
+WALL = 'wall_thickness = {made = "continuous", from = 0.7, to = 1.6, unit = "mm"}'
+COILS = 'active_coils = {made = "integer", from = 40, to = 70}'
+BEND = 'quantity = "curvature"\ngoal = "maximise"\nstate = "hot"'
+UNCERTAIN = SMALL + "\n[uncertainty]\n"
+
+BAD = {
+    "crossed bounds": (WALL, WALL.replace("0.7", "2.7"), "bounds are crossed"),
+    "nothing free": (WALL + "\n" + COILS, "", "nothing is free"),
+    "unknown parameter": ("wall_thickness", "wall_thicknes", "did you mean 'wall_thickness'"),
+    "unit missing": (WALL, WALL.replace(', unit = "mm"', ""), "unit is missing; a length needs one"),
+    "wrong unit": (WALL, WALL.replace('"mm"', '"kPa"'), "unit 'kPa' is not of the right kind"),
+    "negative": (WALL, WALL.replace("0.7", "-0.7"), "must be positive"),
+    "way of making": ('"continuous"', '"printed"', "made is 'printed'"),
+    "step missing": ('made = "integer"', 'made = "steps"', "'step' is missing"),
+    "long step": ('made = "integer"', 'made = "steps", step = 100', "longer than the range"),
+    "broken integer": ("from = 40, to = 70", "from = 40.5, to = 70", "whole bounds"),
+    "short catalogue": (COILS, 'active_coils = {made = "catalogue", values = [50]}', "at least two numbers"),
+    "circle": (
+        WALL + "\n",
+        'wall_thickness = {from = 0.5, to = {parameter = "outer_diameter", times = 0.4}, unit = "mm"}\n'
+        'outer_diameter = {from = 5, to = {parameter = "wall_thickness", times = 9}, unit = "mm"}\n',
+        "in a circle",
+    ),
+    "bound of something fixed": (
+        "to = 1.6", 'to = {parameter = "outer_diameter", times = 0.4}', "'outer_diameter' is not free",
+    ),
+    "choice among the free": (COILS, 'alloy = {made = "choice"}', "a choice stands above"),
+    "unknown design": ('"pneusma2"', '"pneusma3"', "did you mean 'pneusma2'"),
+    "unknown alloy": ('starts = 3', 'alloy = ["krl35", "krl99"]', "krl99"),
+    "no objective": ("[objective.bend]\n" + BEND, "", "there is no objective"),
+    "unknown objective": ('"curvature"', '"curvatur"', "did you mean 'curvature'"),
+    "unknown goal": ('"maximise"', '"more"', "goal is 'more'"),
+    "unknown state": ('state = "hot"', 'state = "cold"', "there is no [state.cold]"),
+    "target without unit": ('goal = "maximise"', 'goal = "target"\ntarget = {value = 40}', "unit is missing"),
+    "pressure without unit": ('{value = 30, unit = "kPa"}', "30", "must be {value = .., unit"),
+    "impossible pressure": ("value = 30", "value = 30000", "between -100 and 1000 kPa"),
+    "impossible fraction": ("xi0_2 = 0.3", "xi0_2 = 1.3", "from 0 (hot) to 1 (cold)"),
+    "no such spring": ("xi0_2 = 0.3", "xi0_3 = 0.3", "no design has a spring 3"),
+    "limit missing": ('at_most = "tested"', "", "a limit is missing"),
+    "nothing tested": ('at_most = {value = 58.3, unit = "mm"}', 'at_most = "tested"', "no range that was tested"),
+    "unknown key": ("starts = 3", "startz = 3", "did you mean 'starts'"),
+    "no starts": ("starts = 3", "starts = 0", "from 1 to 256"),
+    "optimiser": ("starts = 3", 'optimiser = "newton"', "optimiser is 'newton'"),
+    "schema": ("pneusma-study/1", "pneusma-study/9", "schema is"),
+    "function's file": (BEND, 'quantity = "function"\ngoal = "maximise"\nfile = "mine.py"', "there is no such file"),
+    "workspace without springs": (
+        'design = "pneusma2"', 'design = "pneuflex_s"', "no design has a spring 2",
+    ),
+    "stiffness of free bending": (
+        'design = "pneusma2"', 'design = "triad"', None,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", [name for name, (_, _, words) in BAD.items() if words])
+def test_a_bad_study_is_refused_in_one_line(name, tmp_path):
+    old, new, words = BAD[name]
+    path = write_study(tmp_path, changed(old, new))
+    with pytest.raises(InputError, match=re.escape(words)) as caught:
+        read_study(path)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("lines", "words"),
+    [
+        ('objective = "median"\npriors = "alloy"', "objective is 'median'"),
+        ('level = 1.5\npriors = "alloy"', "level must lie between 0 and 1"),
+        ('posterior = "nowhere.nc"', "there is no such file"),
+        ('priors = "steel"', "priors has 'steel'"),
+        ("draws = 8", "names nothing that is uncertain"),
+        ("[uncertainty.tolerance]\nwall_thickness = {sd = 0.1}", "unit is missing"),
+        ('[uncertainty.tolerance]\nwall = {sd = 0.1, unit = "mm"}', "no such dimension"),
+    ],
+)
+def test_a_bad_uncertainty_is_refused_in_one_line(lines, words, tmp_path):
+    with pytest.raises(InputError, match=re.escape(words)):
+        read_study(write_study(tmp_path, UNCERTAIN + lines))
+
+
+def test_the_command_says_it_on_one_line_and_writes_nothing(tmp_path):
+    path = write_study(tmp_path, changed(WALL, WALL.replace("0.7", "2.7")))
+    done = CliRunner().invoke(main, ["design", str(path), "--out", str(tmp_path / "out")])
+    assert done.exit_code == 2
+    assert done.stderr.count("\n") == 1 and "wall_thickness: bounds are crossed" in done.stderr
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,108 @@
+"""A small study against a grid of its whole box, and what is said of it."""
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from study_files import SMALL, changed, write_study
+
+import pneusma_jax as pj
+from fitting.cli import main
+from fitting.design import read_study, run_study
+from fitting.design.program import Model
+from fitting.report.design.documents import tables
+from fitting.report.results import text
+from pneusma_jax.errors import InputError
+
+
+def test_no_design_of_a_grid_is_better(small):
+    result, _ = small
+    model = result.model
+    walls, coils = np.linspace(0.0, 1.0, 41), np.linspace(0.0, 1.0, 31)
+    grid = np.stack(np.meshgrid(walls, coils, indexing="ij"), axis=-1).reshape(-1, 2)
+    values = np.concatenate([model.evaluate(lot)[0] for lot in np.array_split(grid, 31)])
+    kept = np.all(values[:, 1:] <= 0.0, axis=1)
+    best = -values[kept, 0].min()
+    assert result.made.objectives[0] > best * (1.0 - 1e-9)
+    assert result.made.objectives[0] < best * 1.03  # the grid is fine enough to know
+    assert result.made.parameters["active_coils"] % 1.0 == pytest.approx(0.0, abs=1e-9)
+
+
+def test_derivatives_are_those_of_differences(small):
+    model = small[0].model
+    place, h = np.array([0.4, 0.6]), 1e-5
+    (values,), (slopes,) = model.evaluate(place[None])
+    around = np.array([place + h * e for e in (*np.eye(2), *-np.eye(2))])
+    moved, _ = model.evaluate(around)
+    np.testing.assert_allclose(slopes.T, (moved[:2] - moved[2:]) / (2.0 * h), rtol=1e-6, atol=1e-8)
+
+
+def test_multipliers_are_what_giving_way_is_worth(small):
+    result, folder = small
+    assert result.conditions.left < 1e-3
+    rows = [k for k, m in enumerate(result.conditions.rows) if m > 0.0]
+    assert [result.study.constraints[result.model.rows[k].constraint].name for k in rows] == ["length"]
+    looser = dataclasses.replace(result.study.constraints[0], limit=58.3e-3 * 1.001)
+    wider = dataclasses.replace(result.study, constraints=(looser, result.study.constraints[1]))
+    again = run_study(wider)
+    gain = again.ideal.objectives[0] - result.ideal.objectives[0]
+    size = 1.0 / np.max(np.abs(result.problem.weights))
+    assert gain == pytest.approx(result.conditions.rows[rows[0]] * 0.001 * size, rel=0.05)
+
+
+def test_the_table_it_leaves_has_the_state_it_promises(small, tmp_path):
+    result, _ = small
+    (tmp_path / "design.toml").write_text(tables(result, result.made)["design.toml"])
+    body = pj.make_actuator(tmp_path / "design.toml")
+    found = pj.solve(body, 30e3, (pj.MartensiteFraction(1.0), pj.MartensiteFraction(0.3)))
+    assert float(found.curvature) == pytest.approx(result.made.objectives[0], rel=1e-9)
+    assert float(found.length) <= 58.3e-3 * (1.0 + 1e-5)
+
+
+def test_the_report_says_what_limits_the_design(small):
+    result, _ = small
+    said = re.sub(r"\s+", " ", text(result))
+    assert "It is limited by constraint 'length'" in said
+    assert "Rounding to what can be made costs" in said and "0.1 mm" in said
+    files = result.documents()
+    assert {"report.html", "report.json", "design.toml", "shapes.png", "sensitivities.png"} <= set(files)
+
+
+def test_constraints_that_contradict_each_other_are_named(tmp_path):
+    both = changed("value = 58.3", "value = 50.0")
+    with pytest.raises(InputError, match="keeps constraint 'length'.*missed by at least"):
+        run_study(read_study(write_study(tmp_path, both)))
+
+
+def test_an_objective_that_is_not_a_number_is_said(tmp_path):
+    (tmp_path / "mine.py").write_text(
+        "def bend(states, parameters):\n    return states['hot'].pressure * float('nan')\n"
+    )
+    mine = changed('quantity = "curvature"', 'quantity = "function"\nfile = "mine.py"').replace(
+        'state = "hot"\n', ""
+    )
+    with pytest.raises(InputError, match="objective 'bend' is not a number at any of the 3 starts"):
+        run_study(read_study(write_study(tmp_path, mine)))
+
+
+def test_a_function_of_the_users_is_the_quantity_it_computes(small, tmp_path):
+    (tmp_path / "mine.py").write_text(
+        "def bend(states, parameters):\n    return states['hot'].only.curvature\n"
+    )
+    mine = changed('quantity = "curvature"', 'quantity = "function"\nfile = "mine.py"').replace(
+        'state = "hot"\n', ""
+    )
+    study = read_study(write_study(tmp_path, mine))
+    model, place = Model(study, small[0].model.plan), np.array([[0.3, 0.7]])
+    np.testing.assert_allclose(model.evaluate(place)[0], small[0].model.evaluate(place)[0], rtol=1e-12)
+
+
+def test_the_command_refuses_results_that_are_there(small, tmp_path):
+    _, folder = small
+    (folder / "out").mkdir(exist_ok=True)
+    (folder / "out" / "report.json").write_text("{}")
+    done = CliRunner().invoke(main, ["design", str(folder / "study.toml"), "--out", str(folder / "out")])
+    assert done.exit_code == 2 and "results are here already" in done.stderr
+    assert SMALL

@@ -1,0 +1,40 @@
+"""Studies to test with: expressions, whose answers are exact and whose programs compile at once."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+ISHIGAMI = """
+schema = "pneusma-study/1"
+name = "ishigami"
+[model]
+through = "expression"
+outputs = {y = "sin(x1) + 7*sin(x2)**2 + 0.1*x3**4*sin(x1)"}
+[input]
+x1 = {low = -3.141592653589793, high = 3.141592653589793}
+x2 = {low = -3.141592653589793, high = 3.141592653589793}
+x3 = {low = -3.141592653589793, high = 3.141592653589793}
+"""
+PLAIN = """
+schema = "pneusma-study/1"
+name = "plain"
+[model]
+through = "expression"
+outputs = {y = "a + 2*b"}
+[input]
+a = {mean = 1.0, sd = 0.5}
+b = {mean = 0.0, sd = 1.0}
+"""
+
+
+@pytest.fixture
+def write(tmp_path) -> Callable[[str], Path]:
+    """`write(text)` is a file with that study."""
+
+    def make(text: str, name: str = "study.toml") -> Path:
+        path = tmp_path / name
+        path.write_text(text)
+        return path
+
+    return make

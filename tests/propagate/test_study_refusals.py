@@ -1,0 +1,147 @@
+"""Studies that cannot be: one line that names file and place and says what would be right, exit code 2, no files."""
+
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from conftest import ISHIGAMI, PLAIN
+
+from fitting.cli import main
+from fitting.propagate.reading import study_examples
+
+STATE = """
+schema = "pneusma-study/1"
+[model]
+through = "state"
+design = "pneusma2"
+pressure_kPa = 30.0
+xi0_2 = 0.4
+[input]
+G_m = {mean = 3.0, sd = 0.3, unit = "GPa"}
+"""
+GRID = STATE.replace("pressure_kPa = 30.0", "pressure_kPa = {from = 0.0, to = 50.0, points = 5}")
+CASES = {
+    "no file": (None, "there is no such file"),
+    "no TOML": ("schema = ", "not a TOML file"),
+    "other schema": ('schema = "pneusma-protocol/1"', "schema is"),
+    "unknown table": (PLAIN + "[samples]\nrows = 3\n", "unknown key 'samples', did you mean 'sampling'?"),
+    "nothing varies": (PLAIN.replace("[input]\na = {mean = 1.0, sd = 0.5}\nb = {mean = 0.0, sd = 1.0}", ""), "nothing varies"),
+    "no model": ('schema = "pneusma-study/1"\n[input.a]\nmean = 0.0\nsd = 1.0\n', "[model] needs through"),
+    "through what": (PLAIN.replace('"expression"', '"states"'), "did you mean 'state'?"),
+    "unknown key of the model": (STATE.replace("xi0_2", "xi_2"), "unknown key 'xi_2'"),
+    "no pressure": (STATE.replace("pressure_kPa = 30.0\n", ""), "needs pressure_kPa"),
+    "pressure of a wrong unit": (STATE.replace("pressure_kPa", "pressure_mm"), "must be a pressure"),
+    "no such spring": (STATE.replace("xi0_2", "xi0_3"), "there is no spring 3"),
+    "no fraction": (STATE.replace("xi0_2 = 0.4", "xi0_2 = 1.4"), "from 0 (hot) to 1 (cold)"),
+    "two drivers": (GRID.replace("xi0_2 = 0.4", "xi0_2 = [0.2, 0.4]"), "is the driver already"),
+    "a driver that falls": (STATE.replace("30.0", "[30.0, 10.0]"), "must rise"),
+    "no such design": (STATE.replace("pneusma2", "pneusma7"), "pneusma7"),
+    "a chain as an actuator": (STATE.replace('"pneusma2"', '"orthogonal_chain"'), "is a chain"),
+    "no such number": (STATE.replace("G_m", "G_n"), "no number 'G_n' to vary, did you mean"),
+    "a unit of something else": (STATE.replace("GPa", "mm"), "unit 'mm' is one of length"),
+    "no such unit": (STATE.replace("GPa", "GPascal"), "unknown unit"),
+    "no spread": (PLAIN.replace("sd = 0.5", "sd = 0.0"), "must be more than 0"),
+    "an empty range": (PLAIN.replace("mean = 1.0, sd = 0.5", "low = 2.0, high = 1.0"), "must be less than"),
+    "half a distribution": (PLAIN.replace("mean = 1.0, sd = 0.5", "mean = 1.0"), "needs distribution"),
+    "no such distribution": (
+        PLAIN.replace("mean = 1.0, sd = 0.5", "distribution = 'lognormal', s = 1.0"), "did you mean 'lognorm'?",
+    ),
+    "no such shape": (PLAIN.replace("mean = 1.0, sd = 0.5", "distribution = 'norm', mu = 1.0"), "is no parameter of norm"),
+    "a missing shape": (PLAIN.replace("mean = 1.0, sd = 0.5", "distribution = 'lognorm'"), "needs the shape 's'"),
+    "an impossible shape": (
+        PLAIN.replace("mean = 1.0, sd = 0.5", "distribution = 'gamma', a = -1.0"), "is no distribution",
+    ),
+    "not a number": (PLAIN.replace("sd = 0.5", "sd = nan"), "must be a finite number"),
+    "correlation of one": (PLAIN + "[[correlation]]\nbetween = ['a', 'b']\nvalue = 1.0\n", "between -1 and 1"),
+    "correlation with nothing": (PLAIN + "[[correlation]]\nbetween = ['a', 'c']\nvalue = 0.5\n", "'c' does not vary"),
+    "impossible correlations": (
+        ISHIGAMI + "".join(
+            f"[[correlation]]\nbetween = ['x{i}', 'x{j}']\nvalue = {v}\n" for i, j, v in ((1, 2, 0.9), (2, 3, 0.9), (1, 3, -0.9))
+        ), "not positive definite",
+    ),
+    "correlated Sobol indices": (PLAIN + "[[correlation]]\nbetween = ['a', 'b']\nvalue = 0.5\n[indices]\n", "kind = 'shapley'"),
+    "an expression of nothing": (PLAIN.replace("a + 2*b", "a + 2*c"), "'c', which is neither input nor output"),
+    "an expression that is none": (PLAIN.replace("a + 2*b", "import os"), "is not an expression"),
+    "an output that is not there": (STATE + "[[output]]\nname = 'curvature'\n", "no output 'curvature', did you mean"),
+    "a limit on nothing": (PLAIN + "[[limit]]\non = 'z'\nabove = 1.0\n", "no output is called 'z'"),
+    "a limit without a value": (PLAIN + "[[limit]]\non = 'y'\n", "say 'above' or 'below'"),
+    "nothing holds": (PLAIN + "[[limit]]\non = 'y'\nabove = 1.0\nbelow = 2.0\n", "leave nothing"),
+    "reduced twice": (GRID + "[[output]]\nname = 'curvature_1pm'\nreduce = 'mean'\nat = 3.0\n", "keep one"),
+    "reduced without a driver": (STATE + "[[output]]\nname = 'curvature_1pm'\nreduce = 'mean'\n", "no driver"),
+    "outside of the driver": (GRID + "[[output]]\nname = 'curvature_1pm'\nat = 60.0\n", "lies outside"),
+    "no rows": (PLAIN + "[sampling]\nrows = 0\n", "whole number from 1"),
+    "half a row": (PLAIN + "[sampling]\nrows = 10.5\n", "whole number"),
+    "tiny chunks": (PLAIN + "[sampling]\nchunk = 1\n", "whole number from 100"),
+    "no such method": (PLAIN + "[sampling]\nmethod = 'sobel'\n", "did you mean 'sobol'?"),
+    "an index of one input": (PLAIN.replace("b = {mean = 0.0, sd = 1.0}", "").replace("+ 2*b", "") + "[indices]\n", "only one input"),
+    "in two groups": (ISHIGAMI + "[indices.groups]\np = ['x1']\nq = ['x1', 'x2']\n", "is in p and in q"),
+    "rare without a limit": (PLAIN + "[rare]\n", "needs a [[limit]]"),
+    "no posterior": (STATE + "[vary]\nposterior = 'nowhere'\n", "there is no such file"),
+    "no recording": (STATE.replace("state", "recording").replace("design", "recording"), "unknown key 'pressure_kPa'"),
+    "no protocol": (STATE.replace("state", "protocol").replace("pressure_kPa = 30.0\nxi0_2 = 0.4\n", ""), "needs protocol"),
+    "tolerance in percent": (STATE + "[vary]\ntolerance = {wall_thickness = 3.0}\n", "3 percent is 0.03"),
+    "tolerance and input": (STATE + "[vary]\ntolerance = {G_m = 0.03}\n", "keep one"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_study_that_cannot_be_is_refused_in_one_line(case, tmp_path):
+    text, words = CASES[case]
+    path, out = tmp_path / "study.toml", tmp_path / "out"
+    if text is not None:
+        path.write_text(text)
+    result = CliRunner().invoke(main, ["propagate", str(path), "--out", str(out)])
+    lines = result.stderr.splitlines()
+    assert result.exit_code == 2, (result.output, result.exception)
+    assert len(lines) == 1 and lines[0].startswith("pneusma: ") and words in lines[0], lines
+    assert "study.toml" in lines[0] or "nowhere" in lines[0] or "pneusma7" in lines[0], lines
+    assert result.stdout == "" and not out.exists(), "nothing is written"
+
+
+def test_results_that_are_there_are_not_replaced(tmp_path):
+    path, out = tmp_path / "study.toml", tmp_path / "out"
+    path.write_text(PLAIN + "[sampling]\nrows = 200\n")
+    assert CliRunner().invoke(main, ["propagate", str(path), "--out", str(out)]).exit_code == 0
+    before = {p: p.read_bytes() for p in Path(out).rglob("*") if p.is_file()}
+    refused = CliRunner().invoke(main, ["propagate", str(path), "--out", str(out)])
+    assert refused.exit_code == 2 and "results are here already" in refused.stderr
+    assert before == {p: p.read_bytes() for p in Path(out).rglob("*") if p.is_file()}
+
+
+def test_a_cluster_and_workers_contradict_each_other(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text(PLAIN)
+    options = ["--out", str(tmp_path / "out"), "--workers", "2", "--cluster", "tcp://localhost:1"]
+    refused = CliRunner().invoke(main, ["propagate", str(path), *options])
+    assert refused.exit_code == 2 and "give one of them" in refused.stderr
+
+
+def test_the_shipped_studies_are_read_by_name(tmp_path):
+    for name in study_examples():
+        result = CliRunner().invoke(main, ["propagate", name, "--out", str(tmp_path / "out"), "--check"])
+        assert result.exit_code == 0 and "20,000 rows in 2 chunks" in result.stdout, result.output
+    assert study_examples() == ["pneusma2_band"]
+
+
+def test_check_says_what_would_be_done_and_does_nothing(tmp_path):
+    path, out = tmp_path / "study.toml", tmp_path / "out"
+    path.write_text(PLAIN)
+    result = CliRunner().invoke(main, ["propagate", str(path), "--out", str(out), "--check"])
+    assert result.exit_code == 0 and "10,000 rows in 1 chunks" in result.stdout and not out.exists()
+
+
+@pytest.mark.parametrize("more", ["", "[indices]\n", "[indices]\nkind = 'shapley'\n", "[rare]\n"])
+def test_a_study_in_which_every_row_fails_ends_with_a_report(tmp_path, more):
+    path, out = tmp_path / "study.toml", tmp_path / "out"
+    limit = "[[limit]]\non = 'y'\nabove = 1.0\n"
+    path.write_text(PLAIN.replace("a + 2*b", "sqrt(-1 - a*a) + b") + limit + more + "[sampling]\nrows = 200\n")
+    result = CliRunner().invoke(main, ["propagate", str(path), "--out", str(out)])
+    assert result.exit_code == 0, result.exception
+    assert "(100 %) have no result" in " ".join(result.stdout.split()) and (out / "report.html").exists()
+
+
+def test_a_study_of_one_row_ends_with_a_report(tmp_path):
+    path, out = tmp_path / "study.toml", tmp_path / "out"
+    path.write_text(PLAIN + "[sampling]\nrows = 1\n")
+    result = CliRunner().invoke(main, ["propagate", str(path), "--out", str(out)])
+    assert result.exit_code == 0 and "1 rows" in result.stdout, result.exception

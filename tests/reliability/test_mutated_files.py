@@ -1,0 +1,75 @@
+"""Damaged files end in a right answer or one clear line; `make fuzz` does the same with 20,000."""
+
+import io
+import zipfile
+
+import numpy as np
+import pytest
+from fuzz import campaign, one, wrong_numbers
+from mutations import workbook
+
+from fitting.data.importers import import_tests, make_options, raw
+from fitting.data.recordings import read_recording
+from pneusma_jax import InputError, load_calibration
+
+
+def test_damaged_files_are_read_rightly_or_refused_in_one_line():
+    counts, failures = campaign(range(150))
+    assert not failures, failures
+    assert sum(counts[f"{kind}: refused"] for kind in ("recording", "table", "raw file")) > 50
+    assert sum(counts[f"{kind}: accepted"] for kind in ("recording", "table", "raw file")) > 30
+
+
+def test_the_same_seed_damages_the_same_way():
+    (first, said), (second, again) = one(11), one(11)
+    assert first == second and said.split(": ", 1)[1] == again.split(": ", 1)[1]
+
+
+def test_the_independent_reader_sees_a_wrong_number(tmp_path):
+    text = "strain,stress_kPa\n" + "".join(f"{0.1 * k},{k}\n" for k in range(12))
+    (tmp_path / "a.csv").write_text(text)
+    columns = read_recording(tmp_path / "a.csv").columns
+    assert wrong_numbers(text.encode(), columns) == ""
+    columns["stress_kPa"] = columns["stress_kPa"].copy()
+    columns["stress_kPa"][3] += 1e-9
+    assert "stress_kPa" in wrong_numbers(text.encode(), columns)
+
+
+def packed_workbook(sheet: str) -> bytes:
+    """A workbook with one sheet, whose XML is given."""
+    content, made = io.BytesIO(workbook(np.random.default_rng(0))), io.BytesIO()
+    with zipfile.ZipFile(content) as old, zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as new:
+        for name in old.namelist():
+            new.writestr(name, sheet if name == "xl/worksheets/sheet1.xml" else old.read(name))
+    return made.getvalue()
+
+
+def test_a_workbook_that_unpacks_to_more_than_the_limit_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(raw, "MOST_UNPACKED", 2**20)  # gigabytes take a minute to pack
+    bomb = packed_workbook("<!--" + " " * (6 * 2**20) + "-->")
+    assert len(bomb) < 2**15
+    (tmp_path / "bomb.xlsx").write_bytes(bomb)
+    with pytest.raises(InputError, match="unpacks to 6 MiB"):
+        import_tests(tmp_path / "bomb.xlsx")
+
+
+def test_a_sheet_that_states_billions_of_cells_is_read_by_those_it_has(tmp_path):
+    rows = [["Strain", "Stress (kPa)"], *([f"{0.02 * k:.2f}", f"{3 * k}"] for k in range(12))]
+    xml = "".join(
+        "<row>" + "".join(f'<c t="inlineStr"><is><t>{cell}</t></is></c>' for cell in row) + "</row>"
+        for row in rows
+    )
+    space = "http://schemas.openxmlformats.org/spreadsheetml/2006/main"
+    sheet = (
+        f'<worksheet xmlns="{space}"><dimension ref="A1:XFD1048576"/><sheetData>{xml}</sheetData></worksheet>'
+    )
+    (tmp_path / "wide.xlsx").write_bytes(packed_workbook(sheet))
+    found = import_tests(tmp_path / "wide.xlsx", make_options(kind="elastomer"))
+    assert len(found[0]) == 12
+
+
+@pytest.mark.parametrize("nest", ["x = " + "[" * 5000 + "]" * 5000, "x = " + "{a=" * 5000 + "1" + "}" * 5000])
+def test_toml_that_is_nested_to_exhaust_the_stack_is_refused(tmp_path, nest):
+    (tmp_path / "deep.toml").write_text(nest + "\n")
+    with pytest.raises(InputError, match="nested too deeply"):
+        load_calibration(tmp_path / "deep.toml")

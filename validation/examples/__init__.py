@@ -1,0 +1,1 @@
+"""Simulated campaigns that ship with the package, made again by a command each."""
