@@ -35,8 +35,8 @@ _INSIDE = math.erf(HUBER / math.sqrt(2.0))
 _HUBER_MEAN = (
     _INSIDE - 2.0 * HUBER * math.exp(-0.5 * HUBER**2) / math.sqrt(2.0 * math.pi) + HUBER**2 * (1.0 - _INSIDE)
 )
-"""Mean square of a standard Gaussian whose size is held to `HUBER`. Written out: to import `scipy.stats` is two
-fifths of the time of all imports of `pneusma simulate`."""
+"""Mean square of a standard Gaussian whose size is held to `HUBER`. Written out: importing `scipy.stats`
+is two fifths of all that `pneusma simulate` imports."""
 DRAWS, DRAWN = 32, 10_000
 """Times that rounding errors are drawn anew, at most, so that the median of 21 rounded points spreads by 2 %
 with the draw; and numbers that are drawn in all, of longer recordings."""
