@@ -28,6 +28,7 @@ from .batches import (
     taken,
 )  # fmt: skip
 from .cells import CellRanges, Reading, examined, fractions_beside, starts_in
+from .phase_map import PhaseMap
 from .result import Equilibrium, Status
 from .root_find import MOST_ROOTS, distinct, in_between, trial_fractions
 
@@ -123,16 +124,53 @@ def _readings(rows: Rows) -> tuple[Reading, ...]:
     return tuple(found)
 
 
+PIECE = 16_384
+"""Maximum of rows whose cells are looked at together; about ten cells each, it bounds the memory."""
+
+
 def _by_cells(rows: Rows) -> tuple[Equilibrium, np.ndarray]:
     """Rows of springs that remember the same; see the module."""
-    pressure, readings = rows.each[0], _readings(rows)
     grid = map_of(rows, taken(rows.each[2], 0))
-    ranges = CellRanges(grid, tuple(r.measured for r in readings))
+    ranges = CellRanges(grid, tuple(is_resistance(a) for a in rows.each[1]))
+    found = None
+    for first in range(0, len(rows), PIECE):
+        part = _piece(rows.taken(slice(first, first + PIECE)), grid, ranges)
+        if found is None:
+            found = jax.tree.map(lambda x: np.empty((len(rows), *x.shape[1:]), x.dtype), part)
+        jax.tree.map(lambda whole, some: put(whole, slice(first, first + PIECE), some), found, part)  # noqa: B023
+    return found
+
+
+class _Looked(NamedTuple):
+    """Cells that rows looked at, arrays of shape (n,), rows ascending.
+
+    Attributes:
+        row, cells: of each, the latter of shape (springs, n).
+        step: see `Cells`.
+        possible: whether an equilibrium may lie there.
+        first: indices of the likeliest cell of every row that can have no other.
+        some: indices of all possible cells of the other rows.
+        sound: rows for which the grid is sound, shape (rows,).
+    """
+
+    row: np.ndarray
+    cells: np.ndarray
+    step: np.ndarray
+    possible: np.ndarray
+    first: np.ndarray
+    some: np.ndarray
+    sound: np.ndarray
+
+
+def _looked(
+    grid: PhaseMap, ranges: CellRanges, pressure: np.ndarray, readings: tuple[Reading, ...]
+) -> _Looked:
+    """Which cells rows start from."""
     row, cell = ranges.met(pressure, readings)
     order = np.argsort(row, kind="stable")
     row, cells = row[order], ranges.cells[:, cell[order]]
     seen = examined(grid, pressure[row], tuple(Reading(r.value[row], r.measured) for r in readings), cells)
-    possible, size = seen.holds | seen.turned, len(rows)
+    possible, size = seen.holds | seen.turned, len(pressure)
     count = np.bincount(row[possible], minlength=size)
     turned = np.bincount(row[seen.turned], minlength=size) > 0
     held = np.bincount(row[seen.holds], minlength=size) > 0
@@ -143,6 +181,13 @@ def _by_cells(rows: Rows) -> tuple[Equilibrium, np.ndarray]:
     near = near[np.lexsort((seen.away[near], row[near]))]
     first = near[np.unique(row[near], return_index=True)[1]]
     some = np.flatnonzero(possible & (sound & ~alone)[row])
+    return _Looked(row, cells, seen.step, possible, first, some, sound)
+
+
+def _piece(rows: Rows, grid: PhaseMap, ranges: CellRanges) -> tuple[Equilibrium, np.ndarray]:
+    """Rows of `_by_cells`."""
+    pressure, readings, size = rows.each[0], _readings(rows), len(rows)
+    row, cells, step, possible, first, some, sound = _looked(grid, ranges, pressure, readings)
     measured = np.asarray([r.measured for r in readings])
     tried = np.concatenate([first, some])
 
@@ -151,7 +196,7 @@ def _by_cells(rows: Rows) -> tuple[Equilibrium, np.ndarray]:
         return solved_from(rows.taken(row[at]), begin)
 
     of = tuple(Reading(r.value[row[tried]], r.measured) for r in readings)
-    every = solved(tried, starts_in(grid, pressure[row[tried]], of, cells[:, tried], seen.step[:, tried]))
+    every = solved(tried, starts_in(grid, pressure[row[tried]], of, cells[:, tried], step[:, tried]))
     # most rows are alone: one attempt each, and nothing to compare
     found = jax.tree.map(lambda x: np.empty((size, *x.shape[1:]), x.dtype), (every.result, every.unknowns))
     sure = np.zeros(size, bool)

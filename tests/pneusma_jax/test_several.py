@@ -91,3 +91,18 @@ def test_under_loads_every_equilibrium_is_listed_and_batches_say_so():
     found, one = pj.solve_batch(body, np.zeros(3), cold), pj.solve(body, 0.0)
     assert set(np.asarray(found.status)) == {int(one.status)}
     assert set(np.asarray(found.stable)) == {bool(one.stable)}
+
+
+def test_a_batch_has_the_same_gradient_inside_and_outside_of_jit(batch):
+    """Rows by resistance, of which the last has several equilibria; against differences of the batch."""
+    body, pressure, drive, _, found = batch
+    several_there = np.flatnonzero(np.asarray(found.equilibria) == 3)
+    which = np.append(np.flatnonzero(np.asarray(found.equilibria) == 1)[:3], several_there[:1])
+    given = tuple(pj.Resistance(a.value[which]) for a in drive)
+    curvatures = lambda p: pj.solve_batch(body, p, given).curvature  # noqa: E731
+    summed = lambda p: curvatures(p).sum()  # noqa: E731
+    here = pressure[which]
+    apart, within = jax.grad(summed)(here), jax.jit(jax.grad(summed))(here)
+    np.testing.assert_allclose(apart, within, rtol=1e-9)
+    differences = (np.asarray(curvatures(here + 1.0)) - np.asarray(curvatures(here - 1.0))) / 2.0
+    np.testing.assert_allclose(apart, differences, rtol=1e-4)
