@@ -97,9 +97,9 @@ def _verdict(conclusion: Conclusion) -> list[str]:
             and rival is not None
         ):
             lead = (
-                f"The recordings may contradict {whole}: no effect that is known explains them, and "
-                f"a smooth function of {rival.driver.replace('_', ' ')} without a name does with a log Bayes "
-                f"factor of {rival.bayes:.2g}, which is little."
+                f"The recordings may contradict {whole}, but no known effect explains them. A smooth "
+                f"function of {rival.driver.replace('_', ' ')} does, with a log Bayes factor of "
+                f"{rival.bayes:.2g}, which is little."
             )
     elif len(names) == 1:
         lead = f"{_capital(base_named(conclusion))} leaves out {names[0]}: {CATALOGUE[names[0]].sentence}"
