@@ -111,8 +111,8 @@ class Plant(eqx.Module):
         chain = chain.knowing(pressure=inside)
         drives = tuple(MartensiteFraction(x) for x in fractions)
         problem = Problem(body, inside, drives, memory.states, chain)
-        root, steps, good = at_given_phases(problem, memory.unknowns)
-        found = equilibrium_of(problem, jnp.where(good, root, memory.unknowns), steps)
+        ended = at_given_phases(problem, memory.unknowns)
+        found = equilibrium_of(problem, jnp.where(ended.good, ended.unknowns, memory.unknowns), ended.steps)
         calm = jax.tree.map(
             lambda x: jnp.where(found.converged, x, 0.0) if eqx.is_inexact_array(x) else x, found
         )

@@ -71,8 +71,9 @@ def _apart(body: Body, fractions: Array) -> list[tuple[pj.MartensiteFraction, ..
 def _one(pressure: Array, row: tuple) -> pj.Equilibrium:
     segment, drive, memory, guess = row
     problem = Problem(segment, pressure, drive, memory)
-    root, steps, good = newton(problem, guess)
-    return equilibrium_of(problem, attached(problem, jnp.where(good, root, jnp.nan)), steps)
+    ended = newton(problem, guess)
+    root = jnp.where(ended.good, ended.unknowns, jnp.nan)
+    return equilibrium_of(problem, attached(problem, root), ended.steps)
 
 
 def _alike(rows: Sequence[tuple], pressure: Array) -> list[pj.Equilibrium]:

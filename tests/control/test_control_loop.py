@@ -2,6 +2,8 @@
 
 import dataclasses
 
+import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -41,6 +43,16 @@ def body():
     body = pj.make_actuator("pneusma2")
     place = body.section.enclosed_centroid
     return body.with_loads(pj.TipForce(jnp.zeros(3), place))
+
+
+def test_a_step_gives_back_a_memory_of_the_same_kind(body):
+    plant = Plant(body, all_effects({"series_resistance": {"ohms": 0.1}}))
+    pressure, currents, clock = jnp.asarray(20e3), jnp.zeros(2), jnp.asarray(0.25)
+    memory = plant.begin(pressure)
+    traced, seen = eqx.filter_eval_shape(plant.step, memory, pressure, currents, clock, clock)
+    kind = lambda tree: jax.tree.map(lambda x: (jnp.shape(x), jnp.result_type(x)), tree)  # noqa: E731
+    assert jax.tree.leaves(kind(traced)) == jax.tree.leaves(kind(memory))
+    assert seen.resistances.shape == (2,) and seen.curvature.shape == ()
 
 
 @pytest.mark.slow
