@@ -33,6 +33,21 @@ COMMANDS = {
         "design_command",
         "Find the dimensions that do best what is wanted.",
     ),
+    "invert": (
+        "fitting.cli.invert",
+        "invert_command",
+        "Find the pressure and phases for what is wanted.",
+    ),
+    "control": (
+        "fitting.cli.control",
+        "control_command",
+        "Hold a curvature by resistances, on a plant with unknown physics.",
+    ),
+    "wiring": (
+        "fitting.cli.wiring",
+        "wiring_command",
+        "Select many springs on one pair of wires by filters.",
+    ),
     "reproduce": (
         "fitting.cli.reproduce",
         "reproduce_command",
@@ -137,6 +152,9 @@ class LazyGroup(click.Group):
         if args is None and not sys.warnoptions:  # from a shell: what libraries warn of is for developers
             warnings.simplefilter("ignore")
         args = list(sys.argv[1:] if args is None else args) or ["--help"]
+        for stream in (sys.stdout, sys.stderr):
+            if hasattr(stream, "reconfigure"):  # a terminal without UTF-8 gets ? for what it cannot show
+                stream.reconfigure(errors="replace")
         try:
             code = super().main(args, prog_name, standalone_mode=False, **extra)
         except click.exceptions.Abort:

@@ -21,6 +21,8 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.files import write_whole
 
 FOLDER = "traced"
+DIGEST = 32
+"""Bytes of the SHA-256 before a stored program."""
 UNUSED = 90 * 86400.0
 """Seconds after which a program that nobody asked for is removed."""
 
@@ -64,7 +66,7 @@ def _program(
     key = hashlib.sha256(f"{jax.__version__}|{jax.default_backend()}|{_source()}|{words}".encode())
     path = folder / f"{key.hexdigest()[:32]}.stablehlo"
     try:
-        program = export.deserialize(bytearray(path.read_bytes()))
+        program = export.deserialize(bytearray(_checked(path.read_bytes())))
         os.utime(path)
         return program
     except FileNotFoundError:
@@ -73,8 +75,21 @@ def _program(
         path.unlink(missing_ok=True)
     flat = lambda *leaves: function(*jax.tree.unflatten(structure, leaves))  # noqa: E731
     program = export.export(jax.jit(flat))(*(jax.ShapeDtypeStruct(s.shape, s.dtype) for s in shapes))
-    _write(path, program.serialize())
+    content = bytes(program.serialize())
+    _write(path, hashlib.sha256(content).digest() + content)
     return program
+
+
+def _checked(stored: bytes) -> bytes:
+    """A program without the digest before it; a damaged one could end the process inside the compiler.
+
+    Raises:
+        ValueError: if the digest is not that of the program.
+    """
+    digest, content = stored[:DIGEST], stored[DIGEST:]
+    if hashlib.sha256(content).digest() != digest:
+        raise ValueError("the stored program is damaged")
+    return content
 
 
 def _write(path: Path, content: bytes) -> None:

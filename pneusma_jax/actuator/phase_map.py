@@ -8,6 +8,7 @@ All functions take NumPy and JAX arrays alike: outside of transformations nothin
 """
 
 import math
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -26,7 +27,7 @@ FRACTIONS = {1: 17, 2: 12, 3: 7}
 """Number of fractions of each spring, by the number of springs."""
 
 
-def namespace_of(tree: object) -> object:
+def namespace_of(tree: object) -> Any:
     """`numpy` if no array of a pytree is one of JAX."""
     return jnp if any(isinstance(x, jax.Array) for x in jax.tree.leaves(tree)) else np
 

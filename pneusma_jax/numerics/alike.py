@@ -37,7 +37,7 @@ def alike(trees: Sequence[PyTree]) -> bool:
     """Whether pytrees have the same structure, and arrays of the same shapes and types."""
     shapes = [[(jnp.shape(x), jnp.result_type(x)) for x in jax.tree.leaves(tree)] for tree in trees]
     return all(
-        jax.tree.structure(tree) == jax.tree.structure(trees[0]) and own == shapes[0]
+        jax.tree.structure(tree) == jax.tree.structure(trees[0]) and own == shapes[0]  # type: ignore[operator]
         for tree, own in zip(trees, shapes, strict=True)
     )
 

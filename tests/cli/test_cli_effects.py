@@ -28,7 +28,9 @@ def test_an_entry_gives_law_source_and_ranges():
 
 
 def test_a_signature_is_drawn_with_its_numbers(tmp_path):
-    told = run("mullins_softening", "--plot", "--kind", "elastomer", "--set", "depth=0.4", "--out", str(tmp_path))
+    told = run(
+        "mullins_softening", "--plot", "--kind", "elastomer", "--set", "depth=0.4", "--out", str(tmp_path)
+    )
     assert "largest change of stress_kPa" in told
     assert (tmp_path / "mullins_softening_elastomer.png").read_bytes().startswith(b"\x89PNG")
     lines = (tmp_path / "mullins_softening_elastomer.csv").read_text().splitlines()

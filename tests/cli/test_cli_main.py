@@ -88,10 +88,14 @@ def test_a_terminal_sees_no_warnings_of_libraries_nor_alarms_of_the_compiler():
         "except SystemExit: pass\n"
         "warnings.warn('mean of empty slice', RuntimeWarning)\n"
     )
-    bare = {name: value for name, value in os.environ.items() if name != "TF_CPP_MIN_LOG_LEVEL"}  # JAX here set it
+    bare = {
+        name: value for name, value in os.environ.items() if name != "TF_CPP_MIN_LOG_LEVEL"
+    }  # JAX here set it
     quiet = subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, env=bare)
     assert quiet.returncode == 0 and "empty slice" not in quiet.stderr, quiet.stderr
-    asked = subprocess.run([sys.executable, "-W", "default", "-c", told], capture_output=True, text=True, env=bare)
+    asked = subprocess.run(
+        [sys.executable, "-W", "default", "-c", told], capture_output=True, text=True, env=bare
+    )
     assert "empty slice" in asked.stderr
 
 
@@ -103,9 +107,15 @@ def test_completion_prints_the_script_of_a_shell(run, shell):
 
 def test_the_completion_of_a_shell_knows_commands_and_options():
     def completed(words, position):
-        environment = os.environ | {"COMP_WORDS": words, "COMP_CWORD": position, "_PNEUSMA_COMPLETE": "bash_complete"}
+        environment = os.environ | {
+            "COMP_WORDS": words,
+            "COMP_CWORD": position,
+            "_PNEUSMA_COMPLETE": "bash_complete",
+        }
         code = "from fitting.cli import main; main(prog_name='pneusma')"
-        return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment).stdout
+        return subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, env=environment
+        ).stdout
 
     assert completed("pneusma charact", "1").split() == ["plain,characterise", "plain,characterise-batch"]
     assert completed("pneusma diagnose --tho", "2").split() == ["plain,--thorough"]

@@ -10,7 +10,9 @@ from matplotlib.figure import Figure
 
 from fitting.cli import COMMANDS
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "commands.md"
+ROOT = Path(__file__).resolve().parents[2]
+PAGE, DESIGN = ROOT / "docs" / "commands.md", ROOT / "docs" / "design.md"
+BAND = ROOT / "calibration_data" / "examples" / "studies" / "pneusma2_band.toml"
 RAW = "Sample A\nTime (s),Strain (%),Stress (kPa)\n" + "".join(f"{k},{2 * k},{3.0 * k}\n" for k in range(20))
 
 
@@ -27,6 +29,10 @@ def examples() -> list[tuple[str, bool]]:
 
 def run_all(run, commands) -> None:
     Path("RAW.csv").write_text(RAW)
+    Path("my_study.toml").write_text(re.search(r"```toml\n(.*?)```", DESIGN.read_text(), flags=re.S)[1])
+    Path("my_band.toml").write_text(
+        BAND.read_text().replace("rows = 20000", "rows = 256").replace("chunk = 10000", "chunk = 128")
+    )
     for command in commands:
         result = run(*shlex.split(command)[1:])
         assert result.exit_code == 0, f"{command}\n{result.output}\n{result.stderr}"

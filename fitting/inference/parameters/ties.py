@@ -27,6 +27,11 @@ RESERVED = frozenset(FUNCTIONS) | frozenset(CONSTANTS)
 _ALLOWED = (ast.Expression, ast.Name, ast.Load, ast.Constant, ast.BinOp, ast.UnaryOp, ast.Call, ast.Compare)
 
 
+def _shown(expression: str) -> str:
+    """An expression for a message, cut where it is longer than a line."""
+    return repr(expression if len(expression) <= 80 else f"{expression[:77]}...")
+
+
 def names_in(expression: str, owner: str) -> set[str]:
     """Parameters that an expression refers to.
 
@@ -39,9 +44,9 @@ def names_in(expression: str, owner: str) -> set[str]:
     """
     try:
         tree = ast.parse(expression.strip(), mode="eval")
-    except (SyntaxError, ValueError):
+    except (SyntaxError, ValueError, RecursionError, MemoryError):  # the last two of thousands of terms
         raise InputError(
-            f"parameter {owner!r}: tie {expression!r} is not an expression like '2*mu' or 'c_10 + c_20'"
+            f"parameter {owner!r}: tie {_shown(expression)} is not an expression like '2*mu' or 'c_10 + c_20'"
         ) from None
     for node in ast.walk(tree):
         numeric = not isinstance(node, ast.Constant) or isinstance(node.value, int | float)

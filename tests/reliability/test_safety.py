@@ -1,0 +1,167 @@
+"""What files, disks and terminals may do to a run: one clear line, nothing half-written, no code from a file."""
+
+import ast
+import errno
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from fitting.data.publish import publish
+from fitting.data.recordings import read_recording
+from fitting.inference import program_cache
+from fitting.inference.parameters.ties import evaluate, names_in
+from pneusma_jax import InputError
+
+ROOT = Path(__file__).resolve().parents[2]
+CODE_FROM_FILES = {
+    "eval",
+    "exec",
+    "compile",
+    "pickle",
+    "cPickle",
+    "marshal",
+    "shelve",
+    "dill",
+    "joblib",
+    "yaml",
+}
+
+
+def sources() -> list[Path]:
+    return [path for package in ("pneusma_jax", "fitting") for path in sorted((ROOT / package).rglob("*.py"))]
+
+
+@pytest.mark.parametrize("kind", ["calls", "imports"])
+def test_nothing_that_runs_code_from_a_file_is_used(kind):
+    found = []
+    for path in sources():
+        for node in ast.walk(ast.parse(path.read_text())):
+            if kind == "calls" and isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+                found += [(path.name, node.func.id)] if node.func.id in CODE_FROM_FILES else []
+            elif kind == "imports" and isinstance(node, ast.Import | ast.ImportFrom):
+                names = [alias.name for alias in node.names] + [getattr(node, "module", None) or ""]
+                found += [(path.name, name) for name in names if name.split(".")[0] in CODE_FROM_FILES]
+            if isinstance(node, ast.keyword) and node.arg in ("allow_pickle", "shell"):
+                found.append((path.name, node.arg))
+    assert not found
+
+
+@pytest.mark.parametrize(
+    "tie",
+    [
+        "__import__('os').system('true')", "a.__class__", "().__class__.__bases__", "(lambda: 1)()", "[x for x in a]",
+        "open('f')", "f'{a}'", "a if b else c", "{1: 2}", "a[0]", "print(a)", "getattr(a, 'b')", "sin.__globals__",
+        "1+" * 20000 + "1", "(" * 5000 + "a" + ")" * 5000, "exp(a, where=b)", "'text'", "x := 3", "a; b",
+    ],
+)  # fmt: skip
+def test_a_tie_reaches_no_attribute_no_import_and_no_statement(tie):
+    with pytest.raises(InputError) as refused:
+        names_in(tie, "mu")
+    assert "\n" not in str(refused.value)
+
+
+def test_a_tie_that_would_compute_for_ever_is_refused():
+    assert names_in("9**9**9**9", "mu") == set()
+    with pytest.raises(InputError, match="cannot be evaluated"):
+        evaluate([("mu", "9**9**9**9")], {})
+
+
+def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path, monkeypatch):
+    write = Path.write_bytes
+
+    def full(path, content):
+        if path.name == "b.png":
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return write(path, content)
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(InputError, match="No space left"):
+        publish(tmp_path / "out", {"a.txt": "a", "b.png": b"b", "report.json": "{}"}, force=False)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_results_that_were_there_survive_a_full_disk(tmp_path, monkeypatch):
+    publish(tmp_path / "out", {"a.txt": "old", "report.json": "{}"}, force=False)
+    monkeypatch.setattr(Path, "write_bytes", lambda *_: (_ for _ in ()).throw(OSError(errno.ENOSPC, "full")))
+    with pytest.raises(InputError):
+        publish(tmp_path / "out", {"a.txt": "new", "report.json": "{}"}, force=True)
+    assert (tmp_path / "out" / "a.txt").read_text() == "old"
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+@pytest.mark.parametrize(
+    "damage", [lambda b: b[: len(b) // 2], lambda b: b[:-9] + b"\x00" * 9, lambda b: b"", bytes.upper]
+)
+def test_a_damaged_cache_is_thrown_away_and_not_believed(tmp_path, damage):
+    before = jax.config.jax_compilation_cache_dir
+    jax.config.update("jax_compilation_cache_dir", str(tmp_path))
+    try:
+        call = lambda: program_cache.cached_program(lambda x: {"y": 2.0 * x}, "double")(jnp.arange(3.0))  # noqa: E731
+        np.testing.assert_array_equal(call()["y"], [0.0, 2.0, 4.0])
+        [stored] = (tmp_path / program_cache.FOLDER).glob("*.stablehlo")
+        damaged = damage(stored.read_bytes())
+        stored.write_bytes(damaged)
+        np.testing.assert_array_equal(call()["y"], [0.0, 2.0, 4.0])
+        assert stored.read_bytes() != damaged and program_cache._checked(stored.read_bytes())
+    finally:
+        jax.config.update("jax_compilation_cache_dir", before)
+
+
+@pytest.mark.parametrize("name", ["Prüfung 1", "测试", "a" * 200, "with 'quotes' & <signs>", "-leading"])
+def test_names_of_any_kind_are_read(tmp_path, name):
+    file = tmp_path / name / f"{name}.csv"
+    file.parent.mkdir()
+    file.write_text("strain,stress_kPa\n" + "".join(f"{0.01 * k},{k}\n" for k in range(12)), encoding="utf-8")
+    assert len(read_recording(file)) == 12
+
+
+def test_a_path_that_is_too_long_is_one_line(tmp_path):
+    done = pneusma("diagnose", "x" * 5000, "--out", str(tmp_path / "out"))
+    assert done.returncode == 2 and done.stderr.count("\n") == 1 and "Traceback" not in done.stderr
+
+
+def test_a_terminal_without_utf_8_gets_an_answer(tmp_path):
+    (tmp_path / "test_é.csv").write_text("Sample é\nStrain (%),Stress (kPa)\n1,±\n", encoding="utf-8")
+    plain = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONIOENCODING": "ascii", "PYTHONCOERCECLOCALE": "0"}
+    done = pneusma("import", str(tmp_path / "test_é.csv"), "--preview", **plain)
+    assert done.returncode == 2 and "Traceback" not in done.stderr and done.stderr.count("\n") == 1
+    code = "import click; from fitting.cli import LazyGroup\n" + (
+        "@click.group(cls=LazyGroup, invoke_without_command=True)\ndef main(): print('3 \\xb1 1 kPa')\nmain(['--'])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, env=os.environ | plain
+    )
+    assert done.stdout == "3 ? 1 kPa\n" and done.stderr == ""
+
+
+def pneusma(*words: str, **environment: str) -> subprocess.CompletedProcess:
+    """A command as a shell runs it."""
+    return subprocess.run(
+        [sys.executable, "-m", "fitting.cli", *words],
+        capture_output=True,
+        text=True,
+        env=os.environ | environment,
+    )
+
+
+@pytest.mark.slow
+def test_what_a_campaign_says_is_text_on_the_page_and_never_markup(tmp_path):
+    folder, evil = tmp_path / "campaign", "<script>alert(1)</script>"
+    folder.mkdir()
+    strain = np.linspace(0.0, 0.6, 60)
+    rows = "".join(f"{e},{30.0 * (1 + e - (1 + e) ** -2)}\n" for e in strain)
+    (folder / "a&b.csv").write_text(f"# {evil}\nstrain,stress_kPa\n{rows}")
+    (folder / "a&b.toml").write_text(
+        f'kind = "elastomer"\nspecimen = "{evil}"\nreal = false\n[noise]\nstress_kPa = 0.5\n[source]\ncitation = "{evil}"\n'
+    )
+    (folder / "campaign.toml").write_text(f'title = "{evil}"\n')
+    done = pneusma("characterise", str(folder), "--law", "neo_hookean", "--out", str(tmp_path / "out"))
+    assert done.returncode == 0, done.stderr
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "<script>alert" not in page and "&lt;script&gt;" in page
