@@ -9,10 +9,12 @@ import pytest
 
 import pneusma_jax as pj
 from fitting.data.protocols.reading import load_protocol
+from fitting.data.recordings import read_campaign
 from fitting.propagate import build_problem, propagate, read_study
 from fitting.propagate.inputs_of import read_draws
 from fitting.simulate.protocol import run_protocol
 from fitting.simulate.state import described_actuator
+from fitting.specimens.registry import specimen_of
 from pneusma_jax.errors import InputError
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "calibration_data" / "examples"
@@ -139,9 +141,7 @@ points = 9
 priors = true
 """
     problem = problem_of(write, text)
-    from fitting.data.recordings import read_campaign
-    from fitting.specimens import tube
-
+    tube = specimen_of("tube")
     rows = tube.rows_for(read_campaign(EXAMPLES / "tube" / "inflation_1.csv"))[0]
     expected = 1e3 * np.asarray(tube.predict({}, rows)["length"])
     np.testing.assert_allclose(problem.nominal[[0, -1]], expected[np.asarray(rows.mask)][[0, -1]], rtol=1e-12)
