@@ -67,7 +67,7 @@ def candidate_table(conclusion: Conclusion) -> Table:
 def score_table(conclusion: Conclusion) -> Table:
     """Errors on held-out recordings, without and with what was found."""
     kind = conclusion.explanation.program.kind
-    columns = {schema.quantity_and_unit(c)[0]: c for c in schema.COLUMNS[kind].outputs}
+    columns = {schema.quantity_and_unit(c)[0]: c for c in schema.KINDS[kind].columns.outputs}
 
     def row(name: str, score: HeldOut) -> list[str]:
         units = {q: schema.quantity_and_unit(columns[q])[1] for q in score.rmse if q in columns}
