@@ -85,7 +85,7 @@ def measured(names: list[str], quick: bool = False, tiny: bool = False) -> dict:
         if "accuracy" in names:
             checks["accuracy"] = child("accuracy", rows, [TINY, TINY, 2] if tiny else [BATCH, 1_000, 20])
         if "command" in names:
-            checks["command"] = child("command", rows)
+            checks["command"] = child("command", rows, [1] if tiny else [])
     head["load_after"] = os.getloadavg()
     return {"machine": head, "cases": cases, **checks}
 
@@ -179,7 +179,7 @@ def goals(found: dict) -> list[tuple[str, float | None, str, bool | None]]:
         peak = of(name, "peak_MB", 1_000_000)
         add(f"peak memory, 10^6 rows by {name}", peak, 1000, " MB")
     add("history row by phase / row of a batched solve", over("history", "phase"), 2)
-    command = found.get("command", {})
+    command = found.get("command", {}).get("simulate", {})
     add("`pneusma simulate`, cold", command.get("cold_s"), 3, " s")
     add("`pneusma simulate`, again", command.get("again_s"), 1.2, " s")
     errors = found.get("accuracy", {}).get("errors", {})
@@ -230,6 +230,10 @@ def table(found: dict) -> str:
             f"said to have several equilibria, {roots['another_without_a_word']} take another without a word"
         )
         out.append(f"  Newton steps of a row by phase: {found['accuracy']['steps_by_phase']:.2f} on average")
+    if "command" in found:
+        out += ["", "Commands, wall-clock: from an empty compilation cache, and again"]
+        for name, times in found["command"].items():
+            out.append(f"  pneusma {name:14} {times['cold_s']:7.1f} s {times['again_s']:7.1f} s")
     out += ["", f"{'Goal':60} {'measured':>12}  {'goal':>10}"]
     for name, value, goal, met in goals(found):
         shown = "-" if value is None else f"{value:.3g}" if abs(value) < 1000 else f"{value:,.0f}"

@@ -28,9 +28,9 @@ from fitting.diagnose.fit.candidates import candidate_fits
 from fitting.diagnose.fit.misfit import reduced
 from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.fit.score_test import score_effects
+from fitting.specimens import SPECIMENS
 from fitting.specimens.rows import numbers
-from fitting.specimens.spring import spring_of
-from fitting.specimens.with_effects import LETTERS
+from fitting.specimens.spring_trajectory import spring_of
 from pneusma_jax import enable_float64
 from pneusma_jax.units import from_si, unit_of_column
 
@@ -46,7 +46,7 @@ noise."""
 def simulated(program: Program, u: np.ndarray) -> list[list[np.ndarray]]:
     """Outputs at `u`, SI, by recording and channel; fractions follow smooth courses near those recorded."""
     nothing = program.unknowns.base[:0]
-    if program.pace.shape[1]:
+    if program.process_noise.shape[1]:
         smooth = gaussian_filter1d(trajectories_of(program.stacked), SMOOTH, axis=-1, mode="nearest")
         stacked = with_trajectories(program.stacked, np.clip(smooth, 0.0, 1.0))
         return program.evaluate(u, nothing, stacked).predicted
@@ -116,12 +116,12 @@ def recovered(campaign: Campaign, program: Program, slug: str, rng: np.random.Ge
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("kinds", nargs="*", default=list(LETTERS))
+    parser.add_argument("kinds", nargs="*", default=list(SPECIMENS))
     parser.add_argument("--seed", type=int, default=1)
     chosen = parser.parse_args()
     enable_float64()
     total, good, silent = 0, 0, 0
-    for kind in chosen.kinds or list(LETTERS):
+    for kind in chosen.kinds or list(SPECIMENS):
         campaign = read_campaign(EXAMPLES / kind)
         program = Program.of(campaign, kind)
         if any(len(r) > program.stacked.mask.shape[1] for r in campaign.recordings):

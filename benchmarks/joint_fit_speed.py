@@ -61,7 +61,7 @@ def spring_problem():
     from fitting.calibrate.spring.stand_tests import classify
     from fitting.data.recordings import read_campaign
     from fitting.specimens import priors
-    from fitting.specimens.spring import ALLOY
+    from fitting.specimens.spring_trajectory import ALLOY
     from pneusma_jax.nitinol import Alloy
 
     campaign = read_campaign(Path(str(resources.files("calibration_data"))) / "examples" / "spring")
@@ -83,7 +83,7 @@ def objective_of(problem, values):
     import jax.numpy as jnp
 
     from fitting.calibrate.spring.problem import residual, values_of
-    from fitting.specimens.spring import decided
+    from fitting.specimens.spring_trajectory import decided
 
     data = problem.data()
     data["rows"] = decided(values_of(problem.parameters, values), data["rows"])

@@ -136,17 +136,25 @@ def against(options):
 
 
 def dask(options):
+    """Processor time of a chunk in one process and on two workers, without the start: from two sizes."""
+    kind, cost = CHEAP if options.cheap else ACTUATOR, {}
     with tempfile.TemporaryDirectory() as folder:
-        study = write(folder, options.rows, options.chunk)
-        one = measured(command(study, Path(folder) / "one", "--devices", "1"))
-        two = measured(command(study, Path(folder) / "two", "--workers", "2"))
-        same = all(
-            p.read_bytes() == (Path(folder) / "two" / "chunks" / p.name).read_bytes()
-            for p in (Path(folder) / "one" / "chunks").iterdir()
-        )
-    print(f"one process: {one[0]:.1f} s, {one[1]:.1f} s of processor; "
-          f"two workers: {two[0]:.1f} s, {two[1]:.1f} s of "
-          f"processor; the same bytes: {same}")  # fmt: skip
+        for rows in (options.rows // 10, options.rows):
+            for name, more in (("one process", ("--devices", "1")), ("two workers", ("--workers", "2"))):
+                out = Path(folder) / f"{name}-{rows}"
+                cost[name, rows] = measured(
+                    command(write(folder, rows, options.chunk, kind=kind), out, *more)
+                )
+        names = ("one process", "two workers")
+        folders = [Path(folder) / f"{name}-{options.rows}" / "chunks" for name in names]
+        files = [sorted(place.iterdir()) for place in folders]
+        same = all(a.read_bytes() == b.read_bytes() for a, b in zip(*files, strict=True))
+    chunks = 0.9 * options.rows / options.chunk
+    for name in ("one process", "two workers"):
+        few, many = cost[name, options.rows // 10], cost[name, options.rows]
+        print(f"{name}: start {few[1]:.1f} s of processor, {(many[1] - few[1]) / chunks:.4f} s a chunk; "
+              f"{many[0]:.1f} s in all")  # fmt: skip
+    print(f"the same bytes: {same}")
 
 
 def probability(options):

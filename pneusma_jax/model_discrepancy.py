@@ -14,14 +14,6 @@ from jaxtyping import Array, Float
 
 from .pipeline import TOLD, Effect, Known
 
-ELEMENT = {
-    "actuator": "actuator",
-    "tube": "actuator",
-    "spring": "spring",
-    "wire": "wire",
-    "elastomer": "silicone",
-}
-"""What a row of a kind knows of its specimen."""
 EDGE = 0.01
 """Of the range of the driver, how far a row may lie outside it unmarked: averaged rows were fitted."""
 STRAINS = ("strain", "strain_rate", "max_strain")
@@ -56,13 +48,6 @@ def unit_of(name: str) -> str | None:
     return UNITS.get(stem if number in ("1", "2", "3") else name)
 
 
-def wall_drivers(kind: str) -> tuple[str, ...]:
-    """What the silicone's stiffness may follow in recordings of a kind: nothing that a law of its strain or
-    a correction of the one output would say as well."""
-    currents = ("current_1", "current_2", "current_3")
-    return {"elastomer": ("time",), "tube": ("time",), "actuator": ("time", *currents)}.get(kind, ())
-
-
 class Unmodelled(Effect):
     """A piecewise linear function of one driver, added to one output.
 
@@ -72,14 +57,15 @@ class Unmodelled(Effect):
     Attributes:
         knots: of the driver, ascending, SI.
         values: added at each knot, SI; held beyond the first and the last one.
-        kind: of recordings in which it was seen; elsewhere it does not act.
+        element: by which slots know the specimens in which it was seen (`actuator`, `spring`, `wire`,
+            `silicone`); in others it does not act.
         quantity: output that it adds to.
         driver: what it is a function of: `strain`, `strain_rate`, `pressure`, `xi0_2`, `time`, ...
     """
 
     knots: Float[Array, "knots"] = eqx.field(converter=jnp.asarray)
     values: Float[Array, "knots"] = eqx.field(converter=jnp.asarray)
-    kind: str = eqx.field(static=True)
+    element: str = eqx.field(static=True)
     quantity: str = eqx.field(static=True)
     driver: str = eqx.field(static=True)
 
@@ -108,16 +94,20 @@ class Unmodelled(Effect):
         outside = ~known | (x < self.knots[0] - edge) | (x > self.knots[-1] + edge)
         sums, marks = f"unmodelled_{self.quantity}", f"beyond_{self.quantity}"
         before, marked = value.get(sums, 0.0), value.get(marks, 0.0)
-        return value | self._changed(value, added) | {
-            sums: before + added,
-            marks: jnp.maximum(marked, outside.astype(float)),
-        }
+        return (
+            value
+            | self._changed(value, added)
+            | {
+                sums: before + added,
+                marks: jnp.maximum(marked, outside.astype(float)),
+            }
+        )
 
     def _changed(self, value: dict[str, Array], added: Array) -> dict[str, Array]:
         return {self.quantity: value[self.quantity] + added}
 
     def _acts(self, value: dict[str, Array], at: Known) -> bool:
-        return self.quantity in value and ELEMENT[self.kind] in at
+        return self.quantity in value and self.element in at
 
     def _at(self, driver: Array) -> Array:
         """What is added where the driver has these values; nothing where it is not known."""
@@ -147,7 +137,7 @@ class Unmodelled(Effect):
         if "recorded_strain" in at:
             return at["recorded_strain"]
         solved = at["solved"]
-        return solved.length / at["actuator"].length - 1.0 if self.kind == "tube" else solved.gamma
+        return solved.length / at["actuator"].length - 1.0 if "actuator" in at else solved.gamma
 
     def _course(self, values: Array, time: Array) -> Array:
         """The driver in all rows, as a diagnosis reads it."""
@@ -169,19 +159,20 @@ class SoftenedWall(Unmodelled):
 
     def wall(self, value: Array, at: Known, memory: Any) -> Array:
         """See `Effect.wall`."""
-        if ELEMENT[self.kind] not in at:
+        if self.element not in at:
             return value
         change = self._at(self._driver(at))
-        factor = 1.0 + change if self.kind == "elastomer" else 1.0 / jnp.maximum(1.0 - change, 1.0 / STIFFEST)
+        softer = 1.0 / jnp.maximum(1.0 - change, 1.0 / STIFFEST)
+        factor = 1.0 + change if self.element == "silicone" else softer
         return value * jnp.clip(factor, SOFTEST, STIFFEST)
 
     def _acts(self, value: dict[str, Array], at: Known) -> bool:
-        return ELEMENT[self.kind] in at
+        return self.element in at
 
     def _changed(self, value: dict[str, Array], added: Array) -> dict[str, Array]:
         return {}
 
 
-def unmodelled(knots: Array, values: Array, kind: str, quantity: str, driver: str) -> Unmodelled:
+def unmodelled(knots: Array, values: Array, element: str, quantity: str, driver: str) -> Unmodelled:
     """The effect of a remainder; see `Unmodelled` for the arguments."""
-    return (SoftenedWall if quantity == WALL else Unmodelled)(knots, values, kind, quantity, driver)
+    return (SoftenedWall if quantity == WALL else Unmodelled)(knots, values, element, quantity, driver)

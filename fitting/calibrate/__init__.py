@@ -7,7 +7,7 @@
 """
 
 from .batch import Batch, characterise_batch
-from .registry import PIPELINES, characterise
+from .registry import characterise
 from .result import Characterisation, Estimate
 
-__all__ = ["PIPELINES", "Batch", "Characterisation", "Estimate", "characterise", "characterise_batch"]
+__all__ = ["Batch", "Characterisation", "Estimate", "characterise", "characterise_batch"]

@@ -18,10 +18,10 @@ from typing import Any
 
 import numpy as np
 
-from fitting.data.recordings import read_campaign
+from fitting.data.recordings import read_campaign, schema
 from fitting.engine import Scheduler, Store, Task, in_this_process, run_tasks
 from fitting.inference.results import Result
-from fitting.specimens import spring, tube
+from fitting.specimens.priors import quantity_of
 from fitting.specimens.rows import MARK
 from pneusma_jax.errors import InputError
 from pneusma_jax.precision import enable_float64
@@ -30,9 +30,6 @@ from pneusma_jax.units import from_si
 from .pooling import Pooled, pool, without_priors
 from .registry import characterise
 from .result import Characterisation
-
-OWN = {*tube.GEOMETRY, *spring.GEOMETRY, "prestrain"}
-"""Constants of a specimen; all others are of the material, whose prior every specimen shares."""
 
 
 @dataclass(frozen=True)
@@ -262,7 +259,8 @@ def _told(result: Characterisation) -> dict[str, tuple[float, float]]:
     """
     fitted = getattr(result, "fitted", {})
     entries = [entry for entry in fitted.values() if entry.standard_error] if fitted else []
-    shared = lambda entry: entry.prior and entry.name.partition(MARK)[0] not in OWN  # noqa: E731
+    own = {quantity_of(key) for key in schema.GEOMETRY_NUMBERS}  # of a specimen, the others of a material
+    shared = lambda entry: entry.prior and entry.name.partition(MARK)[0] not in own  # noqa: E731
     if not any(shared(entry) for entry in entries):
         return {}
     sd = np.array([entry.standard_error for entry in entries])

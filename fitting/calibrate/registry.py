@@ -1,7 +1,6 @@
-"""Which pipeline serves which kind of recording. A new kind adds a line here and a module of its own."""
+"""Which pipeline serves which kind of specimen: its own, or the general one."""
 
 import functools
-import importlib
 import inspect
 from collections.abc import Callable
 from pathlib import Path
@@ -9,23 +8,17 @@ from typing import Any, Protocol
 
 from fitting.data.recordings import Campaign, read_campaign
 from fitting.inference.readings import share_full_scale
+from fitting.specimens import Specimen, specimen_of
+from fitting.specimens.elastomer import Coupon
 from fitting.specimens.saved_models import AugmentedModel, load_model
-from fitting.specimens.spring_by_temperature import without_resistance
+from fitting.specimens.spring import SpringOnStand
 from pneusma_jax.errors import InputError
 
+from .elastomer import characterise_elastomer
+from .general import characterise_specimen
 from .general.with_model import characterise_with
 from .result import Characterisation
-
-# kind -> (module, function)
-PIPELINES = {
-    "elastomer": ("fitting.calibrate.elastomer", "characterise_elastomer"),
-    "spring": ("fitting.calibrate.spring", "characterise_spring"),
-    "wire": ("fitting.calibrate.general", "characterise_wire"),
-    "tube": ("fitting.calibrate.general", "characterise_tube"),
-    "actuator": ("fitting.calibrate.general", "characterise_actuator"),
-}
-BY_TEMPERATURE = ("fitting.calibrate.general", "characterise_spring_by_temperature")
-"""Of springs whose resistance was not measured."""
+from .spring import characterise_spring
 
 
 class Pipeline(Protocol):
@@ -69,9 +62,8 @@ def characterise(
     if not isinstance(campaign, Campaign):
         campaign = read_campaign(campaign)
     share_full_scale(campaign.recordings)
-    pipeline = pipeline_of(campaign) if model is None else _pipeline_with(campaign, model)
+    pipeline, known = pipeline_of(campaign) if model is None else _pipeline_with(campaign, model)
     given = {name: value for name, value in options.items() if value is not None}
-    known = inspect.signature(pipeline).parameters
     for name in given:
         if name not in known:
             raise InputError(
@@ -81,24 +73,51 @@ def characterise(
     return pipeline(campaign, **given)
 
 
-def _pipeline_with(campaign: Campaign, model: str | Path | AugmentedModel) -> Callable[..., Characterisation]:
-    """The pipeline that fits a model on disk."""
+@functools.singledispatch
+def own_pipeline(specimen: Specimen) -> Pipeline | None:
+    """The pipeline that a kind of specimen has of its own; None for the general one."""
+    return None
 
-    pipeline_of(campaign)
+
+@own_pipeline.register
+def _(specimen: Coupon) -> Pipeline:
+    return characterise_elastomer
+
+
+@own_pipeline.register
+def _(specimen: SpringOnStand) -> Pipeline:
+    return characterise_spring
+
+
+def _pipeline_with(
+    campaign: Campaign, model: str | Path | AugmentedModel
+) -> tuple[Callable[..., Characterisation], set[str]]:
+    """The pipeline that fits a model on disk, and its options."""
+    specimen_in(campaign)
     loaded = model if isinstance(model, AugmentedModel) else load_model(model)
-
-    @functools.wraps(characterise_with)
-    def pipeline(campaign: Campaign, **given: Any) -> Characterisation:
-        return characterise_with(campaign, model=loaded, **given)
-
-    return pipeline
+    known = set(inspect.signature(characterise_with).parameters) - {"campaign", "model"}
+    return functools.partial(characterise_with, model=loaded), known
 
 
-def pipeline_of(campaign: Campaign) -> Pipeline:
-    """Pipeline of a campaign's kind.
+def pipeline_of(campaign: Campaign) -> tuple[Pipeline, set[str]]:
+    """Pipeline of a campaign's kind, and the names of its options.
 
     Raises:
-        InputError: if it holds several kinds, or one that has no pipeline.
+        InputError: if it holds several kinds, or one that is not modelled.
+    """
+    specimen = specimen_in(campaign)
+    own = own_pipeline(specimen)
+    if own is not None:
+        return own, set(inspect.signature(own).parameters) - {"campaign"}
+    known = set(inspect.signature(characterise_specimen).parameters) - {"campaign", "specimen", "tables"}
+    return functools.partial(characterise_specimen, specimen=specimen), known | set(specimen.options)
+
+
+def specimen_in(campaign: Campaign) -> Specimen:
+    """The specimen that models a campaign's recordings.
+
+    Raises:
+        InputError: if it holds several kinds, or one that is not modelled.
     """
     kinds = campaign.kinds
     if len(kinds) > 1:
@@ -106,12 +125,7 @@ def pipeline_of(campaign: Campaign) -> Pipeline:
             f"{campaign.path}: recordings of kinds {', '.join(kinds)} lie here together; "
             "characterise one kind at a time, each in its own folder"
         )
-    if kinds[0] not in PIPELINES:
-        raise InputError(
-            f"{campaign.path}: recordings of kind {kinds[0]} cannot be characterised; "
-            f"{', '.join(PIPELINES)} can"
-        )
-    module, function = PIPELINES[kinds[0]]
-    if kinds[0] == "spring" and without_resistance(campaign):
-        module, function = BY_TEMPERATURE
-    return getattr(importlib.import_module(module), function)
+    try:
+        return specimen_of(kinds[0]).variant(campaign)
+    except InputError as problem:
+        raise InputError(f"{campaign.path}: {problem}") from None

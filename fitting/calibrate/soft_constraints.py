@@ -8,10 +8,9 @@ import numpy as np
 from jaxtyping import Array, Float, PyTree
 
 from fitting.inference.parameters import Parameters
-from fitting.specimens import Model, residual_of
+from fitting.specimens import Model, residual_of, specimen_of
 
 
-@functools.cache
 def constrained_residual_of(kind: str | Model) -> Callable[[Mapping[str, Array], PyTree], Float[Array, " m"]]:
     """Residual of a stack of recordings with a pin for every free parameter, one object for each kind.
 
@@ -21,7 +20,12 @@ def constrained_residual_of(kind: str | Model) -> Callable[[Mapping[str, Array],
     Args:
         kind: of the recordings, or a model of them.
     """
-    own = residual_of(kind)
+    return _constrained(specimen_of(kind) if isinstance(kind, str) else kind)
+
+
+@functools.cache
+def _constrained(model: Model) -> Callable[[Mapping[str, Array], PyTree], Array]:
+    own = residual_of(model)
 
     def residual(values: Mapping[str, Array], data: PyTree) -> Array:
         rows = jnp.ravel(own(values, data["rows"]))

@@ -33,6 +33,21 @@ COMMANDS = {
         "design_command",
         "Find the dimensions that do best what is wanted.",
     ),
+    "invert": (
+        "fitting.cli.invert",
+        "invert_command",
+        "Find the pressure and phases for what is wanted.",
+    ),
+    "control": (
+        "fitting.cli.control",
+        "control_command",
+        "Hold a curvature by resistances, on a plant with unknown physics.",
+    ),
+    "wiring": (
+        "fitting.cli.wiring",
+        "wiring_command",
+        "Select many springs on one pair of wires by filters.",
+    ),
     "reproduce": (
         "fitting.cli.reproduce",
         "reproduce_command",

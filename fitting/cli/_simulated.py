@@ -18,13 +18,6 @@ from ._common import done, notice, table_argument
 from ._drives import Said, of_segment
 
 NOT_CONVERGED = 1  # exit code
-HORIZONTAL = {  # what a figure is drawn over
-    "actuator": ("time_s",),
-    "spring": ("time_s",),
-    "wire": ("time_s",),
-    "elastomer": ("strain",),
-    "tube": ("pressure_kPa",),
-}
 SPRING_KEYS = (
     "alloy", "wire_diameter_mm", "mandrel_diameter_mm", "initial_pitch_mm", "active_coils", "free_length_mm",
 )  # fmt: skip
@@ -245,6 +238,7 @@ def recording(path: Path, options: dict[str, Any]) -> None:
     from fitting.report.figures import png, recording_figure
     from fitting.simulate import predict
     from fitting.simulate.state import read_geometry
+    from fitting.specimens import specimen_of
 
     if path.is_dir():
         raise click.UsageError(f"{path} is a folder; name one recording's CSV in it")
@@ -263,7 +257,7 @@ def recording(path: Path, options: dict[str, Any]) -> None:
     if prediction.states:
         clock = {name: told.columns[name] for name in ("time_s",) if name in told.columns}
         documents["states.csv"] = csv_text(clock | prediction.states)
-    horizontal = next(name for name in HORIZONTAL[told.kind] if name in told.columns)
+    horizontal = told.column(specimen_of(told.kind).simulated_over)
     compared = {name: (told.columns[name], values) for name, values in prediction.outputs.items()}
     figure = recording_figure(
         f"{told.name} ({told.kind})", (horizontal, told.columns[horizontal]), compared, told.noise

@@ -6,7 +6,7 @@ import click
 
 
 @click.command("design")
-@click.argument("study", type=click.Path(path_type=Path), metavar="STUDY.toml")
+@click.argument("study", type=click.Path(path_type=Path), metavar="NAME|STUDY.toml")
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
 @click.option("--force", is_flag=True, help="Start over, and replace results and evaluations in the folder.")
 def design_command(study: Path, out: Path, force: bool) -> None:

@@ -6,13 +6,11 @@ import click
 
 from .synthesise import numbers_of
 
-LETTERS = {"actuator": "A", "spring": "S", "wire": "W", "elastomer": "E", "tube": "T"}
-
 
 @click.command("effects")
 @click.argument("effect", required=False)
 @click.option("--plot", is_flag=True, help="Draw what the effect does to a typical recording.")
-@click.option("--kind", type=click.Choice(list(LETTERS)), help="Of that recording; its first by default.")
+@click.option("--kind", metavar="KIND", help="Of that recording, such as wire; its first by default.")
 @click.option(
     "--set", "values", multiple=True, metavar="angle=2.5", callback=numbers_of, help="A parameter, SI."
 )
@@ -42,8 +40,9 @@ def effects_command(effect, plot, kind, values, out) -> None:
         click.echo(text)
         return
     from fitting.report.effects import signature
+    from fitting.specimens import specimen_of
 
-    found = signature(effect, LETTERS[kind] if kind else None, values)
+    found = signature(effect, specimen_of(kind).letter if kind else None, values)
     files = _write(found, out)
     click.echo(f"{text}\n")
     for column, change in found.largest().items():

@@ -4,8 +4,6 @@ from pathlib import Path
 
 import click
 
-KINDS = ("spring", "wire", "elastomer", "tube", "actuator")
-
 
 def numbers_of(context: click.Context, option: click.Parameter, given: tuple[str, ...]) -> dict[str, float]:
     """`NAME=VALUE`, any number of times."""
@@ -23,7 +21,7 @@ def numbers_of(context: click.Context, option: click.Parameter, given: tuple[str
 
 
 @click.command("synthesise")
-@click.argument("kind", type=click.Choice(KINDS))
+@click.argument("kind")
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the campaign.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Same seed, same files.")
 @click.option("--alloy", metavar="NAME", help="Nominal alloy, a name or a file; krl35 (wire: niti_wire).")
@@ -52,7 +50,8 @@ def numbers_of(context: click.Context, option: click.Parameter, given: tuple[str
 @click.option("--hide-truth", is_flag=True, help="For blind cases: no truth.json, no seed in the files.")
 @click.option("--force", is_flag=True, help="Replace files that are in the folder already.")
 def synthesise_command(kind: str, out: Path, hide_truth: bool, force: bool, **wishes: object) -> None:
-    """Simulate a campaign of KIND with instruments, a controller and a specimen that is not quite nominal.
+    """Simulate a campaign of KIND (spring, wire, elastomer, tube, actuator) with instruments, a controller
+    and a specimen that is not quite nominal.
 
     Writes recordings (real = false), campaign.toml and truth.json, which says what the specimen really was.
 

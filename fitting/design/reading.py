@@ -27,6 +27,7 @@ docs/design.md has every key.
 """
 
 from collections.abc import Sequence
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -51,20 +52,31 @@ TOP = (
     "constraint", "uncertainty", "starts", "seed", "front_points", "optimiser",
 )  # fmt: skip
 OPTIMISERS = ("slsqp", "trust-constr")
+_EXAMPLES = resources.files("calibration_data").joinpath("examples", "design_studies")
 MOST_CHOICES = 64
 """Maximum of combinations of designs, alloys and silicones: each is a search of its own."""
+
+
+def study_examples() -> list[str]:
+    """Names of the studies that come with the package, sorted; to be read by name and copied."""
+    return sorted(e.name.removesuffix(".toml") for e in _EXAMPLES.iterdir() if e.name.endswith(".toml"))
 
 
 def read_study(path: str | Path) -> Study:
     """Read and check a study.
 
     Args:
-        path: of the TOML file; names of tables, functions and posteriors in it count from its folder.
+        path: of the TOML file, or the name of a shipped one; names of tables, functions and posteriors in it
+            count from its folder.
 
     Raises:
         InputError: one line with file, key and remedy, for anything unknown, missing, contradictory or
             impossible.
     """
+    if str(path) in study_examples():
+        path = Path(str(_EXAMPLES.joinpath(f"{path}.toml")))
+    elif not str(path).endswith(".toml"):
+        raise InputError(f"there is no study {str(path)!r}, {nearest(str(path), study_examples())}")
     path = Path(path)
     return _study(read_document(path, path, "a study", SCHEMA, TOP), path)
 
@@ -185,6 +197,3 @@ def _check_box(study: Study, space: Space) -> None:
 
 def _moved(space: Space, place: list[float], name: str, value: float) -> list[float]:
     return [value if n == name else x for n, x in zip(space.names, place, strict=True)]
-
-
-__all__ = ["read_study", "nearest"]

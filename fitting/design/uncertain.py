@@ -4,6 +4,7 @@ The draws of a search are the same for every design, so that designs differ by w
 (common random numbers). The final probability of failure comes from draws that the search has not seen.
 """
 
+import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,6 +21,7 @@ from pneusma_jax.calibration import Calibration
 from pneusma_jax.calibration.keys import QUANTITIES
 from pneusma_jax.calibration.records import Prior
 from pneusma_jax.errors import InputError
+from pneusma_jax.nitinol import Alloy
 from pneusma_jax.units import TEMPERATURE_DIFFERENCE, UNITS, to_si
 
 from .study import Tolerance, Uncertainty
@@ -80,12 +82,7 @@ class Sampler:
         self.alloy: dict[str, Prior] = {}
         self.stiffness: Prior | None = None
         if "alloy" in given.priors and alloy is not None:
-            self.alloy = {
-                n: q.prior for n, q in alloy.quantities.items() if q.prior and n in QUANTITIES["alloy"]
-            }
-            self.alloy = {
-                n: p for n, p in self.alloy.items() if n not in ("E_m", "E_a", "eps_L", "T_ambient")
-            }
+            self.alloy = {n: q.prior for n, q in alloy.quantities.items() if q.prior and n in _SPRINGS}
         if "silicone" in given.priors:
             found = silicone.quantities.get("silicone_stiffness")
             self.stiffness = found.prior if found else None
@@ -169,7 +166,12 @@ def _posterior(path: Path) -> dict[str, np.ndarray]:
     return known
 
 
-_KNOWN = QUANTITIES["alloy"] | {"silicone_stiffness": "number"} | QUANTITIES["actuator"]
+_SPRINGS = {field.name for field in dataclasses.fields(Alloy)}
+_KNOWN = (
+    {name: dimension for name, dimension in QUANTITIES["alloy"].items() if name in _SPRINGS}
+    | {"silicone_stiffness": "number"}
+    | QUANTITIES["actuator"]
+)
 
 
 def reduced(values: Array, measure: str, k: float, level: float) -> Array:

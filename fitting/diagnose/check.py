@@ -12,8 +12,8 @@ from itertools import combinations
 import numpy as np
 
 from fitting.data.recordings import Campaign, Recording, schema
-from fitting.specimens.wire import by_stress
-from fitting.specimens.with_effects import LETTERS
+from fitting.specimens import SPECIMENS, specimen_of
+from fitting.specimens.registry import named_by
 from pneusma_jax.effects import find_effect
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import from_si
@@ -30,8 +30,8 @@ BODY = (
     "mandrel_diameter_mm", "active_coils",
 )  # fmt: skip
 """Geometry that one specimen has once."""
-HAVE = {"alloy": ("spring", "wire", "actuator"), "material": ("elastomer", "tube", "actuator")}
-"""Kinds of recordings whose specimens have one."""
+OPTION_OF = {"alloy": "base", "material": "material"}
+"""Option of `Specimen.rows_for` by the key of `[geometry]` that names its table."""
 
 
 def checked(campaign: Campaign) -> list[str]:
@@ -45,11 +45,7 @@ def checked(campaign: Campaign) -> list[str]:
             specimen is stated as two.
     """
     for recording in campaign.recordings:
-        if recording.kind == "spring" and not recording.has("resistance"):
-            raise InputError(
-                f"{_place(recording)}: there is no resistance_ohm, and a diagnosis of springs reads the "
-                "phase from it; add the column. `pneusma characterise` takes springs by their temperature"
-            )
+        specimen_of(recording.kind).check_diagnosable(recording)
         _check_outputs(recording)
     _check_bodies(campaign)
     return [*_still(campaign), *_contradictions(campaign.recordings)]
@@ -67,10 +63,11 @@ def with_tables(campaign: Campaign, tables: Mapping[str, str]) -> Campaign:
     """
     for key in tables:
         for kind in campaign.kinds:
-            if kind not in HAVE[key]:
+            have = [name for name, one in SPECIMENS.items() if OPTION_OF[key] in one.options]
+            if kind not in have:
                 raise InputError(
                     f"{campaign.path}: option {key} means nothing for recordings of kind {kind}, which have "
-                    f"no {key}; it is for {', '.join(HAVE[key])}"
+                    f"no {key}; it is for {', '.join(have)}"
                 )
     recordings = [replace(r, geometry={**r.geometry, **tables}) for r in campaign.recordings]
     return replace(campaign, recordings=recordings) if tables else campaign
@@ -84,8 +81,8 @@ def asked_effects(slugs: Sequence[str], kind: str) -> list[str]:
     """
     for slug in slugs:
         effect = find_effect(slug)
-        if LETTERS[kind] not in effect.kinds:
-            shown = ", ".join(name for name, letter in LETTERS.items() if letter in effect.kinds)
+        if specimen_of(kind).letter not in effect.kinds:
+            shown = ", ".join(named_by(effect.kinds))
             raise InputError(
                 f"effect {slug!r} cannot be tested with recordings of kind {kind}; it shows in: {shown}"
             )
@@ -94,16 +91,7 @@ def asked_effects(slugs: Sequence[str], kind: str) -> list[str]:
 
 def drivers_in(recording: Recording) -> list[str]:
     """Quantities of a recording that drive the model, time left out."""
-    if recording.kind == "wire":
-        names = ["temperature", "stress" if by_stress(recording) else "strain"]
-    elif recording.kind == "actuator":
-        springs = [f"{stem}_{n}" for n in (1, 2, 3) for stem in ("resistance", "current")]
-        names = ["pressure", *springs, "temperature"]
-    else:
-        names = {"spring": ["elongation", "resistance"], "tube": ["pressure"], "elastomer": ["strain"]}[
-            recording.kind
-        ]
-    return [name for name in names if recording.has(name)]
+    return list(specimen_of(recording.kind).influences(recording))
 
 
 def _place(recording: Recording) -> str:

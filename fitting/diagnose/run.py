@@ -7,9 +7,8 @@ import numpy as np
 from fitting.data.recordings import Campaign
 from fitting.inference.readings import cautions
 from fitting.specimens.reduction import said
-from fitting.specimens.registry import kind_of
+from fitting.specimens.registry import kind_of, specimen_of
 from fitting.specimens.saved_models import AugmentedModel
-from fitting.specimens.wire import set_apart
 from fitting.specimens.zeros import offered
 from pneusma_jax.errors import InputError
 from pneusma_jax.model_discrepancy import EDGE
@@ -74,7 +73,7 @@ def diagnose(
     whole = [recording.whole for recording in program.recordings]
     readings = [*cautions(program.recordings), *said(program.recordings), *offered(whole)]
     conclusion.notes = [
-        *_bodies(conclusion), *start.notes, *notes, *_first_heatings(campaign), *readings, *apart,
+        *_bodies(conclusion), *start.notes, *notes, *specimen_of(kind).notes(campaign), *readings, *apart,
         *_beyond(conclusion, model), *_at_bounds(conclusion), *conclusion.notes,
     ]  # fmt: skip
     if explanation.together:
@@ -84,12 +83,6 @@ def diagnose(
         )
     conclusion.asked = answers(asked, conclusion)
     return conclusion
-
-
-def _first_heatings(campaign: Campaign) -> list[str]:
-    """First heatings of wires that were set apart."""
-    wires = [recording for recording in campaign.recordings if recording.kind == "wire"]
-    return [begun.text(r.name) for r in wires if (begun := set_apart(r)) is not None]
 
 
 def _at_bounds(conclusion: Conclusion) -> list[str]:

@@ -12,6 +12,9 @@ def by_stress(recording: Recording) -> bool:
     """Whether stress drives the wire and strain is predicted."""
     sizes = []
     for name in ("stress", "strain"):
+        if not recording.has(name):
+            sizes.append(np.inf)  # what nobody measured drives nothing
+            continue
         values = recording.si(name)
         values = values[np.isfinite(values)]
         most = float(np.max(np.abs(values))) if values.size else 0.0
@@ -22,8 +25,9 @@ def by_stress(recording: Recording) -> bool:
 
 def predicted(recording: Recording) -> list[str]:
     """Columns that the model predicts: of a wire's stress and strain the one that is not prescribed."""
-    if recording.kind == "wire" and recording.has("stress") and recording.has("strain"):
-        return ["strain" if by_stress(recording) else recording.column("stress")]
+    either = schema.KINDS[recording.kind].either
+    if either and all(name in recording.columns for name in either):
+        return [either[1] if by_stress(recording) else either[0]]
     return recording.outputs
 
 

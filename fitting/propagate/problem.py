@@ -13,7 +13,7 @@ from pneusma_jax.errors import InputError, nearest
 
 from .evaluate import Evaluator
 from .inputs import Inputs
-from .inputs_of import FILE, inputs_of, plain_marginals
+from .inputs_of import FILE, inputs_of, plain_marginals, read_draws
 from .quantities import Columns, check_quantities, row_function
 from .responses import Response
 from .responses_of import response_of
@@ -115,9 +115,7 @@ def build_problem(study: Study) -> Problem:
     Raises:
         InputError: for anything in the study that cannot be, one line.
     """
-    plain = plain_marginals(study) if study.model["through"] == "expression" else {}
-    middle = {name: float(marginal.at(np.zeros(1))[0]) for name, marginal in plain.items()}
-    response = response_of(study, middle)
+    response = response_of(study, _names_of_expressions(study))
     inputs, notices = inputs_of(study, response)
     columns = check_quantities(study.outputs, study.limits, response, str(study.path))
     groups = _groups(study, inputs)
@@ -130,6 +128,18 @@ def build_problem(study: Study) -> Problem:
     if study.rare is not None and not study.limits:
         raise InputError(f"{study.path}: [rare] needs a [[limit]], which says what a failure is")
     return Problem(study, response, inputs, columns, design, groups, (*response.notices, *notices))
+
+
+def _names_of_expressions(study: Study) -> dict[str, float]:
+    """Names that expressions may use, with the median of each: of `[input]` and of a posterior."""
+    if study.model["through"] != "expression":
+        return {}
+    plain = plain_marginals(study)
+    found = {name: float(marginal.at(np.zeros(1))[0]) for name, marginal in plain.items()}
+    if study.vary.posterior is not None:
+        draws = read_draws(study.folder / study.vary.posterior)
+        found |= dict(zip(draws.names, map(float, np.median(draws.table, axis=0)), strict=True))
+    return found
 
 
 def _design(study: Study, inputs: Inputs, groups: dict[str, tuple[int, ...]], columns: Columns) -> Design:

@@ -17,11 +17,14 @@ from .chunk import prepare, read_summary
 from .problem import Problem, build_problem
 from .rare import RareResult, estimate_rare
 from .reading import read_study
+from .statistics.moments import Moments
 from .statistics.summary import Summary, merge_all
 
 MANIFEST = "study.json"
 """File of an output folder that says whose chunks are in it."""
 CHUNKS = "chunks"
+RESULTS = ("report.*", "*.csv", "*.png")
+"""Files that the report of a study leaves in its folder."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +46,11 @@ class Propagation(Result):
     rare: dict[str, RareResult]
     computed: int
     seconds: float
+
+    @property
+    def moments(self) -> Moments:
+        """Of every column, NaN where no row has a result."""
+        return self.summary.moments.told
 
     def quantiles(self, levels: np.ndarray) -> np.ndarray:
         """Of every column, shape (levels, columns)."""
@@ -118,9 +126,8 @@ def open_store(problem: Problem, folder: Path, resume: bool, force: bool) -> Sto
             raise InputError(
                 f"{folder}: this study has begun here; go on with --resume, or replace it with --force"
             )
-    if force and store.folder.is_dir():
-        for path in store.folder.glob("chunk-*.h5"):
-            path.unlink()
+    if force and manifest.exists():
+        _clear(folder, store)
     content = {
         "schema": "pneusma-propagation/1",
         "fingerprint": problem.fingerprint,
@@ -133,6 +140,19 @@ def open_store(problem: Problem, folder: Path, resume: bool, force: bool) -> Sto
     if not manifest.exists() or force:
         write_whole(manifest, json.dumps(content, indent=1) + "\n")
     return store
+
+
+def _clear(folder: Path, store: Store) -> None:
+    """Remove chunks and results of the study that was here, so that none of them is taken for the new one's.
+
+    Raises:
+        InputError: if they cannot be removed.
+    """
+    try:
+        for path in (*store.folder.glob("chunk-*.h5"), *(p for form in RESULTS for p in folder.glob(form))):
+            path.unlink()
+    except OSError as error:
+        raise InputError(f"{folder}: results here cannot be replaced ({error.strerror})") from None
 
 
 def _stated(manifest: Path) -> str:

@@ -4,19 +4,17 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from fitting.calibrate.registry import PIPELINES, characterise, pipeline_of
+from fitting.calibrate.registry import characterise
 from fitting.data.recordings import Campaign
-from fitting.specimens.registry import kind_of
+from fitting.specimens import kind_of, specimen_of
 from fitting.specimens.saved_models.files import is_model
-from fitting.specimens.with_saved_model import OPTIONS
 from pneusma_jax.calibration import load_calibration
 from pneusma_jax.calibration.records import Calibration
 from pneusma_jax.errors import InputError
 
 from .checkpoint import same_settings, settings_of
-from .models import campaign_problem
 from .problem import Problem
-from .problems import can_be_sampled, sampling_problem
+from .problems import sampling_problem
 
 CHAIN = "chain.h5"
 """Name of the chains' file in a folder of results."""
@@ -63,7 +61,8 @@ def problem_for(campaign: Campaign, model: str | None, law: str | None, seed: in
         InputError: if the campaign or the table cannot be used, or a law is given for what has none.
     """
     kind = kind_of(campaign)
-    if law is not None and kind != "elastomer":
+    specimen = specimen_of(kind)
+    if law is not None and not specimen.several_laws:
         raise InputError(
             f"{campaign.path}: --law is about elastomers, but these recordings are of kind {kind}"
         )
@@ -71,23 +70,20 @@ def problem_for(campaign: Campaign, model: str | None, law: str | None, seed: in
         if law is not None:
             raise InputError(f"{model}: a model has a law of its own; leave out --law")
         return sampling_problem(characterise(campaign, model=model, seed=seed))
-    if kind == "elastomer":
+    if specimen.several_laws:
         table, options = _law_and_table(model, law)
-        return sampling_problem(pipeline_of(campaign)(campaign, seed=seed, **options), table)
+        return sampling_problem(characterise(campaign, seed=seed, **options), table)
     options = {} if model is None else _start_table(model, kind)
-    if kind in PIPELINES:  # its noise, and whatever a fit decides about the recordings
-        fit = pipeline_of(campaign)(campaign, seed=seed, **options)
-        if can_be_sampled(fit):
-            return sampling_problem(fit)
-    return campaign_problem(campaign, **options)
+    return sampling_problem(characterise(campaign, seed=seed, **options))
 
 
 def _start_table(model: str, kind: str) -> dict[str, str]:
     """The option of the fit by which recordings of a kind start from a table of constants."""
     table = load_calibration(model)
     option = "material" if table.kind == STARTS["material"] else "base"
-    if option not in OPTIONS[kind]:
-        wanted = " or ".join(repr(STARTS[o]) for o in OPTIONS[kind])
+    options = specimen_of(kind).options
+    if option not in options:
+        wanted = " or ".join(repr(STARTS[o]) for o in options)
         raise InputError(
             f"{table.path or table.name}: kind is {table.kind!r}, but recordings of kind {kind} start from a "
             f"table of kind {wanted}"

@@ -9,8 +9,7 @@ from jaxtyping import Array
 
 from fitting.data.recordings import Campaign, Recording, schema
 from fitting.inference.parameters import Parameters
-from fitting.specimens import Model, Rows, model_of, residual_of, silenced, stack
-from fitting.specimens.registry import kind_of
+from fitting.specimens import Model, Rows, kind_of, residual_of, silenced, specimen_of, stack
 from pneusma_jax.units import from_si
 
 from .problem import Curve, Problem
@@ -31,7 +30,7 @@ def campaign_problem(campaign: Campaign, **options) -> Problem:
     Raises:
         InputError: if there is no model of this kind, or the campaign cannot be used.
     """
-    model = model_of(kind_of(campaign))
+    model = specimen_of(kind_of(campaign)).variant(campaign)
     parameters, rows = model.parameters_for(campaign, **options), model.rows_for(campaign, **options)
     return model_problem(campaign.title, campaign.recordings, rows, parameters)
 
@@ -60,7 +59,7 @@ def model_problem(
         model: what predicts; that of the kind by default.
     """
     kind = recordings[0].kind
-    model, everything = model or model_of(kind), stack(rows)
+    model, everything = model or specimen_of(kind), stack(rows)
     used = [
         r if recording.role == "fit" else silenced(r) for recording, r in zip(recordings, rows, strict=True)
     ]
@@ -69,7 +68,7 @@ def model_problem(
     shown = [
         (k, quantity)
         for k, recording in enumerate(recordings)
-        for quantity in model.OUTPUTS
+        for quantity in model.outputs
         if np.any(np.asarray(rows[k].weight[quantity]) > 0.0)
     ]
     priors = [name for name, p in parameters.items() if p.prior is not None]
@@ -100,7 +99,7 @@ def _predict(model: Model, shown: Sequence[tuple[int, str, int, str]]) -> Callab
 
 def _column(kind: str, quantity: str) -> str:
     """Canonical column of a quantity: `force_N` of `force`."""
-    return next(c for c in schema.COLUMNS[kind].known if schema.quantity_and_unit(c)[0] == quantity)
+    return next(c for c in schema.KINDS[kind].columns.known if schema.quantity_and_unit(c)[0] == quantity)
 
 
 def _unit(column: str) -> str:

@@ -29,11 +29,6 @@ def sampling_problem(fit: Characterisation, model: Calibration | None = None) ->
     raise InputError(f"a posterior of this kind of result ({type(fit).__name__}) cannot be sampled")
 
 
-def can_be_sampled(fit: Characterisation) -> bool:
-    """Whether `sampling_problem` knows the type of a characterisation."""
-    return sampling_problem.dispatch(type(fit)) is not sampling_problem.dispatch(object)
-
-
 @sampling_problem.register
 def _(fit: ElastomerCharacterisation, model: Calibration | None = None) -> Problem:
     """The law that was taken, with its constants and the stiffness of the specimens."""

@@ -1,9 +1,9 @@
 """What the model predicts for recordings and single states: specimens, histories, cautions."""
 
 from fitting.inference.latent_trajectory.denoise import martensite_fraction
+from fitting.specimens.cautions import actuator_cautions, silicone_cautions, spring_cautions
 from fitting.specimens.model_objects import actuator_of, alloy_of, geometry_of, law_of, spring_of
 
-from .cautions import actuator_cautions, silicone_cautions, spring_cautions
 from .recording import Prediction, predict
 
 __all__ = [

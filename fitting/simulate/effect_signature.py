@@ -1,15 +1,22 @@
 """What an effect does to a typical recording: the same protocol simulated without it and with it."""
 
+import functools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 import pneusma_jax as pj
+from fitting.specimens import Specimen
+from fitting.specimens.actuator import BendingActuator
+from fitting.specimens.elastomer import Coupon
+from fitting.specimens.registry import by_letter, named_by
+from fitting.specimens.spring import SpringOnStand
+from fitting.specimens.tube import Tube
+from fitting.specimens.wire import StraightWire
 from pneusma_jax.effects import Effect, find_effect, specs_of
 from pneusma_jax.units import from_si
 
-KINDS = {"A": "actuator", "S": "spring", "W": "wire", "E": "elastomer", "T": "tube"}
 ROWS = 241
 TIME = np.linspace(0.0, 240.0, ROWS)
 
@@ -47,7 +54,7 @@ def chosen(slug: str, kind: str, values: Mapping[str, float]) -> dict[str, float
     specs = specs_of(find_effect(slug), kind)
     for name, value in values.items():
         if name not in specs:
-            where = f"{slug} on a recording of kind {KINDS[kind]}"
+            where = f"{slug} on a recording of kind {by_letter(kind).kind}"
             raise pj.InputError(f"{where} has no parameter {name!r}, known: {', '.join(specs)}")
         spec = specs[name]
         if not spec.low <= value <= spec.high:
@@ -69,13 +76,14 @@ def signature(slug: str, kind: str | None = None, values: Mapping[str, float] | 
     """
     effect = find_effect(slug)
     kind = kind or effect.kinds[0]
+    specimen = by_letter(kind)
     if kind not in effect.kinds:
-        known = ", ".join(KINDS[k] for k in effect.kinds)
-        raise pj.InputError(f"{slug} does not concern recordings of kind {KINDS[kind]}, only: {known}")
+        known = ", ".join(named_by(effect.kinds))
+        raise pj.InputError(f"{slug} does not concern recordings of kind {specimen.kind}, only: {known}")
     parameters = chosen(slug, kind, values or {})
-    drive, simulate = PROTOCOLS[kind]()
+    drive, simulate = typical(specimen)
     plain, present = simulate(()), simulate((effect(**parameters),))
-    return Signature(slug, KINDS[kind], parameters, drive, plain, present)
+    return Signature(slug, specimen.kind, parameters, drive, plain, present)
 
 
 Simulate = Callable[[tuple], dict[str, np.ndarray]]
@@ -90,14 +98,27 @@ def _in_units(seen: Mapping[str, object], columns: Mapping[str, tuple[str, str]]
     return {column: np.asarray(from_si(seen[name], unit)) for column, (name, unit) in columns.items()}
 
 
-def _actuator() -> tuple[dict[str, np.ndarray], Simulate]:
+Protocol = tuple[dict[str, np.ndarray], Simulate]
+"""What is done, by canonical column, and a simulation of it with effects."""
+
+
+@functools.singledispatch
+def typical(specimen: Specimen) -> Protocol:
+    """The typical protocol of a kind of specimen.
+
+    Raises:
+        InputError: if none is registered.
+    """
+    raise pj.InputError(f"no typical protocol of recordings of kind {specimen.kind} is known")
+
+
+@typical.register
+def _(specimen: BendingActuator) -> Protocol:
     """PneuSMA2 lying on its side: two heat cycles at two pressures, then pressure alone."""
     pressure = _ramps(
         (0, 0), (10, 15e3), (100, 15e3), (110, 30e3), (190, 30e3), (200, 10e3), (220, 35e3), (240, 0)
     )
-    xi0 = _ramps(
-        (20, 1), (50, 0.1), (60, 0.1), (90, 1), (115, 1), (145, 0.1), (155, 0.1), (185, 1), (240, 1)
-    )
+    xi0 = _ramps((20, 1), (50, 0.1), (60, 0.1), (90, 1), (115, 1), (145, 0.1), (155, 0.1), (185, 1), (240, 1))
     current = np.where(np.gradient(xi0) < 0.0, 0.7, 0.45) * (xi0 < 1.0)
     body, down = pj.make_actuator("pneusma2"), pj.gravity_vector("horizontal")
     columns = {"curvature_1pm": ("curvature", "1/m"), "length_mm": ("length", "mm")}
@@ -113,11 +134,10 @@ def _actuator() -> tuple[dict[str, np.ndarray], Simulate]:
     return {"time_s": TIME, "pressure_kPa": pressure / 1e3, "xi0_2": xi0}, simulate
 
 
-def _spring() -> tuple[dict[str, np.ndarray], Simulate]:
+@typical.register
+def _(specimen: SpringOnStand) -> Protocol:
     """Pushed a little and pulled, cold, half hot, and cold again; quick and slow."""
-    x = 1e-3 * _ramps(
-        (0, 0), (5, -1), (40, 40), (50, 0), (90, 40), (120, 5), (150, 30), (180, 0), (240, 45)
-    )
+    x = 1e-3 * _ramps((0, 0), (5, -1), (40, 40), (50, 0), (90, 40), (120, 5), (150, 30), (180, 0), (240, 45))
     xi0 = _ramps((0, 1), (50, 1), (60, 0.4), (120, 0.4), (130, 0.05), (180, 0.1), (210, 1), (240, 1))
     geometry = pj.SpringGeometry(0.25e-3, 0.9e-3, 0.269e-3, 52.0, 14e-3)
     spring = pj.Spring(geometry, pj.load_alloy("krl35"), geometry.free_length)
@@ -130,7 +150,8 @@ def _spring() -> tuple[dict[str, np.ndarray], Simulate]:
     return {"elongation_mm": x * 1e3, "time_s": TIME, "xi0": xi0}, simulate
 
 
-def _wire() -> tuple[dict[str, np.ndarray], Simulate]:
+@typical.register
+def _(specimen: StraightWire) -> Protocol:
     """Cooled and heated under two stresses; its resistance is read where an effect acts on resistance."""
     temperature = _ramps((0, 80), (60, 5), (120, 80), (180, 5), (240, 80))
     stress = np.where(TIME < 120.0, 100e6, 200e6)
@@ -148,7 +169,8 @@ def _wire() -> tuple[dict[str, np.ndarray], Simulate]:
     return {"temperature_degC": temperature, "time_s": TIME, "stress_MPa": stress / 1e6}, simulate
 
 
-def _elastomer() -> tuple[dict[str, np.ndarray], Simulate]:
+@typical.register
+def _(specimen: Coupon) -> Protocol:
     """Two cycles, a larger one, and a hold."""
     strain = _ramps((0, 0), (30, 0.4), (60, 0), (90, 0.4), (120, 0), (170, 0.9), (200, 0.9), (240, 0))
     law = pj.load_silicone()
@@ -160,7 +182,8 @@ def _elastomer() -> tuple[dict[str, np.ndarray], Simulate]:
     return {"strain": strain, "time_s": TIME}, simulate
 
 
-def _tube() -> tuple[dict[str, np.ndarray], Simulate]:
+@typical.register
+def _(specimen: Tube) -> Protocol:
     """Inflated twice, further, and held."""
     pressure = _ramps((0, 0), (30, 20e3), (60, 0), (90, 20e3), (120, 0), (170, 40e3), (200, 40e3), (240, 0))
     tube = pj.make_tube(pj.Geometry(), pj.load_silicone())
@@ -170,6 +193,3 @@ def _tube() -> tuple[dict[str, np.ndarray], Simulate]:
         return _in_units(seen, {"length_mm": ("length", "mm")})
 
     return {"pressure_kPa": pressure / 1e3, "time_s": TIME}, simulate
-
-
-PROTOCOLS = {"A": _actuator, "S": _spring, "W": _wire, "E": _elastomer, "T": _tube}

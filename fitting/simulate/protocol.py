@@ -1,14 +1,19 @@
 """A protocol done to a specimen: drives in, the model's course out, as columns of a table."""
 
-from collections.abc import Mapping, Sequence
+import functools
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 import pneusma_jax as pj
-from fitting.data.protocols.reading import PHASE, Protocol
+from fitting.data.protocols.reading import Protocol
 from fitting.data.recordings import Recording, resistance_range
+from fitting.data.recordings.kinds import PHASE
+from fitting.specimens import ACTUATOR, Specimen, specimen_of
+from fitting.specimens.actuator import BendingActuator
+from fitting.specimens.cautions import actuator_cautions, silicone_cautions, spring_cautions
 from fitting.specimens.model_objects import (
     BASE,
     actuator_of,
@@ -19,12 +24,13 @@ from fitting.specimens.model_objects import (
     spring_of,
 )
 from fitting.specimens.saved_models import AugmentedModel
+from fitting.specimens.spring import SpringOnStand
+from fitting.specimens.tube import Tube
 from pneusma_jax.errors import InputError
 from pneusma_jax.nitinol.thermal import duty_cycle_current
 from pneusma_jax.simulate.tube import make_tube, simulate_tube
 from pneusma_jax.units import from_si
 
-from .cautions import actuator_cautions, silicone_cautions, spring_cautions
 from .unmodelled import marked
 
 UNITS = {
@@ -72,7 +78,7 @@ def run_protocol(protocol: Protocol, specimen: Recording, model: AugmentedModel 
         InputError: for a channel of a spring that is not there, or a specimen that cannot be.
     """
     check_resistances(protocol, specimen)
-    course = _RUNS[protocol.kind](protocol, specimen, model)
+    course = _run(specimen_of(protocol.kind), protocol, specimen, model)
     course.inputs = _inputs(protocol)
     return course
 
@@ -109,7 +115,18 @@ def _inputs(protocol: Protocol) -> dict[str, np.ndarray]:
     return columns
 
 
-def _actuator(protocol: Protocol, specimen: Recording, model: AugmentedModel) -> Course:
+@functools.singledispatch
+def _run(kind: Specimen, protocol: Protocol, specimen: Recording, model: AugmentedModel) -> Course:
+    """The course of a protocol.
+
+    Raises:
+        InputError: for a kind of specimen that no protocol is for.
+    """
+    raise InputError(f"{protocol.path}: no protocol can be done to a {kind.kind}")
+
+
+@_run.register
+def _(kind: BendingActuator, protocol: Protocol, specimen: Recording, model: AugmentedModel) -> Course:
     actuator = actuator_of(specimen, model)
     _check_springs(protocol, [actuator])
     prestrain = full_geometry(specimen, model)["prestrain"] if actuator.springs else 0.0
@@ -225,7 +242,7 @@ def run_chain_protocol(
     Raises:
         InputError: for a channel of a spring or segment that is not there.
     """
-    if protocol.kind != "actuator":
+    if specimen_of(protocol.kind) is not ACTUATOR:
         raise InputError(f"{protocol.path}: this protocol is for a {protocol.kind}, not for a chain")
     _check_springs(protocol, chain.segments)
     for specimen in specimens:
@@ -250,7 +267,8 @@ def run_chain_protocol(
     return Course(title, _inputs(protocol), outputs, states, notices, (chain, history), pressure)
 
 
-def _spring(protocol: Protocol, specimen: Recording, model: AugmentedModel) -> Course:
+@_run.register
+def _(kind: SpringOnStand, protocol: Protocol, specimen: Recording, model: AugmentedModel) -> Course:
     spring = spring_of(specimen, model)
     channels = protocol.channels
     if "resistance" in channels:
@@ -277,7 +295,8 @@ def _spring(protocol: Protocol, specimen: Recording, model: AugmentedModel) -> C
     return Course(title, {}, arrays(outputs), arrays(states) | marks, cautions)
 
 
-def _tube(protocol: Protocol, specimen: Recording, model: AugmentedModel) -> Course:
+@_run.register
+def _(kind: Tube, protocol: Protocol, specimen: Recording, model: AugmentedModel) -> Course:
     geometry, law = geometry_of(specimen, model), law_of(specimen, model)
     try:
         tube = make_tube(geometry, law)
@@ -292,6 +311,3 @@ def _tube(protocol: Protocol, specimen: Recording, model: AugmentedModel) -> Cou
     marks, more = marked(model, history.seen, "tube")
     cautions = silicone_cautions(law, strain, strain) + more
     return Course(title, {}, outputs, {"status": status, "model_strain": strain} | marks, cautions)
-
-
-_RUNS: Mapping[str, Any] = {"actuator": _actuator, "spring": _spring, "tube": _tube}

@@ -1,37 +1,24 @@
 """The model's answer to a recording: its inputs drive the model, its outputs are predicted."""
 
-from collections.abc import Callable
+import functools
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-import equinox as eqx
-import jax
-import jax.numpy as jnp
 import numpy as np
 
 import pneusma_jax as pj
-from fitting.data.recordings import Recording
-from fitting.inference.driven import by_stress
+from fitting.data.recordings import Recording, schema
 from fitting.inference.latent_trajectory.denoise import denoised, martensite_fraction
 from fitting.inference.noise import robust_noise
-from fitting.specimens.model_objects import (
-    BASE,
-    actuator_of,
-    full_geometry,
-    geometry_of,
-    gravity_of,
-    law_of,
-    named_table,
-    place,
-    spring_of,
-)
+from fitting.specimens import Specimen, specimen_of
+from fitting.specimens.actuator import BendingActuator
+from fitting.specimens.cautions import actuator_cautions, spring_cautions, statuses
+from fitting.specimens.model_objects import BASE, actuator_of, full_geometry, gravity_of, place, spring_of
 from fitting.specimens.saved_models import AugmentedModel
-from pneusma_jax.nitinol import WireAlloy, simulate_wire
-from pneusma_jax.silicone import SiliconeLaw
-from pneusma_jax.simulate.coupon import simulate_coupon
-from pneusma_jax.simulate.tube import make_tube, simulate_tube
+from fitting.specimens.simulation import simulated
+from fitting.specimens.spring import SpringOnStand
 from pneusma_jax.units import from_si
 
-from .cautions import actuator_cautions, silicone_cautions, spring_cautions
 from .phases import fractions_behind
 from .unmodelled import marked
 
@@ -68,14 +55,12 @@ def predict(recording: Recording, denoise: bool = True, model: AugmentedModel = 
         InputError: if the recording leaves its alloy or material open, a wire's has no temperature, or no row
             has all that drives the model.
     """
-    drivers = [name for name in _drivers(recording) if recording.has(name)]
+    specimen = specimen_of(recording.kind)
+    drivers = [name for name in ("time", *specimen.drivers(recording)) if recording.has(name)]
     complete = ~np.any([recording.missing(name) for name in drivers], axis=0)
     if not complete.any():
         raise pj.InputError(f"{place(recording)}: no row has all of {', '.join(drivers)}")
-    inputs = {name: recording.si(name)[complete] for name in drivers}
-    if model.added:
-        inputs |= _read_by_effects(recording, complete, inputs)
-    prediction = _PREDICTORS[recording.kind](recording, inputs, denoise, model)
+    prediction = _predicted(specimen, recording, complete, denoise, model)
     outputs = {name: prediction.outputs[name] for name in recording.outputs if name in prediction.outputs}
     prediction.outputs = {name: _spread(values, complete) for name, values in outputs.items()}
     prediction.states = {name: _spread(values, complete) for name, values in prediction.states.items()}
@@ -86,15 +71,30 @@ def predict(recording: Recording, denoise: bool = True, model: AugmentedModel = 
     return prediction
 
 
-def _drivers(recording: Recording) -> tuple[str, ...]:
-    """Quantities that drive the model; of an actuator's resistances those of springs that are there."""
-    if recording.kind == "wire":
-        return ("time", "temperature", "stress" if by_stress(recording) else "strain")
-    names = DRIVERS[recording.kind]
-    if recording.kind != "actuator":
-        return names
-    numbers = pj.layout(recording.full_geometry()["design"]).spring_numbers
-    return (*names, *(f"resistance_{n}" for n in numbers))
+@functools.singledispatch
+def _predicted(
+    specimen: Specimen, recording: Recording, complete: np.ndarray, denoise: bool, model: AugmentedModel
+) -> Prediction:
+    """The model's answer in the complete rows of a recording, by the forward model of its kind.
+
+    Springs and actuators have answers of their own below: a fit takes their martensite fractions from all
+    columns together, and a prediction may not look at what it predicts.
+    """
+    found = simulated(specimen, recording, model, denoise)
+    outputs = {}
+    for name in recording.outputs:
+        quantity, unit = schema.quantity_and_unit(name)
+        if quantity in found.outputs and quantity not in found.rows.inputs:
+            outputs[name] = np.asarray(from_si(found.outputs[quantity], unit))
+    marks, more = marked(model, found.outputs, specimen.kind)
+    notices = specimen.cautions(recording, found.rows, found.outputs, found.drivers)
+    return Prediction(outputs, specimen.states(found.rows, found.drivers), notices + more, marks)
+
+
+def _inputs(recording: Recording, complete: np.ndarray, names: Sequence[str], model: AugmentedModel) -> dict:
+    """Inputs of the complete rows, SI, by quantity; what only effects ask for where the model has any."""
+    inputs = {name: recording.si(name)[complete] for name in names if recording.has(name)}
+    return inputs | (_read_by_effects(recording, complete, inputs) if model.added else {})
 
 
 def _read_by_effects(
@@ -120,9 +120,15 @@ def _spread(values: np.ndarray, complete: np.ndarray) -> np.ndarray:
     return result
 
 
-def _predict_actuator(
-    recording: Recording, inputs: dict[str, np.ndarray], denoise: bool, model: AugmentedModel
+@_predicted.register
+def _(
+    specimen: BendingActuator,
+    recording: Recording,
+    complete: np.ndarray,
+    denoise: bool,
+    model: AugmentedModel,
 ) -> Prediction:
+    inputs = _inputs(recording, complete, ("time", *specimen.drivers(recording)), model)
     actuator = actuator_of(recording, model)
     prestrain = full_geometry(recording, model)["prestrain"] if actuator.springs else 0.0
     states = tuple(pj.SpringState.fresh(prestrain) for _ in actuator.springs)
@@ -152,10 +158,7 @@ def _predict_actuator(
         "length_mm": from_si(seen["length"], "mm"),
         "bend_direction_deg": from_si(found.bend_direction, "deg"),
     }
-    status = np.asarray(found.status)
-    several = np.asarray(read.status) == pj.Status.several_equilibria
-    status = np.where((status == pj.Status.converged) & several, pj.Status.several_equilibria, status)
-    known = {"status": np.array([pj.Status(code).name for code in status])}
+    known = {"status": np.array([pj.Status(code).name for code in statuses(found, read)])}
     for n, response in zip(actuator.spring_numbers, found.springs, strict=True):
         known |= {f"xi0_{n}": response.xi0, f"gamma_R_{n}": response.gamma_R}
     clearance = recording.geometry.get("tip_to_base_clearance_deg")
@@ -196,9 +199,15 @@ def _denoised_history(
     return pj.simulate_history(actuator, pressure, tuple(given), states).rows, read
 
 
-def _predict_spring(
-    recording: Recording, inputs: dict[str, np.ndarray], denoise: bool, model: AugmentedModel
+@_predicted.register
+def _(
+    specimen: SpringOnStand,
+    recording: Recording,
+    complete: np.ndarray,
+    denoise: bool,
+    model: AugmentedModel,
 ) -> Prediction:
+    inputs = _inputs(recording, complete, ("time", *specimen.drivers(recording)), model)
     spring = spring_of(recording, model)
     state = pj.SpringState.fresh(full_geometry(recording, model)["prestrain"])
     ohms = _smoothed(inputs, "resistance", denoise and model.added)
@@ -221,91 +230,4 @@ def _predict_spring(
     else:
         notices.append("resistance drives the spring, so it is not predicted; that takes temperature")
     marks, more = marked(model, history.seen, "spring", ("resistance",))
-    return Prediction(
-        outputs, {"xi0": response.xi0, "gamma_R": response.gamma_R}, notices + more, marks
-    )
-
-
-def _predict_wire(
-    recording: Recording, inputs: dict[str, np.ndarray], denoise: bool, model: AugmentedModel
-) -> Prediction:
-    if "temperature" not in inputs:
-        raise pj.InputError(
-            f"{place(recording)}: a wire's phase follows from its temperature,"
-            " but temperature_degC is missing"
-        )
-    named = named_table(recording, "alloy") if "alloy" in recording.geometry else "niti_wire"
-    wire = WireAlloy.from_calibration(model.table("alloy", named, recording.specimen))
-    prescribed = "stress" if "stress" in inputs else "strain"
-    history = simulate_wire(
-        wire,
-        **{prescribed: inputs[prescribed]},
-        temperature=_smoothed(inputs, "temperature", denoise),
-        state=pj.SpringState.fresh(full_geometry(recording, model)["prestrain"]),
-        time=inputs["time"],
-        effects=model.effects,
-    )
-    outputs = {"strain": history.seen["strain"]} if prescribed == "stress" else {
-        "stress_MPa": from_si(history.seen["stress"], "MPa")
-    }  # fmt: skip
-    lost = int(np.sum(~np.asarray(history.converged)))
-    notices = [f"{prescribed} drives the wire, as it was held or varies less"]
-    notices += [f"in {lost} of {len(inputs['time'])} rows no strain carries the stress"] if lost else []
-    marks, more = marked(model, history.seen, "wire")
-    return Prediction(outputs, {"xi0": history.rows.xi0}, notices + more, marks)
-
-
-def _predict_elastomer(
-    recording: Recording, inputs: dict[str, np.ndarray], denoise: bool, model: AugmentedModel
-) -> Prediction:
-    law, strain = law_of(recording, model), inputs["strain"]
-    stress, seen = law(jnp.asarray(strain)), {}
-    if model.added:
-        rows = ~recording.missing("strain")
-        timed = {name: recording.si(name)[rows] for name in ("time", "cycle") if recording.has(name)}
-        timed.setdefault("time", 1.0 * np.flatnonzero(rows))  # numbers of rows, as fits take them
-        seen = simulate_coupon(law, strain, **timed, effects=model.effects).seen
-        stress = seen["stress"]
-    marks, more = marked(model, seen, "elastomer")
-    notices = silicone_cautions(law, strain, strain) + more
-    return Prediction({"stress_kPa": from_si(stress, "kPa")}, {}, notices, marks)
-
-
-def _predict_tube(
-    recording: Recording, inputs: dict[str, np.ndarray], denoise: bool, model: AugmentedModel
-) -> Prediction:
-    geometry, law, seen = geometry_of(recording, model), law_of(recording, model), {}
-    if model.added:
-        tube, pressure = make_tube(geometry, law), _smoothed(inputs, "pressure", denoise)
-        history = simulate_tube(tube, pressure, time=inputs["time"], effects=model.effects)
-        seen, strain = history.seen, np.asarray(history.rows.length) / float(geometry.length) - 1.0
-        length = np.asarray(seen["length"])
-    else:
-        length = np.asarray(_tube_rows(inputs["pressure"], geometry, law))
-        strain = length / float(geometry.length) - 1.0
-    marks, more = marked(model, seen, "tube")
-    notices = silicone_cautions(law, strain, strain) + more
-    return Prediction({"length_mm": from_si(length, "mm")}, {}, notices, marks)
-
-
-@eqx.filter_jit
-def _tube_rows(pressure: jax.Array, geometry: pj.Geometry, law: SiliconeLaw) -> jax.Array:
-    """Length of a pressurised tube [m] for gauge pressures [Pa], shape (rows,)."""
-    sizes = (geometry.length, geometry.outer_diameter, geometry.wall_thickness)
-    return jax.vmap(lambda p: pj.tube_length(p, *sizes, law))(jnp.asarray(pressure))
-
-
-# what drives the model in a recording of each kind; a row that lacks one of them cannot be predicted
-DRIVERS = {
-    "actuator": ("time", "pressure"),
-    "spring": ("time", "elongation", "resistance", "temperature"),
-    "elastomer": ("strain",),
-    "tube": ("pressure", "time"),
-}
-_PREDICTORS: dict[str, Callable[[Recording, dict[str, np.ndarray], bool, AugmentedModel], Prediction]] = {
-    "actuator": _predict_actuator,
-    "spring": _predict_spring,
-    "wire": _predict_wire,
-    "elastomer": _predict_elastomer,
-    "tube": _predict_tube,
-}
+    return Prediction(outputs, {"xi0": response.xi0, "gamma_R": response.gamma_R}, notices + more, marks)

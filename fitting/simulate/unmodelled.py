@@ -57,5 +57,5 @@ def _beyond(rest: AddedDiscrepancy, beyond: np.ndarray) -> list[str]:
 
 def _column(kind: str, quantity: str) -> str:
     """Canonical column of an output."""
-    known = schema.COLUMNS[kind].outputs
+    known = schema.KINDS[kind].columns.outputs
     return next((c for c in known if schema.quantity_and_unit(c)[0] == quantity), quantity)

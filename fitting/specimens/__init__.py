@@ -1,25 +1,55 @@
 """Recordings of each kind as pure functions of named parameters: what fits, samplers and diagnoses stand on.
 
-    >>> model = model_of("spring")
-    >>> parameters = model.parameters_for(campaign)          # free numbers with their priors
-    >>> data = stack(model.rows_for(campaign))               # arrays of one shape
+    >>> specimen = specimen_of("spring")
+    >>> parameters = specimen.parameters_for(campaign)          # free numbers with their priors
+    >>> data = stack(specimen.rows_for(campaign))               # arrays of one shape
     >>> fit_least_squares(residual_of("spring"), parameters, data=data, use_priors=True)
- Values are in SI under the names of calibration tables and of `[geometry]` without units (`G_m`,
+
+Values are in SI under the names of calibration tables and of `[geometry]` without units (`G_m`,
 `wire_diameter`, `silicone_stiffness`); those of one specimen of several carry its number, `wire_diameter__2`.
+Importing this package registers the five kinds of the project; `register` adds one (`docs/new_kind.md`).
 """
 
-from .registry import Model, model_of, observations, parameters_for, predictor_of, residual_of
+from .actuator import ACTUATOR
+from .elastomer import COUPON
+from .registry import (
+    SPECIMENS,
+    candidates,
+    kind_of,
+    parameters_for,
+    predictor_of,
+    register,
+    residual_of,
+    specimen_of,
+)
 from .rows import Rows, numbers, silenced, stack
+from .specimen import FITTED, Model, RowOptions, Specimen
+from .spring import SPRING
+from .spring_by_temperature import BY_TEMPERATURE
+from .tube import TUBE
+from .wire import WIRE
 
 __all__ = [
+    "ACTUATOR",
+    "BY_TEMPERATURE",
+    "COUPON",
+    "FITTED",
+    "SPECIMENS",
+    "SPRING",
+    "TUBE",
+    "WIRE",
     "Model",
+    "RowOptions",
     "Rows",
-    "model_of",
+    "Specimen",
+    "candidates",
+    "kind_of",
     "numbers",
-    "observations",
     "parameters_for",
     "predictor_of",
+    "register",
     "residual_of",
     "silenced",
+    "specimen_of",
     "stack",
 ]

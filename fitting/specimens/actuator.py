@@ -1,167 +1,159 @@
-"""Recordings of an actuator as functions of the parameters: curvature, bend angle and direction, length."""
+"""Bending actuators: pressure and resistances in; curvature, bend angle and direction, length out.
 
-from collections.abc import Mapping
+Without effects the rows of a recording are solved side by side (`actuator_rows`), at phases that were read
+from the resistances before (`actuator_phase`). With effects one row follows the other (`actuator_history`).
+"""
+
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 import pneusma_jax as pj
-from fitting.data.recordings import Campaign, Recording
+from fitting.data.recordings import Campaign, Recording, kinds
 from fitting.inference.parameters import Parameters
-from fitting.inference.readings import noise_found
 from pneusma_jax.actuator.designs import GEOMETRY_KEYS
-from pneusma_jax.errors import InputError
+from pneusma_jax.calibration.records import Quantity
+from pneusma_jax.pipeline import Effect
 
 from . import actuator_phase, priors, silicones
+from .actuator_data import FIXED, OUTPUTS, TUBE, dimensions, layout_of, undecided_rows_for
+from .actuator_history import COMPILER_OPTIONS, EXPLAINED, SpringPhases, with_effects
 from .actuator_rows import ALLOY, trajectory
-from .model_objects import geometry_of
-from .row_builders import columns_of, measured_and_weight, smooth
+from .registry import register
 from .rows import Rows
+from .specimen import FITTED, RowOptions, Specimen
 
-OUTPUTS = ("curvature", "bend_angle", "length", "bend_direction")
-FIXED = ("gamma_max", "poisson_ratio", "T_mid", "T_width", "density", "heat_capacity", "convection")
-"""Constants that a pressurised actuator does not identify: conventions, and those of heating."""
-TUBE = ("outer_diameter", "wall_thickness", "length")
-ASTRAY = 30.0
-"""Standard deviations that a row without equilibrium counts for."""
+OPPOSING = "opposing_spring_heating"
+"""Effect that acts in the spring that is not driven."""
 
 
-def layout_of(campaign: Campaign) -> pj.Layout:
-    """The one arrangement of a campaign's actuators.
+class BendingActuator(Specimen):
+    """An actuator of any design."""
 
-    Raises:
-        InputError: if there are several designs.
-    """
-    named = {str(r.full_geometry()["design"]): r.name for r in campaign.recordings}
-    if len(named) > 1:
-        words = " and ".join(f"{design} ({name})" for design, name in list(named.items())[:2])
-        raise InputError(f"{campaign.path}: recordings are of different designs: {words}; fit one at a time")
-    return pj.layout(next(iter(named)))
+    recording = kinds.ACTUATOR
+    outputs = OUTPUTS
+    letter = "A"
+    noun = "actuator"
+    law = "the base model of the actuator"
+    tables = ("alloy", "silicone", "actuator")
+    options = ("base", "material")
+    loads = "pressure"
+    starts = 1
+    starts_with_model = 1
+    element = "actuator"
+    wall_drivers = ("time", "current_1", "current_2", "current_3")
+    most_rows_with_effects = 128  # every one is an equilibrium
+    compiler_options = COMPILER_OPTIONS
+    explained = EXPLAINED
+    latent = SpringPhases()
+
+    def drivers(self, recording: Recording) -> tuple[str, ...]:
+        """Pressure, and the resistances of springs that are there."""
+        there = pj.layout(recording.full_geometry()["design"]).spring_numbers
+        return ("pressure", *(f"resistance_{n}" for n in there if recording.has(f"resistance_{n}")))
+
+    def influences(self, recording: Recording) -> tuple[str, ...]:
+        """Pressure, resistances and currents, and the temperature of the air."""
+        springs = (f"{stem}_{n}" for n in (1, 2, 3) for stem in ("resistance", "current"))
+        return tuple(name for name in ("pressure", *springs, "temperature") if recording.has(name))
+
+    def rows_for(
+        self,
+        campaign: Campaign,
+        options: RowOptions = FITTED,
+        base: str | Path | None = None,
+        material: str | Path | None = None,
+    ) -> list[Rows]:
+        """See `Specimen.rows_for`; phases are as they are at the stated numbers.
+
+        Args:
+            campaign: recordings of kind actuator, of one design.
+            options: which rows are taken.
+            base: alloy to start from where `alloy = "fit"`; see `specimens.priors.alloy_quantities`.
+            material: silicone to start from, instead of the one that is named.
+
+        Raises:
+            InputError: if they name several designs, alloys or materials, or one has too few complete rows.
+        """
+        return actuator_phase.decided({}, undecided_rows_for(campaign, base, material, options))
+
+    def parameters_for(
+        self, campaign: Campaign, base: str | Path | None = None, material: str | Path | None = None
+    ) -> Parameters:
+        """Free numbers with their priors: the alloy's, the silicone's, each specimen's factor and dimensions.
+
+        Args:
+            campaign: recordings of kind actuator, of one design.
+            base, material: as for `rows_for`.
+        """
+        parameters, layout = Parameters(), layout_of(campaign)
+        if layout.spring_numbers:
+            parameters, _ = priors.alloy_parameters(campaign, ALLOY, FIXED, base)
+        law, identify = silicones.law_of(campaign, material)
+        table = silicones.table_name(campaign, material)
+        parameters.update(silicones.material_parameters(campaign, law, identify, table))
+        seen = {silicones.FACTOR, *(GEOMETRY_KEYS if layout.spring_numbers else TUBE)}
+        known = {
+            specimen: {name: value for name, value in dimensions(members[0]).items() if name in seen}
+            for specimen, members in campaign.specimens().items()
+        }
+        own = priors.geometry_parameters(campaign, known, silicones.UNITS, silicones.always_open(identify))
+        parameters.update(own)
+        return parameters
+
+    def answer(
+        self, values: Mapping[str, Array], rows: Rows, effects: tuple[Effect, ...] = ()
+    ) -> tuple[dict[str, Array], dict[str, Any]]:
+        """See `Specimen.answer`; NaN where there is no equilibrium."""
+        if effects or "gain" not in rows.extra:  # fractions are free: nothing was read before
+            return with_effects(values, rows, effects)
+        found, layout = trajectory(values, rows), rows.extra["layout"]
+        drivers = {"pressure": rows.inputs["pressure"], "curvature": found.curvature}
+        for k, number in enumerate(layout.spring_numbers):
+            drivers |= {f"xi0_{number}": found.xi0[k], f"gamma_{number}": found.gamma[k]}
+            drivers[f"ohms_{number}"] = found.ohms[k]
+        return {name: getattr(found, name) for name in OUTPUTS}, drivers
+
+    def misfit(self, found: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
+        """What predictions miss, in standard deviations; directions differ by half a turn at most."""
+        turned = dict(found)
+        if "bend_direction" in found:
+            measured = rows.measured["bend_direction"]
+            missed = jnp.mod(found["bend_direction"] - measured + jnp.pi, 2.0 * jnp.pi) - jnp.pi
+            turned["bend_direction"] = measured + missed
+        return super().misfit(turned, rows)
+
+    def decides(self, recordings: Sequence[Rows]) -> bool:
+        """Whether phases are read from resistances, anew as parameters change."""
+        return any(np.any(sd) for rows in recordings for sd in rows.extra["sd"])
+
+    def decided(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
+        """Recordings with phases as their resistances have them at these parameters; see `actuator_phase`."""
+        return actuator_phase.decided(values, recordings)
+
+    def located(self, component: str, recordings: Sequence[Recording], slug: str) -> str:
+        """Springs by their number: the one that is heated, where an effect says no other."""
+        if component != "spring":
+            return component
+        if not slug:
+            return "spring_2"
+        measured = [n for n in (1, 2, 3) if any(r.has(f"resistance_{n}") for r in recordings)]
+        others = [n for n in (1, 2, 3) if n not in measured]
+        driven = measured[0] if measured else 2
+        if slug == OPPOSING and driven in (1, 2):
+            return f"spring_{3 - driven if 3 - driven in others else driven}"
+        return f"spring_{driven}"
+
+    def alloy_quantities(
+        self, campaign: Campaign, base: str | Path | None = None, material: str | Path | None = None
+    ) -> dict[str, Quantity]:
+        """Constants of the springs' alloy; empty without springs."""
+        wound = layout_of(campaign).spring_numbers
+        return priors.alloy_quantities(campaign, ALLOY, base)[0] if wound else {}
 
 
-def dimensions(recording: Recording) -> dict[str, float]:
-    """Every dimension of a recording's actuator in SI, and the factor on its silicone."""
-    geometry = geometry_of(recording)
-    return {name: float(getattr(geometry, name)) for name in GEOMETRY_KEYS} | {silicones.FACTOR: 1.0}
-
-
-def rows_for(
-    campaign: Campaign, base: str | Path | None = None, material: str | Path | None = None
-) -> list[Rows]:
-    """`undecided_rows_for`, with phases as they are at the stated numbers."""
-    return actuator_phase.decided({}, undecided_rows_for(campaign, base, material))
-
-
-def undecided_rows_for(
-    campaign: Campaign, base: str | Path | None = None, material: str | Path | None = None
-) -> list[Rows]:
-    """Every recording of a campaign as arrays, in its order; every spring cold.
-
-    Args:
-        campaign: recordings of kind actuator, of one design.
-        base: alloy to start from where `alloy = "fit"`; see `specimens.priors.alloy_quantities`.
-        material: silicone to start from, instead of the one that is named.
-
-    Raises:
-        InputError: if they name several designs, alloys or materials, or one has too few complete rows.
-    """
-    layout = layout_of(campaign)
-    law, _ = silicones.law_of(campaign, material)
-    common = silicones.constants(law)
-    if layout.spring_numbers:
-        quantities, _ = priors.alloy_quantities(campaign, ALLOY, base)
-        common |= {name: quantity.value for name, quantity in quantities.items()}
-    number = {specimen: k for k, specimen in enumerate(campaign.specimens(), start=1)}
-    extra = {"layout": layout, "law": silicones.packed(law)}
-    wired = tuple(
-        n for n in layout.spring_numbers if any(r.has(f"resistance_{n}") for r in campaign.recordings)
-    )
-    return [_rows_of(r, common, wired, extra, number[r.specimen]) for r in campaign.recordings]
-
-
-def _rows_of(
-    recording: Recording,
-    common: Mapping[str, float],
-    wired: tuple[int, ...],
-    extra: Mapping[str, object],
-    specimen: int,
-) -> Rows:
-    there = [f"resistance_{n}" for n in wired if recording.has(f"resistance_{n}")]
-    columns, block = columns_of(recording, ("pressure", *there), OUTPUTS)
-    measured, weight = measured_and_weight(recording, OUTPUTS, columns, block)
-    inputs = {"pressure": smooth(columns, "pressure")}
-    noise = {}
-    for name in (f"resistance_{n}" for n in wired):
-        inputs[name] = columns.get(name, np.ones(len(columns["time"])))
-        noise[f"noise_{name}"] = np.asarray(0.0)  # not measured: taken as cold
-        if name in there:
-            sigma = recording.noise_si(name) or noise_found(recording, name)
-            noise[f"noise_{name}"] = np.asarray(max(sigma, 1e-12) / np.sqrt(block))
-    base = dimensions(recording) | dict(common)
-    rows = Rows(
-        mask=np.ones(len(columns["time"]), bool),
-        time=columns["time"],
-        inputs=inputs,
-        measured=measured,
-        weight=weight,
-        base={name: np.asarray(float(value)) for name, value in base.items()},
-        extra={**extra, **noise},
-        specimen=np.asarray(specimen),
-    )
-    return actuator_phase.undecided(rows, len(extra["layout"].spring_numbers))
-
-
-def decides(recordings: list[Rows]) -> bool:
-    """Whether phases are read from resistances, anew as parameters change."""
-    return any(np.any(sd) for rows in recordings for sd in rows.extra["sd"])
-
-
-def decided(values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
-    """Recordings with phases as their resistances have them at these parameters; see `actuator_phase`."""
-    return actuator_phase.decided(values, recordings)
-
-
-def parameters_for(
-    campaign: Campaign, base: str | Path | None = None, material: str | Path | None = None
-) -> Parameters:
-    """Free numbers with their priors: the alloy's, the silicone's, each specimen's factor and dimensions.
-
-    Args:
-        campaign: recordings of kind actuator, of one design.
-        base, material: as for `rows_for`.
-    """
-    parameters, layout = Parameters(), layout_of(campaign)
-    if layout.spring_numbers:
-        parameters, _ = priors.alloy_parameters(campaign, ALLOY, FIXED, base)
-    law, identify = silicones.law_of(campaign, material)
-    table = silicones.table_name(campaign, material)
-    parameters.update(silicones.material_parameters(campaign, law, identify, table))
-    seen = {silicones.FACTOR, *(GEOMETRY_KEYS if layout.spring_numbers else TUBE)}
-    known = {
-        specimen: {name: value for name, value in dimensions(members[0]).items() if name in seen}
-        for specimen, members in campaign.specimens().items()
-    }
-    own = priors.geometry_parameters(campaign, known, silicones.UNITS, silicones.always_open(identify))
-    parameters.update(own)
-    return parameters
-
-
-def predict(values: Mapping[str, Array], rows: Rows) -> dict[str, Float[Array, " rows"]]:
-    """Curvature [1/m], bend angle and its direction [rad], length [m]; NaN where there is no equilibrium."""
-    found = trajectory(values, rows)
-    return {name: getattr(found, name) for name in OUTPUTS}
-
-
-def residual(values: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
-    """Misfit of what was measured in standard deviations."""
-    found = predict(values, rows)
-    parts = []
-    for name in OUTPUTS:
-        there = jnp.isfinite(found[name])
-        miss = jnp.where(there, found[name], 0.0) - rows.measured[name]
-        if name == "bend_direction":
-            miss = jnp.mod(miss + jnp.pi, 2.0 * jnp.pi) - jnp.pi
-        parts.append(jnp.where(there | (rows.weight[name] == 0.0), rows.weight[name] * miss, ASTRAY))
-    return jnp.concatenate(parts)
+ACTUATOR = register(BendingActuator())

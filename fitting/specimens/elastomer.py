@@ -1,79 +1,115 @@
-"""Recordings of an elastomer coupon as functions of the parameters: its engineering stress.
+"""Elastomer coupons: strain in, engineering stress out.
 
 The law is the one that the recordings state; `fitting.calibrate.elastomer` is what compares laws.
 """
 
+import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array
 
-from fitting.data.recordings import Campaign
+from fitting.data.recordings import Campaign, Recording, kinds
 from fitting.inference.parameters import Parameter, Parameters
+from pneusma_jax.pipeline import Effect
+from pneusma_jax.simulate.coupon import simulate_coupon
 
-from . import priors, silicones
-from .row_builders import columns_of, measured_and_weight
+from . import silicones
+from .cautions import silicone_cautions
+from .registry import register
 from .rows import MARK, Rows, numbers
+from .specimen import FITTED, Courses, RowOptions, Specimen
 from .zeros import taut, zeros_of
 
-OUTPUTS = ("stress",)
 ZEROS = {"strain": "1", "stress": "kPa"}
 """Quantities whose zero a fit may find, with the unit in which it is shown."""
 
 
-def rows_for(campaign: Campaign, material: str | Path | None = None) -> list[Rows]:
-    """Every recording of a campaign as arrays, in its order.
+class Coupon(Specimen):
+    """A coupon of an elastomer in tension or compression."""
 
-    Args:
-        campaign: recordings of kind elastomer.
-        material: table to start from, instead of the one that is named or, for one that is to be fitted,
-            the source's silicone.
+    recording = kinds.ELASTOMER
+    outputs = ("stress",)
+    letter = "E"
+    noun = "silicone"
+    law = "the law of the silicone"
+    over = simulated_over = "strain"
+    tables = ("silicone",)
+    options = ("material",)
+    identified = "material"
+    several_laws = True
+    sized = False
+    loads = "strain"
+    element = "silicone"
+    wall_drivers = ("time",)
 
-    Raises:
-        InputError: if they name several materials, or one has too few complete rows.
-    """
-    law, _ = silicones.law_of(campaign, material)
-    number = {specimen: k for k, specimen in enumerate(campaign.specimens(), start=1)}
-    base = {silicones.FACTOR: 1.0} | silicones.constants(law) | {f"{q}_zero": 0.0 for q in ZEROS}
-    result = []
-    for recording in campaign.recordings:
-        columns, block = columns_of(recording, ("strain",), OUTPUTS)
-        measured, weight = measured_and_weight(recording, OUTPUTS, columns, block)
-        zeros = zeros_of(recording)
-        weight = {name: np.where(zeros.unsure(columns["strain"]), 0.0, w) for name, w in weight.items()}
-        result.append(
-            Rows(
-                mask=np.ones(len(columns["time"]), bool),
-                time=columns["time"],
-                inputs={"strain": columns["strain"]},
-                measured=measured,
-                weight=weight,
-                base={name: np.asarray(value) for name, value in base.items()},
-                extra={"law": silicones.packed(law), "flat": zeros.flat(columns["strain"])},
-                specimen=np.asarray(number[recording.specimen]),
-            )
-        )
-    return result
+    def drivers(self, recording: Recording) -> tuple[str, ...]:
+        """The strain."""
+        return ("strain",)
+
+    def rows_for(
+        self, campaign: Campaign, options: RowOptions = FITTED, material: str | Path | None = None
+    ) -> list[Rows]:
+        """See `Specimen.rows_for`.
+
+        Args:
+            campaign: recordings of kind elastomer.
+            options: which rows are taken.
+            material: table to start from, instead of the one that is named or, for one that is to be fitted,
+                the source's silicone.
+
+        Raises:
+            InputError: if they name several materials, or one has too few complete rows.
+        """
+        made = silicones.rows_of_silicone(campaign, options, material, self, _none_off)
+        return [_with_zeros(*pair) for pair in zip(made, campaign.recordings, strict=True)]
+
+    def parameters_for(self, campaign: Campaign, material: str | Path | None = None) -> Parameters:
+        """Free numbers with their priors: constants of the silicone, each specimen's factor, then zeros.
+
+        Args:
+            campaign: recordings of kind elastomer.
+            material: as for `rows_for`.
+        """
+        parameters = silicones.parameters_of_silicone(campaign, material, lambda recording: {})
+        for parameter in _zeros(campaign):
+            parameters.add(parameter)
+        return parameters
+
+    def answer(
+        self, values: Mapping[str, Array], rows: Rows, effects: tuple[Effect, ...] = ()
+    ) -> tuple[dict[str, Array], dict[str, Any]]:
+        """See `Specimen.answer`. Without effects no row depends on another, and all are computed at once."""
+        known = numbers(values, rows)
+        law = silicones.law_with(rows.extra["law"], known)
+        strain = taut(rows.inputs["strain"], known["strain_zero"], rows.extra["flat"])
+        seen = {"stress": law(strain)}
+        if effects:
+            seen = simulate_coupon(law, strain, time=rows.time, effects=effects).seen
+        seen = seen | {"stress": seen["stress"] + known["stress_zero"]}
+        rate = jnp.gradient(strain) / jnp.maximum(jnp.gradient(rows.time), 1e-9)
+        return seen, {"strain": strain, "strain_rate": rate, "max_strain": jnp.maximum.accumulate(strain)}
+
+    def cautions(self, recording: Recording, rows: Rows, outputs: Courses, drivers: Courses) -> list[str]:
+        """Where the silicone is strained beyond its tests."""
+        law = silicones.law_with(rows.extra["law"], numbers({}, rows))
+        return silicone_cautions(law, drivers["strain"], drivers["strain"])
 
 
-def parameters_for(campaign: Campaign, material: str | Path | None = None) -> Parameters:
-    """Free numbers with their priors: constants of the silicone, then each specimen's factor.
+def _none_off(recording: Recording) -> dict[str, float]:
+    """Zeros as a recording states them: exact."""
+    return {f"{quantity}_zero": 0.0 for quantity in ZEROS}
 
-    Args:
-        campaign: recordings of kind elastomer.
-        material: as for `rows_for`.
-    """
-    law, identify = silicones.law_of(campaign, material)
-    table = silicones.table_name(campaign, material)
-    parameters = silicones.material_parameters(campaign, law, identify, table)
-    known = {specimen: {silicones.FACTOR: 1.0} for specimen in campaign.specimens()}
-    own = priors.geometry_parameters(campaign, known, silicones.UNITS, silicones.always_open(identify))
-    parameters.update(own)
-    for parameter in _zeros(campaign):
-        parameters.add(parameter)
-    return parameters
+
+def _with_zeros(rows: Rows, recording: Recording) -> Rows:
+    """A recording that knows where its coupon hung slack; rows of which that cannot be told do not count."""
+    zeros, strain = zeros_of(recording), rows.inputs["strain"]
+    weight = {name: np.where(zeros.unsure(strain), 0.0, w) for name, w in rows.weight.items()}
+    extra = rows.extra | {"flat": zeros.flat(strain)}
+    return dataclasses.replace(rows, weight=weight, extra=extra)
 
 
 def _zeros(campaign: Campaign) -> list[Parameter]:
@@ -91,19 +127,4 @@ def _zeros(campaign: Campaign) -> list[Parameter]:
     return found
 
 
-def predict(values: Mapping[str, Array], rows: Rows) -> dict[str, Float[Array, " rows"]]:
-    """Engineering stress [Pa] at each strain."""
-    known = numbers(values, rows)
-    law = silicones.law_with(rows.extra["law"], known)
-    return {"stress": law(strain_of(known, rows)) + known["stress_zero"]}
-
-
-def strain_of(known: Mapping[str, Array], rows: Rows) -> Float[Array, " rows"]:
-    """Strain of the taut specimen at each reading."""
-    return taut(rows.inputs["strain"], known["strain_zero"], rows.extra["flat"])
-
-
-def residual(values: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
-    """Misfit of the stress in standard deviations."""
-    found = predict(values, rows)
-    return jnp.concatenate([rows.weight[name] * (found[name] - rows.measured[name]) for name in OUTPUTS])
+COUPON = register(Coupon())

@@ -16,8 +16,9 @@ import numpy as np
 from fitting.data.recordings import Recording
 from fitting.inference.readings import noise_found
 
-from .registry import Model, predictor_of
+from .registry import predictor_of
 from .rows import Rows, stack
+from .specimen import Model
 
 CLEAN, SIGMA = "clean", "sigma"
 """Entries of `Rows.extra`: weights by the outputs' own noise, and every driver's 1-sigma."""

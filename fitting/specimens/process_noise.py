@@ -11,7 +11,7 @@ from jaxtyping import Array
 from fitting.inference.program_cache import cached_program
 
 from .rows import Rows
-from .spring import process_noise_evidence
+from .spring_trajectory import process_noise_evidence
 
 CANDIDATES = tuple(float(x) for x in np.logspace(-12, -3, 10))
 """Variances per second; the fraction then moves by 1e-6 to 0.03 in a second."""

@@ -196,7 +196,7 @@ def _telling(recording: Recording) -> np.ndarray:
     found = np.all(counted, axis=0)
     if found.mean() < ENOUGH:
         found = np.any(counted, axis=0)
-    for name in schema.COLUMNS[recording.kind].required:
+    for name in schema.KINDS[recording.kind].columns.required:
         if name in recording.columns and name not in predicted(recording):
             found &= np.isfinite(recording.columns[name])
     return found if found.any() else ~found

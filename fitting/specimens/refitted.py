@@ -1,7 +1,7 @@
 """A model on disk with the numbers of a fit."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from pneusma_jax.calibration.records import Quantity
 
 from .rows import MARK
 from .saved_models import AugmentedModel
-from .with_saved_model import TABLES, Augmented
+from .with_saved_model import Augmented
 
 
 def refitted(augmented: Augmented, campaign: Campaign, parameters: Parameters, source: str) -> AugmentedModel:
@@ -37,9 +37,9 @@ def refitted(augmented: Augmented, campaign: Campaign, parameters: Parameters, s
         if specimen is None and len(specimens) == 1 and _states(own.get(specimens[0], {}), stem):
             specimen = specimens[0]
         place = base if specimen is None else own.setdefault(specimen, {})
-        kind = _kind_of(augmented.kind, stem)
-        if kind is not None:
-            place.setdefault(kind, {})[stem] = _quantity(stem, entry, source)
+        table = _table_of(augmented.specimen.tables, stem)
+        if table is not None:
+            place.setdefault(table, {})[stem] = _quantity(stem, entry, source)
     pairs = iter(zip(augmented.acting, augmented.names, strict=True))
     added = []
     for one in model.added:
@@ -58,9 +58,9 @@ def _states(tables: Mapping[str, Mapping[str, Quantity]], name: str) -> bool:
     return any(name in table for table in tables.values())
 
 
-def _kind_of(kind: str, name: str) -> str | None:
+def _table_of(tables: Sequence[str], name: str) -> str | None:
     """Kind of table that a number belongs to; None for one that no table has."""
-    return next((table for table in TABLES[kind] if name in QUANTITIES[table]), None)
+    return next((table for table in tables if name in QUANTITIES[table]), None)
 
 
 def _quantity(name: str, entry: Parameter, source: str) -> Quantity:

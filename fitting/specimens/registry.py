@@ -1,61 +1,74 @@
-"""The model of each kind of recording behind one interface. A new kind adds a line here and a module of its
-own."""
+"""Every kind of specimen by its name: the one table keyed by kind."""
 
 import functools
-import importlib
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import jax
 from jaxtyping import Array, Float
 
-from fitting.data.recordings import Campaign
+from fitting.data.recordings import Campaign, schema
 from fitting.inference.parameters import Parameters
-from pneusma_jax.errors import InputError
+from pneusma_jax.effects import CATALOGUE
+from pneusma_jax.errors import InputError, nearest
 
 from .rows import Rows
+from .specimen import Model, Specimen
 
-MODULES = {
-    "spring": "fitting.specimens.spring",
-    "wire": "fitting.specimens.wire",
-    "elastomer": "fitting.specimens.elastomer",
-    "tube": "fitting.specimens.tube",
-    "actuator": "fitting.specimens.actuator",
-}
+SPECIMENS: dict[str, Specimen] = {}
+"""Every specimen by its kind, in the order of `schema.KINDS`."""
 
 
-class Model(Protocol):
-    """What the module of a kind holds. All functions of `values` and `rows` are pure and may be traced.
+def register(specimen: Specimen) -> Specimen:
+    """Make a kind of specimen known; its recordings can then be read, simulated, fitted and diagnosed.
 
-    Where something depends on the parameters without being smooth in them (phases that are read, weights
-    that count the noise of drivers), a module has `decides(recordings)` and `decided(values, recordings)`,
-    too: fits and decisions alternate.
+    Args:
+        specimen: the one object of its class.
+
+    Raises:
+        ValueError: if its name or its letter is taken.
     """
-
-    OUTPUTS: tuple[str, ...]
-
-    def rows_for(self, campaign: Campaign, **options: Any) -> list[Rows]:
-        """Every recording of a campaign as arrays."""
-
-    def parameters_for(self, campaign: Campaign, **options: Any) -> Parameters:
-        """Free numbers of a campaign with what is known about them."""
-
-    def predict(self, values: Mapping[str, Array], rows: Rows) -> dict[str, Float[Array, " rows"]]:
-        """Outputs of one recording, by quantity, in SI."""
-
-    def residual(self, values: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
-        """Misfit of one recording in standard deviations."""
+    if schema.KINDS.get(specimen.kind) is not specimen.recording:
+        schema.register(specimen.recording)
+    for other in SPECIMENS.values():
+        if other.kind == specimen.kind or other.letter == specimen.letter:
+            raise ValueError(f"The kind {other.kind!r} has this name or the letter {other.letter!r} already.")
+    known = SPECIMENS | {specimen.kind: specimen}
+    SPECIMENS.clear()
+    SPECIMENS.update((kind, known[kind]) for kind in schema.KINDS if kind in known)
+    return specimen
 
 
-def model_of(kind: str) -> Model:
-    """Model of a kind of recording.
+def specimen_of(kind: str) -> Specimen:
+    """Specimen of a kind of recording.
 
     Raises:
         InputError: if there is none.
     """
-    if kind not in MODULES:
-        raise InputError(f"recordings of kind {kind} cannot be fitted; {', '.join(MODULES)} can")
-    return importlib.import_module(MODULES[kind])
+    if kind not in SPECIMENS:
+        raise InputError(f"recordings of kind {kind} are not modelled, {nearest(kind, SPECIMENS)}")
+    return SPECIMENS[kind]
+
+
+def by_letter(letter: str) -> Specimen:
+    """Specimen of a letter of `Effect.kinds`.
+
+    Raises:
+        KeyError: if there is none.
+    """
+    return {specimen.letter: specimen for specimen in SPECIMENS.values()}[letter]
+
+
+def named_by(letters: str) -> list[str]:
+    """Kinds of the letters of an effect, as far as they are registered, in the order of the letters."""
+    known = {specimen.letter: specimen.kind for specimen in SPECIMENS.values()}
+    return [known[letter] for letter in letters if letter in known]
+
+
+def candidates(kind: str) -> list[str]:
+    """Slugs of the effects that recordings of a kind can show."""
+    letter = specimen_of(kind).letter
+    return [slug for slug, effect in CATALOGUE.items() if letter in effect.kinds]
 
 
 def parameters_for(campaign: Campaign, **options: Any) -> Parameters:
@@ -66,9 +79,9 @@ def parameters_for(campaign: Campaign, **options: Any) -> Parameters:
         **options: of the kind, such as `base`, the table to start from where the alloy is to be identified.
 
     Raises:
-        InputError: if the campaign holds several kinds, or one without a model.
+        InputError: if the campaign holds several kinds, or one without a specimen.
     """
-    return model_of(kind_of(campaign)).parameters_for(campaign, **options)
+    return specimen_of(kind_of(campaign)).parameters_for(campaign, **options)
 
 
 def kind_of(campaign: Campaign) -> str:
@@ -85,28 +98,33 @@ def kind_of(campaign: Campaign) -> str:
     return kinds[0]
 
 
-@functools.cache
 def residual_of(kind: str | Model) -> Callable[[Mapping[str, Array], Rows], Float[Array, "recordings m"]]:
-    """Residual of a stack of recordings of a kind: `residual(values, stacked)`, one object for each kind.
+    """Residual of a stack of recordings of a kind: `residual(values, stacked)`, one object for each model.
 
     Being one object, it is compiled once for each set of free parameters and each shape.
 
     Args:
         kind: of the recordings, or a model of them.
     """
-    model = model_of(kind) if isinstance(kind, str) else kind
+    return _residual_of(specimen_of(kind) if isinstance(kind, str) else kind)
 
+
+@functools.cache
+def _residual_of(model: Model) -> Callable[[Mapping[str, Array], Rows], Array]:
     def residual(values: Mapping[str, Array], stacked: Rows) -> Array:
         return jax.vmap(lambda rows: model.residual(values, rows))(stacked)
 
     return residual
 
 
-@functools.cache
 def predictor_of(kind: str | Model) -> Callable[[Mapping[str, Array], Rows], dict[str, Array]]:
     """Compiled prediction of a stack of recordings of a kind, or of a model: `predict(values, stacked)`."""
-    model = model_of(kind) if isinstance(kind, str) else kind
-    return jax.jit(jax.vmap(model.predict, in_axes=(None, 0)))
+    return _predictor_of(specimen_of(kind) if isinstance(kind, str) else kind)
+
+
+@functools.cache
+def _predictor_of(model: Model) -> Callable[[Mapping[str, Array], Rows], dict[str, Array]]:
+    return jax.jit(jax.vmap(lambda values, rows: model.predict(values, rows), in_axes=(None, 0)))
 
 
 def observations(recordings: Sequence[Rows]) -> int:

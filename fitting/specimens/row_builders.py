@@ -11,14 +11,11 @@ from fitting.inference.readings import measurements
 from pneusma_jax.errors import InputError
 
 from .reduction import reduced
-from .rows import MOST_ROWS
-
-FEWEST = 4
-"""Complete rows that a recording needs."""
+from .specimen import FITTED, RowOptions
 
 
 def columns_of(
-    recording: Recording, drivers: Sequence[str], outputs: Iterable[str]
+    recording: Recording, drivers: Sequence[str], outputs: Iterable[str], options: RowOptions = FITTED
 ) -> tuple[dict[str, np.ndarray], int]:
     """Time, drivers and outputs of the rows that have all drivers, of a recording that is reduced if it is
     long.
@@ -27,15 +24,16 @@ def columns_of(
         recording: checked.
         drivers: quantities without which a row says nothing.
         outputs: quantities that may be missing, in single rows or altogether.
+        options: which rows are taken.
 
     Returns:
         Columns in SI by quantity, shape (rows,), NaN where missing or, of outputs, no measurement
         (`readings`); and the readings that a row is the mean of.
 
     Raises:
-        InputError: if fewer than `FEWEST` rows have all drivers.
+        InputError: if fewer than `options.fewest` rows have all drivers.
     """
-    recording = reduced(recording, MOST_ROWS)
+    recording = recording if options.most is None else reduced(recording, options.most)
     count = len(recording)
     columns = {"time": recording.si("time") if recording.has("time") else np.arange(count) * 1.0}
     for name in outputs:
@@ -43,28 +41,36 @@ def columns_of(
     for name in drivers:
         columns[name] = recording.si(name) if recording.has(name) else np.full(count, np.nan)
     complete = np.all([np.isfinite(columns[name]) for name in ("time", *drivers)], axis=0)
-    if complete.sum() < FEWEST:
+    if complete.sum() < options.fewest:
         raise InputError(
             f"{recording.path or recording.name}: {int(complete.sum())} rows have all of "
-            f"{', '.join(dict.fromkeys(('time', *drivers)))}, but a fit needs {FEWEST} or more"
+            f"{', '.join(dict.fromkeys(('time', *drivers)))}, but a fit needs {options.fewest} or more"
         )
     return {name: values[complete] for name, values in columns.items()}, recording.block
 
 
 def measured_and_weight(
-    recording: Recording, outputs: Iterable[str], columns: dict[str, np.ndarray], block: int
+    recording: Recording,
+    outputs: Iterable[str],
+    columns: dict[str, np.ndarray],
+    block: int,
+    options: RowOptions = FITTED,
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Outputs as they were measured, zero where missing, and one over the 1-sigma of each."""
+    """Outputs as they were measured, zero where missing, and one over the 1-sigma of each; zero where nothing
+    is compared."""
     measured, weight = {}, {}
     for name in outputs:
         measured[name] = np.nan_to_num(columns[name])
-        nothing = np.zeros(len(columns["time"]))
-        weight[name] = channel_weight(recording, name, columns, block) if recording.has(name) else nothing
+        weight[name] = np.zeros(len(columns["time"]))
+        if options.compared and recording.has(name):
+            weight[name] = channel_weight(recording, name, columns, block)
     return measured, weight
 
 
-def smooth(columns: dict[str, np.ndarray], name: str) -> np.ndarray:
+def smooth(columns: dict[str, np.ndarray], name: str, options: RowOptions = FITTED) -> np.ndarray:
     """A noisy driver without its noise, as far as its own course tells them apart; no gaps."""
+    if not options.smooth:
+        return columns[name]
     time, values = columns["time"], denoised(columns["time"], columns[name])
     known = np.isfinite(values)
     return np.interp(time, time[known], values[known])

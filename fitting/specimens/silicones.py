@@ -1,6 +1,6 @@
 """A silicone law as numbers of a model: its constants by the names of tables, and a factor on its stress."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import equinox as eqx
@@ -15,6 +15,9 @@ from pneusma_jax.calibration import load_calibration
 from pneusma_jax.silicone import Gent, NeoHookean, Ogden, PolynomialFit, SiliconeLaw, Yeoh, load_silicone
 
 from . import priors
+from .row_builders import columns_of, measured_and_weight
+from .rows import Rows
+from .specimen import RowOptions, Specimen
 
 FACTOR = "silicone_stiffness"
 UNITS = {FACTOR: "1"}
@@ -123,3 +126,71 @@ def table_name(campaign: Campaign, material: str | Path | None = None) -> str | 
     """Table that the material's constants come from."""
     name = campaign.recordings[0].table("material")
     return material or (DEFAULT if str(name) == priors.FIT else name)
+
+
+Sizes = Callable[[Recording], dict[str, float]]
+"""Dimensions of a recording's specimen by name, SI."""
+Weighing = Callable[[Recording, Mapping[str, np.ndarray], np.ndarray, int], np.ndarray]
+"""From a recording, its columns, the weight of its output and the readings in a row to a weight."""
+
+
+def rows_of_silicone(
+    campaign: Campaign,
+    options: RowOptions,
+    material: str | Path | None,
+    specimen: Specimen,
+    sizes: Sizes,
+    weighing: Weighing | None = None,
+) -> list[Rows]:
+    """Recordings of specimens of one silicone with one driver and one output as arrays.
+
+    Args:
+        campaign: recordings of one kind.
+        options: which rows are taken.
+        material: table to start from, as for `law_of`.
+        specimen: of that kind.
+        sizes: what else may be free.
+        weighing: changes the weight of the output; None leaves it.
+
+    Raises:
+        InputError: if the recordings name several materials, or one has too few complete rows.
+    """
+    law, _ = law_of(campaign, material)
+    number = {name: k for k, name in enumerate(campaign.specimens(), start=1)}
+    (output,) = specimen.outputs
+    result = []
+    for recording in campaign.recordings:
+        (driver,) = specimen.drivers(recording)
+        columns, block = columns_of(recording, (driver,), (output,), options)
+        measured, weight = measured_and_weight(recording, (output,), columns, block, options)
+        if weighing is not None:
+            weight[output] = weighing(recording, columns, weight[output], block)
+        base = sizes(recording) | {FACTOR: 1.0} | constants(law)
+        result.append(
+            Rows(
+                mask=np.ones(len(columns["time"]), bool),
+                time=columns["time"],
+                inputs={driver: columns[driver]},
+                measured=measured,
+                weight=weight,
+                base={name: np.asarray(value) for name, value in base.items()},
+                extra={"law": packed(law)},
+                specimen=np.asarray(number[recording.specimen]),
+            )
+        )
+    return result
+
+
+def parameters_of_silicone(campaign: Campaign, material: str | Path | None, sizes: Sizes) -> Parameters:
+    """Free numbers with their priors: constants of the silicone, then each specimen's factor and dimensions.
+
+    Args:
+        campaign: recordings of one kind.
+        material: table to start from, as for `law_of`.
+        sizes: what else may be free.
+    """
+    law, identify = law_of(campaign, material)
+    parameters = material_parameters(campaign, law, identify, table_name(campaign, material))
+    known = {name: sizes(members[0]) | {FACTOR: 1.0} for name, members in campaign.specimens().items()}
+    parameters.update(priors.geometry_parameters(campaign, known, UNITS, always_open(identify)))
+    return parameters

@@ -1,14 +1,19 @@
-"""Recordings of one spring on a test stand as functions of the parameters: pull and resistance.
- The martensite fraction is no input. It is a latent course that has to explain resistance and force together
-(`inference.latent_trajectory.smoother.profile`), because a resistance says much about a cold wire, little
-about a hot one and nothing where both phases conduct alike; read sample by sample, its noise would enter the
-running minimum that the residual strain remembers. Both measured quantities are outputs, and the profile
-carries the fraction's uncertainty into both, so that no row counts for more than it knows.
+"""Springs on a test stand: elongation in; force and resistance out, from one latent trajectory.
+
+The martensite fraction is no input: it is a latent trajectory that has to explain force and resistance
+together, under every candidate anew. A resistance says much about a cold wire and nothing about a hot one;
+read row by row, it would turn small errors of a constant into phases that no force fits, and a fit would
+stall there.
+
+There are two searches for the trajectory. `spring_trajectory` has the one without effects: it computes all
+rows at once, with what the memory of the metal decides held between fits. `spring_course` has the one with
+effects, whose memories need a scan.
 """
 
-import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -16,334 +21,230 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from fitting.data.recordings import Campaign, Recording
-from fitting.inference.channels import channel_weight
-from fitting.inference.latent_trajectory import smoother
-from fitting.inference.latent_trajectory.denoise import denoised
+import pneusma_jax as pj
+from fitting.data.recordings import Campaign, Recording, kinds
+from fitting.inference.channels import Channel
 from fitting.inference.parameters import Parameters
-from fitting.inference.readings import measurements
+from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.errors import InputError
-from pneusma_jax.nitinol import Alloy, Spring, SpringGeometry
+from pneusma_jax.nitinol import SpringResponse
+from pneusma_jax.pipeline import Effect
 
-from . import priors
-from .model_objects import geometry_of
-from .reduction import reduced
-from .rows import MOST_ROWS, Rows, numbers
-from .spring_law import Decisions, Law, Trajectory
+from . import priors, spring_trajectory
+from .latent import Drivers, LatentStates
+from .process_noise import with_process_noise
+from .registry import register
+from .rows import Rows, numbers
+from .specimen import FITTED, RowOptions, Specimen
+from .spring_by_temperature import BY_TEMPERATURE, without_resistance
+from .spring_course import best_course
+from .spring_trajectory import ALLOY, FIXED, OUTPUTS, dimension_numbers, fraction_read, spring_of
 
-OUTPUTS = ("force", "resistance")
-ALLOY = tuple(field.name for field in dataclasses.fields(Alloy) if field.name != "name")
-GEOMETRY = ("wire_diameter", "mandrel_diameter", "initial_pitch", "active_coils", "free_length")
-SPREAD = 0.5
-"""1-sigma of the martensite fraction at the start, around one half, where nobody says more."""
-MARGIN = 0.03
-"""Part of the residual strain by which a turning point may be off the rule."""
-MARGINS = (0.0, *(sign * size for size in (7e-4, 2e-3, 5e-3, 0.012, MARGIN) for sign in (-1.0, 1.0)))
-"""Such parts that all turning points of a test share; the first is the rule."""
-HISTORIES = 4
-"""Likeliest histories of a test, each turning point decided by itself, that are weighed beside those."""
-LEVELS = (0.2, 0.5)
-"""Constant courses that a search begins with, too."""
-ALIKE = 2.0
-"""Standard deviations of the martensite fraction within which two rows are equally hot."""
-WANDER = 1e-6
-"""Variance per second of the martensite fraction's walk until `with_wander` has found it."""
-
-
-def rows_of(
-    recording: Recording, alloy: Mapping[str, float], specimen: int = 1, held_at: float | None = None
-) -> Rows:
-    """A recording of kind spring as arrays.
-
-    Args:
-        recording: checked.
-        alloy: base constants by name, in SI.
-        specimen: its number in the campaign.
-        held_at: martensite fraction that the whole recording is taken to be at (1 cold, 0 hot); None to find
-            it.
-
-    Raises:
-        InputError: if fewer than four rows have both time and elongation.
-    """
-    recording = reduced(recording, MOST_ROWS)
-    columns = {name: recording.si(name) for name in ("time", "elongation")}
-    columns |= {name: measurements(recording, name) for name in OUTPUTS}
-    driven = np.isfinite(columns["time"]) & np.isfinite(columns["elongation"])
-    if driven.sum() < 4:
-        raise InputError(
-            f"{recording.path or recording.name}: {int(driven.sum())} rows have both time and elongation, "
-            "but a test needs four or more"
-        )
-    kept = {name: values[driven] for name, values in columns.items()}
-    weight = {name: channel_weight(recording, name, kept, recording.block) for name in OUTPUTS}
-    smooth = denoised(kept["time"], kept["resistance"])
-    known = np.isfinite(smooth)
-    size = len(kept["time"])
-    return Rows(
-        mask=np.ones(size, bool),
-        time=kept["time"],
-        inputs={
-            "elongation": kept["elongation"],
-            "resistance": np.interp(kept["time"], kept["time"][known], smooth[known])
-            if known.any()
-            else np.full(size, np.nan_to_num(alloy["rho_mean"])),
-        },
-        measured={name: np.nan_to_num(kept[name]) for name in OUTPUTS},
-        weight=weight,
-        base={**{name: np.asarray(float(alloy[name])) for name in ALLOY}, **dimension_numbers(recording)},
-        extra={
-            "wander": np.asarray(WANDER),
-            "pace": np.asarray(WANDER),
-            "level": np.asarray(0.5 if held_at is None else held_at),
-            "level_sd": np.asarray(SPREAD if held_at is None else 0.0),
-            "force_informs": np.asarray(1.0),
-            "margin": np.asarray(MARGIN),
-            "loading": _loading(kept["elongation"]),
-        },
-        specimen=np.asarray(specimen),
-    )
+WANDERS = tuple(10.0**k for k in range(-16, -2))
+"""Variances per second of the walk that are tried. The smallest hold a cold wire in one phase, whose limit
+then either binds or does not: noise that crossed it row by row would look like an offset."""
+BEGUN = "course"
+"""Where rows keep the fraction that the search for their latent trajectory begins with; each resistance by
+itself where they keep none."""
+LOOSE = 10.0
+"""Factor on the variance of the walk that a resistance shows."""
+ADDED = ("weight_", "correlation_")
+"""How columns are named that say how a diagnosis weighs a channel."""
+HELD = 5e-4
+"""Maximum range of the length of a spring that is held [m]."""
 
 
-def _loading(elongation: np.ndarray) -> np.ndarray:
-    """Rows on which the spring is longer than ever before: one, the others zero."""
-    before = np.concatenate([[-np.inf], np.maximum.accumulate(elongation)[:-1]])
-    return (elongation > before).astype(float)
+def prepared(values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]] | None = None) -> Rows:
+    """Rows whose walks are as fast as their resistances say at these base constants, with the noise of every
+    channel as a diagnosis weighs it, and a course to begin with; as the rows do, if there are no channels."""
+    own = {name: x for name, x in stacked.extra.items() if not name.startswith((*ADDED, BEGUN))}
+    plain = eqx.tree_at(lambda rows: rows.extra, stacked, own)  # so that one program serves both
+    found = with_process_noise(values, plain, LOOSE, WANDERS, pooled=True)
+    if channels is None:
+        return found
+    extra = {**stacked.extra, **found.extra}
+    for name in OUTPUTS:
+        weight, correlation = np.zeros((2, *stacked.mask.shape))
+        for k, members in enumerate(channels):
+            for channel in members:
+                if channel.quantity == name:
+                    weight[k], correlation[k] = 1.0 / channel.sigma, channel.correlation
+        names = [f"{what}{name}" for what in ADDED]
+        extra |= zip(names, map(jnp.asarray, (weight, correlation)), strict=True)
+    if BEGUN not in extra:
+        read = lambda rows: fraction_read(spring_of(numbers(values, rows)), rows)  # noqa: E731
+        extra[BEGUN] = jax.vmap(read)(stacked)
+    return eqx.tree_at(lambda rows: rows.extra, found, extra)
 
 
-def dimensions(recording: Recording) -> SpringGeometry:
-    """Dimensions that a recording states for its spring, in SI."""
-    geometry = geometry_of(recording)
-    return SpringGeometry(**{name: getattr(geometry, name) for name in GEOMETRY})
+def begun(stacked: Rows, drivers: Mapping[str, Array]) -> Rows:
+    """A stack whose searches for latent trajectories begin where that of an evaluation ended, by its
+    drivers."""
+    course = jnp.clip(jnp.asarray(drivers["xi0"]), 0.0, 1.0)
+    return eqx.tree_at(lambda rows: rows.extra[BEGUN], stacked, course)
 
 
-def dimension_numbers(recording: Recording) -> dict[str, np.ndarray]:
-    """Dimensions and pre-strain of a recording's spring by name, in SI."""
-    geometry = geometry_of(recording)
-    return {name: np.asarray(float(getattr(geometry, name))) for name in (*GEOMETRY, "prestrain")}
-
-
-def spring_of(known: Mapping[str, Array]) -> Spring:
-    """The spring that numbers describe; on a stand its elongation counts from the free length."""
-    alloy = Alloy(**{name: known[name] for name in ALLOY})
-    geometry = SpringGeometry(**{name: known[name] for name in GEOMETRY})
-    return Spring(geometry, alloy, geometry.free_length)
-
-
-def _outputs(law: Law, xi0: Array) -> smoother.Local:
-    return law.follow(xi0).local
-
-
-def _law(values: Mapping[str, Array], rows: Rows) -> Law:
+def with_effects(
+    values: Mapping[str, Array], rows: Rows, effects: tuple[Effect, ...]
+) -> tuple[dict[str, Array], dict[str, Any]]:
+    """Force and resistance under effects; see `Specimen.answer`."""
     known = numbers(values, rows)
-    return Law(spring_of(known), known["prestrain"], rows.inputs["elongation"], rows.extra.get("decisions"))
+    stand = spring_of(known), effects, pj.SpringState(known["prestrain"], jnp.ones(()))
+    elongation, time = rows.inputs["elongation"], rows.time
 
+    def follow(stand: tuple, activation: Any) -> tuple[Array, SpringResponse]:
+        element, effects, state = stand
+        found = pj.simulate_spring(element, elongation, activation, state, time=time, effects=effects)
+        return jnp.stack([found.seen[name] for name in OUTPUTS]), found.rows
 
-def _walk(rows: Rows) -> smoother.Walk:
-    extra = rows.extra
-    free = extra["level_sd"] > 0.0
-    level_sd = jnp.where(free, extra["level_sd"], 1.0)
-    return smoother.Walk.over(rows.time, rows.mask & free, extra["wander"], extra["level"], level_sd)
+    def at(stand: tuple, xi0: Array) -> tuple[Array, SpringResponse]:
+        return follow(stand, pj.MartensiteFraction(xi0))
 
-
-def _first_trial(law: Law, rows: Rows) -> Array:
-    """The course that was decided on, the fraction that each smoothed resistance stands for where none was,
-    or the level where it is held."""
-    if law.decisions is not None:
-        return law.decisions.course
-    return jnp.where(rows.extra["level_sd"] > 0.0, fraction_read(law.spring, rows), rows.extra["level"])
-
-
-def fraction_read(spring: Spring, rows: Rows) -> Array:
-    """Fraction that each resistance by itself stands for, (rows,)."""
-    gamma = spring.shear_strain(rows.inputs["elongation"])
-    rho = rows.inputs["resistance"] / spring.geometry.wire_length
-    return spring.alloy.martensite_fraction(rho, gamma).xi0
-
-
-def trajectory(values: Mapping[str, Array], rows: Rows) -> Trajectory:
-    """A recording as the model has it, at the course of the martensite fraction that explains it best.
-
-    Args:
-        values: free parameters by name, SI.
-        rows: one recording. Where `extra["force_informs"]` is 0 the course is found from resistance alone, as
-            for a prediction; where it is 1, as for a fit, force takes part.
-    """
-    law = _law(values, rows)
-    measured = jnp.stack([rows.measured[name] for name in OUTPUTS])
-    weight = jnp.stack([rows.weight["force"] * rows.extra["force_informs"], rows.weight["resistance"]])
-    course = smoother.profile(_outputs, law, measured, weight, _walk(rows), _first_trial(law, rows))
-    return law.follow(jnp.where(rows.extra["level_sd"] > 0.0, course, rows.extra["level"]))
-
-
-def at_phase(values: Mapping[str, Array], rows: Rows, xi0: Array) -> Trajectory:
-    """A recording as the model has it at a course of the martensite fraction that is given, shape (rows,)."""
-    return _law(values, rows).follow(xi0)
-
-
-@jax.jit
-def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
-    """A stack that knows what the rule of the residual strain decides in each row at these parameters.
-
-    The rule goes row by row, and as a function of the parameters it has corners and small jumps. With its
-    decisions known everything is smooth and all rows are computed at once. A fit decides, fits, and decides
-    again until nothing changes.
-
-    The hottest row of a noisy course is the one whose noise was lowest, and remembered by all later rows it
-    would pull the scale of the fraction. So it is decided on the course at the pace that resistance shows,
-    not on the looser one of a fit, and rows that are as hot as far as anyone can tell feel their own heat.
-
-    Whether a wire at a turning point still loads, and renews its memory, is as often decided by noise, with a
-    jump of all later rows. Of the decisions within a few per cent of the rule's, each test takes those that
-    explain it best: with one margin for all its turning points, or each of them decided by the force that
-    follows, as good constants are needed for the first and a good course for the second.
-
-    Args:
-        values: free parameters by name, SI.
-        stacked: recordings of kind spring.
-    """
-    plain = undecided(stacked)
-
-    def decide(rows: Rows, before: Decisions | None) -> Decisions:
-        steady = eqx.tree_at(lambda r: r.extra["wander"], rows, rows.extra["pace"])
-        found, law = trajectory(values, steady), _law(values, rows)
-        slack, force, weight = ALIKE * _sd(found, steady), rows.measured["force"], rows.weight["force"]
-        shared = jax.lax.map(lambda m: law.decide(found.xi0, slack, m), jnp.asarray(MARGINS))
-        several = law.likeliest(found.xi0, slack, rows.extra["margin"], force, weight, HISTORIES)
-        known = [] if before is None else [jax.tree.map(lambda x: x[None], before)]
-        every = jax.tree.map(lambda *x: jnp.concatenate(x), *known, shared, several)
-
-        def told(decisions: Decisions) -> Rows:
-            return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, "decisions": decisions})
-
-        def misfit(decisions: Decisions) -> Array:
-            return jnp.sum(residual(values, told(decisions)) ** 2)
-
-        least = jnp.argmin(jax.lax.map(misfit, every))
-        best = jax.tree.map(lambda x: x[least], every)
-
-        def begun(course: Array) -> tuple[Array, Array]:
-            """Where a search that begins with a course ends, and the misfit there."""
-            decisions = eqx.tree_at(lambda d: d.course, best, course)
-            ended = trajectory(values, told(decisions))
-            return ended.xi0, jnp.sum(_misfit(ended, rows) ** 2)
-
-        # a hot wire's course may be caught between limits: what a level leads to is often better
-        trials = jnp.stack([best.course, *(jnp.full_like(best.course, level) for level in LEVELS)])
-        courses, misfits = jax.lax.map(begun, trials)
-        return eqx.tree_at(lambda d: d.course, best, courses[jnp.argmin(misfits)])
-
-    before = stacked.extra.get("decisions")
-    first = jax.vmap(lambda rows: decide(rows, None))
-    found = first(plain) if before is None else jax.vmap(decide)(plain, before)
-    return eqx.tree_at(lambda r: r.extra, plain, {**plain.extra, "decisions": found})
-
-
-def undecided(rows: Rows) -> Rows:
-    """A recording or stack in which the rule decides anew at any parameters: exact, slower, not smooth."""
-    extra = {name: value for name, value in rows.extra.items() if name != "decisions"}
-    return eqx.tree_at(lambda r: r.extra, rows, extra)
-
-
-def predict(values: Mapping[str, Array], rows: Rows) -> dict[str, Float[Array, " rows"]]:
-    """Pull [N] and resistance [ohm] of every row; see `trajectory`."""
-    found = trajectory(values, rows)
-    return {"force": found.force, "resistance": found.resistance}
-
-
-def residual(values: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
-    """Misfit of force and resistance and of the latent course, in standard deviations.
-
-    Its sum of squares over the parameters alone is the profile of the joint problem; the rows of the course
-    number as many as its unknowns, so that degrees of freedom are those of the measured values.
-    """
-    return _misfit(trajectory(values, rows), rows)
-
-
-def _misfit(found: Trajectory, rows: Rows) -> Float[Array, " m"]:
-    """Residual of a trajectory: see `residual`."""
-    misfit = [rows.weight[name] * (getattr(found, name) - rows.measured[name]) for name in OUTPUTS]
-    return jnp.concatenate([*misfit, _walk(rows).residual(found.xi0)])
-
-
-def evidence(values: Mapping[str, Array], rows: Rows) -> Float[Array, ""]:
-    """Log-likelihood with the latent course integrated out (Laplace), up to a constant of the parameters.
-
-    For choosing between walks at given parameters. As a function of the parameters it would take the walk for
-    knowledge about how a fraction is scaled; fits and samplers use the profile, `residual`.
-    """
-    found = trajectory(values, rows)
-    weight = jnp.stack([rows.weight[name] for name in OUTPUTS])
-    curvature = smoother.hessian(found.local, weight, _walk(rows), found.xi0)
-    return -0.5 * (jnp.sum(_misfit(found, rows) ** 2) + smoother.log_determinant(*curvature))
-
-
-def _sd(found: Trajectory, rows: Rows, share: Array | float = 1.0) -> Array:
-    """Standard deviation of the fraction about a course; `share` of the weight of each output counts."""
-    weight = share * jnp.stack([rows.weight[name] for name in OUTPUTS])
-    diagonal, upper = smoother.hessian(found.local, weight, _walk(rows), found.xi0)
-    return jnp.sqrt(smoother.variances(diagonal, upper))
-
-
-def phase_sd(values: Mapping[str, Array], rows: Rows, by_force: bool = True) -> Float[Array, " rows"]:
-    """Standard deviation of the martensite fraction in every row, given the parameters.
-
-    Args:
-        values: free parameters by name.
-        rows: one recording.
-        by_force: whether the force takes part; without it, what resistance alone says.
-    """
-    return _sd(trajectory(values, rows), rows, jnp.asarray([[1.0 if by_force else 0.0], [1.0]]))
-
-
-def process_noise_evidence(values: Mapping[str, Array], rows: Rows, wander: Array) -> Float[Array, ""]:
-    """Log-evidence of how fast the martensite fraction wanders, from resistance alone.
-
-    Force is left out: a wrong force law must not be explained by a phase that wanders.
-    """
-    rows = undecided(rows)
-    extra = {**rows.extra, "wander": wander, "force_informs": jnp.zeros(())}
-    rows = eqx.tree_at(lambda r: r.extra, rows, extra)
-    rows = eqx.tree_at(lambda r: r.weight["force"], rows, jnp.zeros_like(rows.weight["force"]))
-    count = jnp.sum(_walk(rows).weight > 0.0)
-    return evidence(values, rows) - 0.5 * count * jnp.log(wander)
-
-
-FIXED = ("gamma_max", "poisson_ratio", "T_mid", "T_width", "density", "heat_capacity", "convection")
-"""Constants that tests on a stand do not identify: conventions, and those of heating."""
-
-
-def parameters_for(campaign: Campaign, base: str | Path | None = None) -> Parameters:
-    """Free numbers of a campaign of springs with their priors; the alloy's first, then each specimen's
-    dimensions.
-
-    Args:
-        campaign: recordings of kind spring.
-        base: table to start from where `alloy = "fit"`; see `specimens.priors.alloy_quantities`.
-
-    Raises:
-        InputError: if the recordings name several alloys, or one that cannot be loaded.
-    """
-    parameters, _ = priors.alloy_parameters(campaign, ALLOY, FIXED, base)
-    dimensions = {
-        specimen: {name: float(value) for name, value in dimension_numbers(recordings[0]).items()}
-        for specimen, recordings in campaign.specimens().items()
+    frozen = jax.tree.map(lambda x: jax.lax.stop_gradient(x) if eqx.is_array(x) else x, stand)
+    start = rows.extra.get(BEGUN)
+    if start is None:
+        start = follow(frozen, pj.Resistance(rows.inputs["resistance"]))[1].xi0
+    found = best_course(partial(at, stand), partial(at, frozen), start, OUTPUTS, rows)
+    gamma = found.known.gamma
+    rate = jnp.gradient(gamma) / jnp.maximum(jnp.gradient(time), 1e-9)
+    drivers = {
+        "xi0": found.course,
+        "strain": gamma,
+        "strain_rate": rate,
+        "max_strain": jax.lax.cummax(gamma),
+        "force": found.known.force,
+        "taken": found.taken,
+        **{f"slope_{name}": by_own for name, by_own in zip(OUTPUTS, found.local.slope, strict=True)},
+        **{f"memory_{name}": more for name, more in zip(OUTPUTS, found.local.remembered, strict=True)},
     }
-    parameters.update(priors.geometry_parameters(campaign, dimensions))
-    return parameters
+    return dict(zip(OUTPUTS, found.predicted, strict=True)), drivers
 
 
-def rows_for(
-    campaign: Campaign, base: str | Path | None = None, held_at: Mapping[str, float] | None = None
-) -> list[Rows]:
-    """Every recording of a campaign as arrays, in its order.
+class SpringPhase(LatentStates):
+    """The martensite fraction of a spring, found inside `answer`."""
 
-    Args:
-        campaign: recordings of kind spring.
-        base: as for `parameters_for`.
-        held_at: martensite fraction of recordings, by name, that are taken to be at one.
-    """
-    quantities, _ = priors.alloy_quantities(campaign, ALLOY, base)
-    alloy = {name: quantity.value for name, quantity in quantities.items()}
-    number = {specimen: k for k, specimen in enumerate(campaign.specimens(), start=1)}
-    held = held_at or {}
-    return [rows_of(r, alloy, number[r.specimen], held.get(r.name)) for r in campaign.recordings]
+    inside = True
+
+    def rows_for(self, campaign: Campaign, **tables: Any) -> list[Rows]:
+        """The specimen's own rows."""
+        return spring_trajectory.rows_for(campaign, **tables)
+
+    def count(self, stacked: Rows) -> int:
+        """None: `answer` finds it."""
+        return 0
+
+    def prepared(
+        self, values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]] | None = None
+    ) -> Rows:
+        """See `prepared`."""
+        return prepared(values, stacked, channels)
+
+    def begun(self, stacked: Rows, drivers: Mapping[str, Array]) -> Rows:
+        """See `begun`."""
+        return begun(stacked, drivers)
+
+    def settled(self, recordings: list[Rows], drivers: Drivers) -> list[Rows]:
+        """The same: `answer` finds it anew under every model."""
+        return recordings
+
+    def spent(self, recordings: Sequence[Rows]) -> int:
+        """Every resistance is spent on the fraction of its row."""
+        return sum(int(np.sum(np.asarray(r.weight["resistance"]) > 0.0)) for r in recordings)
+
+
+class SpringOnStand(Specimen):
+    """A spring whose resistance is measured."""
+
+    recording = kinds.SPRING
+    outputs = OUTPUTS
+    letter = "S"
+    noun = "spring"
+    law = "the base law of the spring"
+    tables = ("alloy", "actuator")
+    options = ("base",)
+    identified = "alloy"
+    starts_with_model = 1
+    element = "spring"
+    latent = SpringPhase()
+
+    def drivers(self, recording: Recording) -> tuple[str, ...]:
+        """Elongation, and what tells the phase: resistance, temperature, or both."""
+        told = [name for name in ("resistance", "temperature") if recording.has(name)]
+        return ("elongation", *told)
+
+    def influences(self, recording: Recording) -> tuple[str, ...]:
+        """Elongation and resistance."""
+        return tuple(name for name in ("elongation", "resistance") if recording.has(name))
+
+    def rows_for(
+        self,
+        campaign: Campaign,
+        options: RowOptions = FITTED,
+        base: str | Path | None = None,
+        held_at: Mapping[str, float] | None = None,
+    ) -> list[Rows]:
+        """See `spring_trajectory.rows_for`."""
+        return spring_trajectory.rows_for(campaign, options, base, held_at)
+
+    def parameters_for(self, campaign: Campaign, base: str | Path | None = None) -> Parameters:
+        """Free numbers of a campaign of springs with their priors; the alloy's first, then each specimen's
+        dimensions.
+
+        Args:
+            campaign: recordings of kind spring.
+            base: table to start from where `alloy = "fit"`; see `specimens.priors.alloy_quantities`.
+
+        Raises:
+            InputError: if the recordings name several alloys, or one that cannot be loaded.
+        """
+        parameters, _ = priors.alloy_parameters(campaign, ALLOY, FIXED, base)
+        dimensions = {
+            specimen: {name: float(value) for name, value in dimension_numbers(recordings[0]).items()}
+            for specimen, recordings in campaign.specimens().items()
+        }
+        parameters.update(priors.geometry_parameters(campaign, dimensions))
+        return parameters
+
+    def answer(
+        self, values: Mapping[str, Array], rows: Rows, effects: tuple[Effect, ...] = ()
+    ) -> tuple[dict[str, Array], dict[str, Any]]:
+        """See `Specimen.answer`; with effects, and in a diagnosis, the search of `spring_course`."""
+        if effects or BEGUN in rows.extra:
+            return with_effects(values, rows, effects)
+        found = spring_trajectory.trajectory(values, rows)
+        outputs = {"force": found.force, "resistance": found.resistance}
+        return outputs, {"xi0": found.xi0, "strain": found.gamma}
+
+    def residual(self, values: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
+        """Misfit of force and resistance and of the latent course, in standard deviations."""
+        return spring_trajectory.residual(values, rows)
+
+    def variant(self, campaign: Campaign) -> Specimen:
+        """`SpringByTemperature` where no resistance was measured."""
+        return BY_TEMPERATURE if without_resistance(campaign) else self
+
+    def alloy_quantities(self, campaign: Campaign, base: str | Path | None = None) -> dict[str, Quantity]:
+        """Constants of the spring's alloy."""
+        return priors.alloy_quantities(campaign, ALLOY, base)[0]
+
+    def plotted_over(self, rows: Rows) -> str:
+        """The temperature of a spring that is held at a length, the elongation of others; the clock where no
+        temperature drives it."""
+        over = "temperature" if np.ptp(rows.inputs["elongation"]) < HELD else "elongation"
+        return over if "temperature" in rows.inputs else "time"
+
+    def check_diagnosable(self, recording: Recording) -> None:
+        """Refuse a spring without resistance.
+
+        Raises:
+            InputError: in one line.
+        """
+        if not recording.has("resistance"):
+            raise InputError(
+                f"{recording.path or recording.name}: there is no resistance_ohm, and a diagnosis of springs "
+                "reads the phase from it; add the column. `pneusma characterise` takes springs by their "
+                "temperature"
+            )
+
+
+SPRING = register(SpringOnStand())

@@ -1,28 +1,31 @@
-"""Recordings of one spring whose resistance nobody measured, as functions of the parameters: its pull.
+"""Springs whose resistance nobody measured: elongation and temperature in, pull out.
 
 The martensite fraction follows the recorded temperature on the one reversible curve (`T_mid`, `T_width`): no
 hysteresis, no shift by stress. What only a resistance tells, the constants of the resistivity, stays as it
 is.
 """
 
-import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array
 
 import pneusma_jax as pj
-from fitting.data.recordings import Campaign, Recording
+from fitting.data.recordings import Campaign, Recording, kinds
 from fitting.inference.parameters import Parameters
 from pneusma_jax.calibration import load_calibration
+from pneusma_jax.calibration.records import Quantity
+from pneusma_jax.pipeline import Effect
 
 from . import priors
 from .input_noise import carried_over, noisy, with_drivers
 from .row_builders import columns_of, measured_and_weight, smooth
 from .rows import Rows, numbers
-from .spring import ALLOY, FIXED, dimension_numbers, spring_of
+from .specimen import FITTED, RowOptions, Specimen
+from .spring_trajectory import ALLOY, FIXED, dimension_numbers, spring_of
 from .thermal_runs import half_way, moved_prior
 
 OUTPUTS = ("force",)
@@ -30,6 +33,8 @@ CURVE = ("T_mid", "T_width")
 """Constants of the curve over temperature, which no test with a resistance sees."""
 ELECTRICAL = ("km_1", "km_2", "km_3", "rho_mean", "rho_span", "alpha_1", "alpha_2", "a", "b", "c")
 """Constants that only a resistance tells."""
+HELD = 5e-4
+"""Maximum range of the length of a spring that is held [m]."""
 WIDE = "niti_wire"
 """Table with priors of the curve, for an alloy that is to be identified."""
 
@@ -39,95 +44,125 @@ def without_resistance(campaign: Campaign) -> bool:
     return all(r.has("temperature") and not r.has("resistance") for r in campaign.recordings)
 
 
-def rows_for(campaign: Campaign, base: str | Path | None = None) -> list[Rows]:
-    """Every recording of a campaign as arrays, in its order.
-
-    Args:
-        campaign: recordings of kind spring, with temperature.
-        base: table to start from where `alloy = "fit"`.
-
-    Raises:
-        InputError: if one has too few rows with time, elongation and temperature.
-    """
-    quantities, _ = priors.alloy_quantities(campaign, ALLOY, base)
-    alloy = {name: np.asarray(float(quantity.value)) for name, quantity in quantities.items()}
-    number = {specimen: k for k, specimen in enumerate(campaign.specimens(), start=1)}
-    found = []
-    for recording in campaign.recordings:
-        drivers = ("elongation", "temperature")
-        columns, block = columns_of(recording, drivers, OUTPUTS)
-        measured, weight = measured_and_weight(recording, OUTPUTS, columns, block)
-        rows = Rows(
-            mask=np.ones(len(columns["time"]), bool),
-            time=columns["time"],
-            inputs={"elongation": columns["elongation"], "temperature": smooth(columns, "temperature")},
-            measured=measured,
-            weight=weight,
-            base={**alloy, **dimension_numbers(recording)},
-            extra={},
-            specimen=np.asarray(number[recording.specimen]),
-        )
-        found.append(with_drivers(rows, recording, drivers, block))
-    return found
-
-
-def decides(recordings: list[Rows]) -> bool:
-    """Whether weights change with the parameters, as noise of a driver matters more or less."""
-    return noisy(recordings)
-
-
-def decided(values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
-    """Recordings weighted by the noise of elongation and temperature, too, at these parameters."""
-    return carried_over(sys.modules[__name__], values, recordings)
-
-
-def parameters_for(campaign: Campaign, base: str | Path | None = None) -> Parameters:
-    """Free numbers of a campaign with their priors: those of springs but for the resistivity's, and the curve
-    over temperature, which a table only assumes.
-
-    Where springs are held at a length while the temperature takes them through their transformation, the
-    prior of an unknown alloy's `T_mid` lies where the pull is half-way.
-
-    Args:
-        campaign: recordings of kind spring.
-        base: as for `rows_for`.
-    """
-    fixed = (*(name for name in FIXED if name not in CURVE), *ELECTRICAL)
-    parameters, _ = priors.alloy_parameters(campaign, ALLOY, fixed, base)
-    for name in ELECTRICAL:
-        if name in parameters:
-            del parameters[name]
-    quantities, identify = priors.alloy_quantities(campaign, ALLOY, base)
-    wide = load_calibration(WIDE, "alloy").quantities
-    for name in CURVE:
-        if name not in parameters:
-            known = quantities[name]
-            parameters.add(priors.tabulated(wide[name] if identify or known.prior is None else known))
-    found = [T for r in campaign.recordings if r.role == "fit" for T in half_way_of(r)]
-    if identify and found:
-        moved_prior(parameters["T_mid"], 0.5 * (min(found) + max(found)))
-    dimensions = {
-        specimen: {name: float(value) for name, value in dimension_numbers(recordings[0]).items()}
-        for specimen, recordings in campaign.specimens().items()
-    }
-    parameters.update(priors.geometry_parameters(campaign, dimensions))
-    return parameters
-
-
 def half_way_of(recording: Recording) -> tuple[float, ...]:
     """Temperatures [degC] at which a spring held at a length is half-way through its transformation."""
     return half_way(recording, "elongation", "force")
 
 
-def predict(values: Mapping[str, Array], rows: Rows) -> dict[str, Float[Array, " rows"]]:
-    """Pull [N] of every row."""
-    known = numbers(values, rows)
-    state = pj.SpringState(known["prestrain"], jnp.ones(()))
-    heat = pj.Temperature(rows.inputs["temperature"])
-    found = pj.simulate_spring(spring_of(known), rows.inputs["elongation"], heat, state)
-    return {"force": found.rows.force}
+class SpringByTemperature(Specimen):
+    """A spring whose phase follows its temperature."""
+
+    recording = kinds.SPRING
+    outputs = OUTPUTS
+    letter = "S"
+    noun = "spring"
+    law = "the base law of the spring, its phase on one curve over temperature (no hysteresis)"
+    tables = ("alloy", "actuator")
+    options = ("base",)
+    identified = "alloy"
+    element = "spring"
+
+    def drivers(self, recording: Recording) -> tuple[str, ...]:
+        """Elongation and temperature."""
+        return ("elongation", "temperature")
+
+    def rows_for(
+        self, campaign: Campaign, options: RowOptions = FITTED, base: str | Path | None = None
+    ) -> list[Rows]:
+        """Every recording of a campaign as arrays, in its order.
+
+        Args:
+            campaign: recordings of kind spring, with temperature.
+            options: which rows are taken.
+            base: table to start from where `alloy = "fit"`.
+
+        Raises:
+            InputError: if one has too few rows with time, elongation and temperature.
+        """
+        quantities, _ = priors.alloy_quantities(campaign, ALLOY, base)
+        alloy = {name: np.asarray(float(quantity.value)) for name, quantity in quantities.items()}
+        number = {specimen: k for k, specimen in enumerate(campaign.specimens(), start=1)}
+        found = []
+        for recording in campaign.recordings:
+            drivers = ("elongation", "temperature")
+            columns, block = columns_of(recording, drivers, OUTPUTS, options)
+            measured, weight = measured_and_weight(recording, OUTPUTS, columns, block, options)
+            rows = Rows(
+                mask=np.ones(len(columns["time"]), bool),
+                time=columns["time"],
+                inputs={
+                    "elongation": columns["elongation"],
+                    "temperature": smooth(columns, "temperature", options),
+                },
+                measured=measured,
+                weight=weight,
+                base={**alloy, **dimension_numbers(recording)},
+                extra={},
+                specimen=np.asarray(number[recording.specimen]),
+            )
+            found.append(with_drivers(rows, recording, drivers, block) if options.compared else rows)
+        return found
+
+    def decides(self, recordings: Sequence[Rows]) -> bool:
+        """Whether weights change with the parameters, as noise of a driver matters more or less."""
+        return noisy(recordings)
+
+    def decided(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
+        """Recordings weighted by the noise of elongation and temperature, too, at these parameters."""
+        return carried_over(self, values, recordings)
+
+    def parameters_for(self, campaign: Campaign, base: str | Path | None = None) -> Parameters:
+        """Free numbers of a campaign with their priors: those of springs but for the resistivity's, and the
+        curve over temperature, which a table only assumes.
+
+        Where springs are held at a length while the temperature takes them through their transformation, the
+        prior of an unknown alloy's `T_mid` lies where the pull is half-way.
+
+        Args:
+            campaign: recordings of kind spring.
+            base: as for `rows_for`.
+        """
+        fixed = (*(name for name in FIXED if name not in CURVE), *ELECTRICAL)
+        parameters, _ = priors.alloy_parameters(campaign, ALLOY, fixed, base)
+        for name in ELECTRICAL:
+            if name in parameters:
+                del parameters[name]
+        quantities, identify = priors.alloy_quantities(campaign, ALLOY, base)
+        wide = load_calibration(WIDE, "alloy").quantities
+        for name in CURVE:
+            if name not in parameters:
+                known = quantities[name]
+                parameters.add(priors.tabulated(wide[name] if identify or known.prior is None else known))
+        found = [T for r in campaign.recordings if r.role == "fit" for T in half_way_of(r)]
+        if identify and found:
+            moved_prior(parameters["T_mid"], 0.5 * (min(found) + max(found)))
+        dimensions = {
+            specimen: {name: float(value) for name, value in dimension_numbers(recordings[0]).items()}
+            for specimen, recordings in campaign.specimens().items()
+        }
+        parameters.update(priors.geometry_parameters(campaign, dimensions))
+        return parameters
+
+    def answer(
+        self, values: Mapping[str, Array], rows: Rows, effects: tuple[Effect, ...] = ()
+    ) -> tuple[dict[str, Array], dict[str, Any]]:
+        """See `Specimen.answer`."""
+        known = numbers(values, rows)
+        state = pj.SpringState(known["prestrain"], jnp.ones(()))
+        heat = pj.Temperature(rows.inputs["temperature"])
+        drive = {"time": rows.time, "effects": effects}
+        found = pj.simulate_spring(spring_of(known), rows.inputs["elongation"], heat, state, **drive)
+        seen = {name: x for name, x in found.seen.items() if name != "resistance"}
+        return seen, {"xi0": found.rows.xi0, "strain": found.rows.gamma}
+
+    def alloy_quantities(self, campaign: Campaign, base: str | Path | None = None) -> dict[str, Quantity]:
+        """Constants of the spring's alloy."""
+        return priors.alloy_quantities(campaign, ALLOY, base)[0]
+
+    def plotted_over(self, rows: Rows) -> str:
+        """The temperature of a spring that is held at a length, the elongation of others."""
+        return "temperature" if np.ptp(rows.inputs["elongation"]) < HELD else "elongation"
 
 
-def residual(values: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
-    """Misfit of the pull in standard deviations."""
-    return rows.weight["force"] * (predict(values, rows)["force"] - rows.measured["force"])
+BY_TEMPERATURE = SpringByTemperature()
+"""What models the recordings of kind spring without a resistance; `SpringOnStand.variant` chooses it."""

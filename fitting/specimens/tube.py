@@ -1,65 +1,113 @@
-"""Recordings of a pressurised tube without springs as functions of the parameters: its length (Eq. 3.10)."""
+"""Pressurised tubes without springs: pressure in, length out (Eq. 3.10)."""
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array
 
-from fitting.data.recordings import Campaign, Recording
+import pneusma_jax as pj
+from fitting.data.recordings import Campaign, Recording, kinds
 from fitting.inference.parameters import Parameters
+from pneusma_jax.pipeline import Effect
 from pneusma_jax.silicone import tube_length
+from pneusma_jax.simulate.tracking import track_history
+from pneusma_jax.simulate.tube import make_tube
 
-from . import priors, silicones
+from . import silicones
+from .cautions import silicone_cautions
 from .model_objects import geometry_of
-from .row_builders import columns_of, measured_and_weight
+from .registry import register
 from .rows import Rows, numbers
+from .specimen import FITTED, Courses, RowOptions, Specimen
 
-OUTPUTS = ("length",)
 GEOMETRY = ("length", "outer_diameter", "wall_thickness")
 SLOPE_DEGREE = 5
 """Of the polynomial of length over pressure, by which the pressure's noise is carried over."""
+BENT = ("curvature", "bend_angle")
+"""Outputs of an actuator that a tube does not show."""
 
 
-def _numbers_of(recording: Recording) -> dict[str, float]:
+def sizes_of(recording: Recording) -> dict[str, float]:
+    """Dimensions of a recording's tube by name, SI."""
     geometry = geometry_of(recording)
-    return {name: float(getattr(geometry, name)) for name in GEOMETRY} | {silicones.FACTOR: 1.0}
+    return {name: float(getattr(geometry, name)) for name in GEOMETRY}
 
 
-def rows_for(campaign: Campaign, material: str | Path | None = None) -> list[Rows]:
-    """Every recording of a campaign as arrays, in its order.
+class Tube(Specimen):
+    """A fibre-wrapped tube under pressure."""
 
-    Args:
-        campaign: recordings of kind tube.
-        material: table to start from, instead of the one that is named; needed by nobody but those who have
-            one of a material that is to be fitted.
+    recording = kinds.TUBE
+    outputs = ("length",)
+    letter = "T"
+    noun = "tube"
+    law = "the base law of a pressurised tube"
+    over = simulated_over = "pressure"
+    tables = ("silicone", "actuator")
+    options = ("material",)
+    identified = "material"
+    loads = "pressure"
+    profiled = 2
+    element = "actuator"
+    wall_drivers = ("time",)
+    most_rows_with_effects = 512  # every one is an equilibrium
 
-    Raises:
-        InputError: if they name several materials, or one has too few complete rows.
-    """
-    law, _ = silicones.law_of(campaign, material)
-    number = {specimen: k for k, specimen in enumerate(campaign.specimens(), start=1)}
-    result = []
-    for recording in campaign.recordings:
-        columns, block = columns_of(recording, ("pressure",), OUTPUTS)
-        measured, weight = measured_and_weight(recording, OUTPUTS, columns, block)
-        weight["length"] = _with_pressure(recording, columns, weight["length"], block)
-        base = _numbers_of(recording) | silicones.constants(law)
-        result.append(
-            Rows(
-                mask=np.ones(len(columns["time"]), bool),
-                time=columns["time"],
-                inputs={"pressure": columns["pressure"]},
-                measured=measured,
-                weight=weight,
-                base={name: np.asarray(value) for name, value in base.items()},
-                extra={"law": silicones.packed(law)},
-                specimen=np.asarray(number[recording.specimen]),
-            )
-        )
-    return result
+    def drivers(self, recording: Recording) -> tuple[str, ...]:
+        """The pressure."""
+        return ("pressure",)
+
+    def rows_for(
+        self, campaign: Campaign, options: RowOptions = FITTED, material: str | Path | None = None
+    ) -> list[Rows]:
+        """See `Specimen.rows_for`. The noise of the pressure adds to that of the length, so the pressure is
+        taken as it was read.
+
+        Args:
+            campaign: recordings of kind tube.
+            options: which rows are taken.
+            material: table to start from, instead of the one that is named; needed by nobody but those who
+                have one of a material that is to be fitted.
+
+        Raises:
+            InputError: if they name several materials, or one has too few complete rows.
+        """
+        return silicones.rows_of_silicone(campaign, options, material, self, sizes_of, _with_pressure)
+
+    def parameters_for(self, campaign: Campaign, material: str | Path | None = None) -> Parameters:
+        """Free numbers with their priors: constants of the silicone, then each specimen's factor and
+        dimensions.
+
+        Args:
+            campaign: recordings of kind tube.
+            material: as for `rows_for`.
+        """
+        return silicones.parameters_of_silicone(campaign, material, sizes_of)
+
+    def answer(
+        self, values: Mapping[str, Array], rows: Rows, effects: tuple[Effect, ...] = ()
+    ) -> tuple[dict[str, Array], dict[str, Any]]:
+        """See `Specimen.answer`. Without effects no row depends on another, and all are solved at once."""
+        known = numbers(values, rows)
+        law = silicones.law_with(rows.extra["law"], known)
+        sizes = {name: known[name] for name in GEOMETRY}
+        pressure = rows.inputs["pressure"]
+        rate = jnp.gradient(pressure) / jnp.maximum(jnp.gradient(rows.time), 1e-9)
+        if effects:
+            body = make_tube(pj.Geometry(**sizes), law)
+            track = track_history(body, pressure, (), (), rows.time, effects)
+            length, seen = track.rows.length, {n: x for n, x in track.seen.items() if n not in BENT}
+        else:
+            length = jax.vmap(lambda p: tube_length(p, *sizes.values(), law))(pressure)
+            seen = {"length": length}
+        return seen, {"pressure": pressure, "pressure_rate": rate, "strain": length / sizes["length"] - 1.0}
+
+    def cautions(self, recording: Recording, rows: Rows, outputs: Courses, drivers: Courses) -> list[str]:
+        """Where the silicone is strained beyond its tests."""
+        law = silicones.law_with(rows.extra["law"], numbers({}, rows))
+        return silicone_cautions(law, drivers["strain"], drivers["strain"])
 
 
 def _with_pressure(
@@ -75,31 +123,4 @@ def _with_pressure(
     return np.where(held, variance**-0.5, 0.0)
 
 
-def parameters_for(campaign: Campaign, material: str | Path | None = None) -> Parameters:
-    """Free numbers with their priors: constants of the silicone, then each specimen's factor and dimensions.
-
-    Args:
-        campaign: recordings of kind tube.
-        material: as for `rows_for`.
-    """
-    law, identify = silicones.law_of(campaign, material)
-    table = silicones.table_name(campaign, material)
-    parameters = silicones.material_parameters(campaign, law, identify, table)
-    known = {specimen: _numbers_of(members[0]) for specimen, members in campaign.specimens().items()}
-    own = priors.geometry_parameters(campaign, known, silicones.UNITS, silicones.always_open(identify))
-    parameters.update(own)
-    return parameters
-
-
-def predict(values: Mapping[str, Array], rows: Rows) -> dict[str, Float[Array, " rows"]]:
-    """Length [m] at each pressure."""
-    known = numbers(values, rows)
-    law = silicones.law_with(rows.extra["law"], known)
-    sizes = [known[name] for name in GEOMETRY]
-    return {"length": jax.vmap(lambda p: tube_length(p, *sizes, law))(rows.inputs["pressure"])}
-
-
-def residual(values: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
-    """Misfit of the length in standard deviations."""
-    found = predict(values, rows)
-    return jnp.concatenate([rows.weight[name] * (found[name] - rows.measured[name]) for name in OUTPUTS])
+TUBE = register(Tube())

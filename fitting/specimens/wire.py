@@ -1,36 +1,39 @@
-"""Recordings of a straight wire as functions of the parameters: its strain under stress, or its stress.
+"""Straight wires: temperature and stress (or strain) in, strain (or stress) out.
 
 The phase follows the temperature on one reversible curve (the base law): no hysteresis, no shift by stress.
 Of strain and stress the steadier one drives the wire, the other is predicted.
 """
 
 import dataclasses
-import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array
 
-from fitting.data.recordings import Campaign, Recording
+from fitting.data.recordings import Campaign, Recording, kinds
 from fitting.inference.driven import by_stress
 from fitting.inference.parameters import Parameters
 from pneusma_jax.calibration import Calibration, load_calibration
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.errors import InputError
 from pneusma_jax.nitinol import SpringState, WireAlloy, simulate_wire
+from pneusma_jax.pipeline import Effect
 
 from . import priors
 from .input_noise import carried_over, noisy, with_drivers
+from .registry import register
 from .row_builders import columns_of, measured_and_weight, smooth
 from .rows import Rows, numbers
+from .specimen import FITTED, Courses, RowOptions, Specimen
 from .thermal_runs import FirstHeating, first_heating, half_way, moved_prior
 
 OUTPUTS = ("strain", "stress")
 ALLOY = tuple(field.name for field in dataclasses.fields(WireAlloy) if field.name != "name")
-NEW_WIRE = "niti_wire"
+NEW_WIRE = kinds.WIRE_ALLOY
 """Table that an alloy starts from that is to be identified."""
 AMPLITUDE = "gR_amplitude"
 RESIDUAL = (AMPLITUDE, "gR_slope", "gR_shift", "gR_decay")
@@ -38,6 +41,8 @@ RESIDUAL = (AMPLITUDE, "gR_slope", "gR_shift", "gR_decay")
 UNLOADED = 0.5
 """Part of its largest stress below which a wire must come for those constants to be seen. Under a steady load
 their only trace would be a loop between heating and cooling, which is another physics."""
+STILL = 5.0
+"""Minimum range of a temperature for drawing outputs over it [K]."""
 ASTRAY = 1e3
 """Standard deviations that a row counts for in which no strain carries the stress."""
 
@@ -80,7 +85,7 @@ def without_residual(campaign: Campaign, base: str | Path | Calibration | None =
 
     Args:
         campaign: recordings of kind wire.
-        base: as for `rows_for`.
+        base: as for `StraightWire.rows_for`.
     """
     table = load_calibration(base or NEW_WIRE, "alloy")
     quantities, _ = wire_quantities(campaign, table)
@@ -95,9 +100,7 @@ def without_residual(campaign: Campaign, base: str | Path | Calibration | None =
 def bracket(campaign: Campaign) -> tuple[float, float] | None:
     """Lowest and highest temperature [degC] at which a fitted wire is half-way through its transformation, as
     heating and cooling runs under steady loads show it; None where none does."""
-    found = [
-        T for recording in campaign.recordings if recording.role == "fit" for T in _half_way(recording)
-    ]
+    found = [T for recording in campaign.recordings if recording.role == "fit" for T in _half_way(recording)]
     return (min(found), max(found)) if found else None
 
 
@@ -114,27 +117,13 @@ def _driver_and_output(recording: Recording) -> tuple[str, str]:
     return ("stress", "strain") if by_stress(recording) else ("strain", "stress")
 
 
-def rows_for(campaign: Campaign, base: str | Path | None = None) -> list[Rows]:
-    """Every recording of a campaign as arrays, in its order.
-
-    Args:
-        campaign: recordings of kind wire.
-        base: table to start from where `alloy = "fit"`; `niti_wire` if None.
-
-    Raises:
-        InputError: if the recordings name several alloys, lack a temperature, or have too few complete rows.
-    """
-    quantities, _ = wire_quantities(campaign, base)
-    number = {specimen: k for k, specimen in enumerate(campaign.specimens(), start=1)}
-    ways = [by_stress(recording) for recording in campaign.recordings]
-    return [
-        _rows_of(recording, quantities, number[recording.specimen], way, set(ways))
-        for recording, way in zip(campaign.recordings, ways, strict=True)
-    ]
-
-
 def _rows_of(
-    recording: Recording, quantities: Mapping[str, Quantity], specimen: int, stressed: bool, ways: set[bool]
+    recording: Recording,
+    quantities: Mapping[str, Quantity],
+    specimen: int,
+    stressed: bool,
+    ways: set[bool],
+    options: RowOptions,
 ) -> Rows:
     if not recording.has("temperature"):
         raise InputError(
@@ -143,13 +132,13 @@ def _rows_of(
             " sidecar: [constant] temperature_degC = ..."
         )
     driver, output = ("stress", "strain") if stressed else ("strain", "stress")
-    columns, block = columns_of(recording, (driver, "temperature"), (output,))
-    measured, weight = measured_and_weight(recording, (output,), columns, block)
-    begun = set_apart(recording)
+    columns, block = columns_of(recording, (driver, "temperature"), (output,), options)
+    measured, weight = measured_and_weight(recording, (output,), columns, block, options)
+    begun = set_apart(recording) if options.compared else None
     if begun is not None:
         weight[output] = np.where(columns["time"] > _time_of(recording, begun.rows), weight[output], 0.0)
     nothing = np.zeros(len(columns["time"]))
-    inputs = {"temperature": smooth(columns, "temperature"), driver: smooth(columns, driver)}
+    inputs = {name: smooth(columns, name, options) for name in ("temperature", driver)}
     extra = {}
     if len(ways) > 1:  # one structure for all recordings, so that they stack
         inputs.setdefault(output, nothing)
@@ -166,7 +155,7 @@ def _rows_of(
         extra=extra,
         specimen=np.asarray(specimen),
     )
-    return with_drivers(rows, recording, (driver, "temperature"), block)
+    return with_drivers(rows, recording, (driver, "temperature"), block) if options.compared else rows
 
 
 def _time_of(recording: Recording, row: int) -> float:
@@ -174,74 +163,162 @@ def _time_of(recording: Recording, row: int) -> float:
     return float(recording.si("time")[row - 1]) if recording.has("time") else row - 1.0
 
 
-def decides(recordings: list[Rows]) -> bool:
-    """Whether weights change with the parameters, as noise of a driver matters more or less."""
-    return noisy(recordings)
-
-
-def decided(values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
-    """Recordings weighted by the noise of temperature and of stress or strain, too, at these parameters."""
-    return carried_over(sys.modules[__name__], values, recordings)
-
-
-def parameters_for(campaign: Campaign, base: str | Path | None = None) -> Parameters:
-    """Free constants of a campaign's wire with their priors.
-
-    Of an alloy that is to be identified those of the residual strain are held where no load is ever taken off
-    (`RESIDUAL`), and the prior of `T_mid` is moved to where the recordings are half-way through their
-    transformation, if they show it: a table says little of that, and misfits far from it have no slope.
-
-    Args:
-        campaign: recordings of kind wire.
-        base: as for `rows_for`.
-    """
-    quantities, identify = wire_quantities(campaign, base)
-    parameters = Parameters()
-    if identify:
-        held = unseen(campaign, base)
-        for quantity in quantities.values():
-            if quantity.prior is not None and quantity.name not in held:
-                parameters.add(priors.tabulated(quantity))
-        between = bracket(campaign)
-        if between is not None and "T_mid" in parameters:
-            moved_prior(parameters["T_mid"], 0.5 * sum(between))
-        return parameters
-    for name, relative in priors.tolerances(campaign.recordings, ALLOY).items():
-        quantity = quantities[name]
-        parameters.add(priors.toleranced(name, quantity.value, relative, quantity.unit))
-    return parameters
-
-
 def wire_of(known: Mapping[str, Array]) -> WireAlloy:
     """The wire that numbers describe."""
     return WireAlloy(**{name: known[name] for name in ALLOY})
 
 
-def predict(values: Mapping[str, Array], rows: Rows) -> dict[str, Float[Array, " rows"]]:
-    """Strain [1] and stress [Pa] of every row, the driver as given; NaN where no strain carries a stress."""
-    known = numbers(values, rows)
-    wire, state = wire_of(known), SpringState.fresh(known["prestrain"])
-    drive = {"temperature": rows.inputs["temperature"], "state": state}
-    found = {}
-    for name in ("stress", "strain"):
-        if name in rows.inputs:
-            found[name] = simulate_wire(wire, **{name: rows.inputs[name]}, **drive).rows
-    if len(found) == 1:
-        (one,) = found.values()
-        return {name: getattr(one, name) for name in OUTPUTS}
-    stressed = rows.extra["by_stress"] > 0.0
-    return {
-        name: jnp.where(stressed, getattr(found["stress"], name), getattr(found["strain"], name))
-        for name in OUTPUTS
-    }
+class StraightWire(Specimen):
+    """A wire in tension, by the reversible base law."""
+
+    recording = kinds.WIRE
+    outputs = ("strain", "stress")
+    letter = "W"
+    noun = "wire"
+    law = (
+        "the reversible base law (one curve of the phase over temperature: no hysteresis, no shift by stress)"
+    )
+    over = "temperature"
+    tables = ("alloy", "actuator")
+    options = ("base",)
+    identified = "alloy"
+    sized = False
+    loads = "stress"
+    starts = 8  # with all constants open there is a minimum beside every kink of the residual strain
+    profiled = 3
+    element = "wire"
+    astray = ASTRAY
+
+    def drivers(self, recording: Recording) -> tuple[str, ...]:
+        """Temperature, and of stress and strain the steadier one."""
+        return ("temperature", _driver_and_output(recording)[0])
+
+    def rows_for(
+        self, campaign: Campaign, options: RowOptions = FITTED, base: str | Path | None = None
+    ) -> list[Rows]:
+        """See `Specimen.rows_for`.
+
+        Args:
+            campaign: recordings of kind wire.
+            options: which rows are taken.
+            base: table to start from where `alloy = "fit"`; `niti_wire` if None.
+
+        Raises:
+            InputError: if the recordings name several alloys, lack a temperature, or have too few complete
+                rows.
+        """
+        quantities, _ = wire_quantities(campaign, base)
+        number = {specimen: k for k, specimen in enumerate(campaign.specimens(), start=1)}
+        ways = [by_stress(recording) for recording in campaign.recordings]
+        return [
+            _rows_of(recording, quantities, number[recording.specimen], way, set(ways), options)
+            for recording, way in zip(campaign.recordings, ways, strict=True)
+        ]
+
+    def parameters_for(self, campaign: Campaign, base: str | Path | None = None) -> Parameters:
+        """Free constants of a campaign's wire with their priors.
+
+        Of an alloy that is to be identified those of the residual strain are held where no load is ever taken
+        off (`RESIDUAL`), and the prior of `T_mid` is moved to where the recordings are half-way through their
+        transformation, if they show it: a table says little of that, and misfits far from it have no slope.
+
+        Args:
+            campaign: recordings of kind wire.
+            base: as for `rows_for`.
+        """
+        quantities, identify = wire_quantities(campaign, base)
+        parameters = Parameters()
+        if identify:
+            held = unseen(campaign, base)
+            for quantity in quantities.values():
+                if quantity.prior is not None and quantity.name not in held:
+                    parameters.add(priors.tabulated(quantity))
+            between = bracket(campaign)
+            if between is not None and "T_mid" in parameters:
+                moved_prior(parameters["T_mid"], 0.5 * sum(between))
+            return parameters
+        for name, relative in priors.tolerances(campaign.recordings, ALLOY).items():
+            quantity = quantities[name]
+            parameters.add(priors.toleranced(name, quantity.value, relative, quantity.unit))
+        return parameters
+
+    def answer(
+        self, values: Mapping[str, Array], rows: Rows, effects: tuple[Effect, ...] = ()
+    ) -> tuple[dict[str, Array], dict[str, Any]]:
+        """See `Specimen.answer`; the driver is given back as it is, NaN where no strain carries a stress."""
+        known = numbers(values, rows)
+        element, state = wire_of(known), SpringState(known["prestrain"], jnp.ones(()))
+        temperature = rows.inputs["temperature"]
+        drive = {"temperature": temperature, "state": state, "time": rows.time, "effects": effects}
+        runs = {}
+        for given in ("stress", "strain"):
+            if given in rows.inputs:
+                run = simulate_wire(element, **{given: rows.inputs[given]}, **drive)
+                within = {name: getattr(run.rows, name) for name in ("stress", "strain", "xi0")}
+                runs[given] = (run.seen | {given: rows.inputs[given]}, within)
+        if len(runs) == 1:
+            ((found, within),) = runs.values()
+        else:  # the recordings of a campaign share one structure, and each says what drives it
+            stressed, nothing = rows.extra["by_stress"] > 0.0, jnp.zeros_like(temperature)
+            pairs = zip(runs["stress"], runs["strain"], strict=True)
+            found, within = (
+                {n: jnp.where(stressed, a.get(n, nothing), b.get(n, nothing)) for n in {**a, **b}}
+                for a, b in pairs
+            )
+        return found, {"temperature": temperature} | within
+
+    def decides(self, recordings: Sequence[Rows]) -> bool:
+        """Whether weights change with the parameters, as noise of a driver matters more or less."""
+        return noisy(recordings)
+
+    def decided(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
+        """Recordings weighted by the noise of temperature and of stress or strain, too, at these
+        parameters."""
+        return carried_over(self, values, recordings)
+
+    def cautions(self, recording: Recording, rows: Rows, outputs: Courses, drivers: Courses) -> list[str]:
+        """What drives the wire, and rows without an answer."""
+        given, free = _driver_and_output(recording)
+        lost = int(np.sum(~np.isfinite(outputs[free])))
+        said = [f"{given} drives the wire, as it was held or varies less"]
+        return said + ([f"in {lost} of {len(rows.mask)} rows no strain carries the stress"] if lost else [])
+
+    def states(self, rows: Rows, drivers: Courses) -> dict[str, np.ndarray]:
+        """The martensite fraction."""
+        return {"xi0": drivers["xi0"]}
+
+    def located(self, component: str, recordings: Sequence[Recording], slug: str) -> str:
+        """What the catalogue places in a spring is in the wire."""
+        return "wire" if component == "spring" else component
+
+    def simpler(self, campaign: Campaign, base: str | Path | None = None) -> tuple[dict[str, Any], str]:
+        """The law without residual strain, where no load is taken off.
+
+        Under a steady load a residual strain shows as a loop between heating and cooling. Where the law with
+        it does not hold, that loop stands in for another physics.
+        """
+        if AMPLITUDE not in unseen(campaign, base):
+            return {}, ""
+        return {"base": without_residual(campaign, base)}, "without residual strain"
+
+    def unseen(self, campaign: Campaign, base: str | Path | None = None) -> dict[str, Quantity]:
+        """Constants of the residual strain where no load is taken off; see `unseen`."""
+        return unseen(campaign, base)
+
+    def alloy_quantities(self, campaign: Campaign, base: str | Path | None = None) -> dict[str, Quantity]:
+        """Constants of the wire."""
+        return wire_quantities(campaign, base)[0]
+
+    def plotted_over(self, rows: Rows) -> str:
+        """The temperature; at one temperature what else drives the wire."""
+        if np.ptp(np.asarray(rows.inputs["temperature"])[np.asarray(rows.mask)]) > STILL:
+            return "temperature"
+        moving = [n for n in ("strain", "stress") if n in rows.inputs and np.ptp(rows.inputs[n]) > 0.0]
+        return moving[0] if moving else "time"
+
+    def set_apart(self, recording: Recording) -> FirstHeating | None:
+        """A first heating unlike the later ones; see `set_apart`."""
+        return set_apart(recording)
 
 
-def residual(values: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
-    """Misfit of what is predicted in standard deviations."""
-    found = predict(values, rows)
-    parts = []
-    for name in OUTPUTS:
-        there = jnp.isfinite(found[name])
-        misfit = rows.weight[name] * (jnp.where(there, found[name], 0.0) - rows.measured[name])
-        parts.append(jnp.where(there | (rows.weight[name] == 0.0), misfit, ASTRAY))
-    return jnp.concatenate(parts)
+WIRE = register(StraightWire())

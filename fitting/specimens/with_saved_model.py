@@ -1,15 +1,13 @@
 """A model on disk (`--model`) as the model of recordings of a kind: its numbers, and its effects among the
 parameters.
 
-Without effects the kind's own functions are used at the model's numbers; with effects the rows run through
-the chain that a diagnosis evaluates. Either way fits, samplers and reports see what `registry.Model` names.
+Fits, samplers and reports see a `Model`.
 """
 
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import equinox as eqx
@@ -29,34 +27,15 @@ from pneusma_jax.pipeline import Effect
 from .input_noise import carried_over, noisy
 from .priors import CUT, FIT
 from .reduction import thinned
-from .registry import model_of
-from .registry import observations as all_observations
-from .rows import MARK, MOST_ROWS, Rows, numbers, stack, with_numbers
+from .registry import specimen_of
+from .rows import MARK, MOST_ROWS, Rows, stack, with_numbers
 from .saved_models import AddedEffect, AugmentedModel
-from .with_effects import LETTERS, kind_module
+from .specimen import Model, Specimen
 
-TABLES = {
-    "spring": ("alloy", "actuator"),
-    "wire": ("alloy", "actuator"),
-    "elastomer": ("silicone",),
-    "tube": ("silicone", "actuator"),
-    "actuator": ("alloy", "silicone", "actuator"),
-}
-"""Kinds of table whose numbers the rows of a kind hold; of equal names the first."""
-OPTIONS = {
-    "spring": ("base",),
-    "wire": ("base",),
-    "elastomer": ("material",),
-    "tube": ("material",),
-    "actuator": ("base", "material"),
-}
-"""Tables that the rows of a kind start from, by the name of the option."""
 WIDE = 20.0
 """Ratio of its bounds from which a positive shape parameter is fitted by its logarithm."""
 SHAPE_SD = 0.375
 """1-sigma of a shape parameter's prior about its typical value, as a share of its physical range."""
-ASTRAY = 30.0
-"""Standard deviations that a row without an answer counts for."""
 
 
 @dataclass(frozen=True)
@@ -76,8 +55,8 @@ class Held:
 
 
 @dataclass(frozen=True, eq=False)
-class Augmented:
-    """A model on disk for recordings of one kind; follows `registry.Model`.
+class Augmented(Model):
+    """A model on disk for recordings of one kind.
 
     Attributes:
         kind: of the recordings.
@@ -90,44 +69,40 @@ class Augmented:
     @property
     def acting(self) -> tuple[AddedEffect, ...]:
         """Effects that recordings of this kind can show."""
-        return tuple(a for a in self.model.added if self._letter in find_effect(a.slug).kinds)
+        return tuple(a for a in self.model.added if self.specimen.letter in find_effect(a.slug).kinds)
 
     @property
-    def _letter(self) -> str:
-        return LETTERS[self.kind]
-
-    @property
-    def _module(self) -> ModuleType:
-        """What predicts: the kind's own module, or the one whose rows go through the effects."""
-        return kind_module(self.kind) if self.acting else model_of(self.kind)
+    def specimen(self) -> Specimen:
+        """What is recorded."""
+        return specimen_of(self.kind)
 
     @property
     def most_rows(self) -> int:
-        """Rows of a recording that are taken."""
-        return getattr(self._module, "MOST_ROWS", MOST_ROWS) if self.acting else MOST_ROWS
+        """Maximum number of rows of a recording."""
+        return self.specimen.most_rows_with_effects if self.acting else MOST_ROWS
 
     @property
-    def OUTPUTS(self) -> tuple[str, ...]:  # noqa: N802  the name in the protocol
+    def outputs(self) -> tuple[str, ...]:
         """Predicted quantities."""
-        return self._module.OUTPUTS
+        return self.specimen.explained if self.acting else self.specimen.outputs
 
     def options(self, campaign: Campaign, given: Mapping[str, Any]) -> dict[str, str | Path]:
         """Tables to start from: what is given comes first, then the model's, then the recordings'."""
         named = {"base": self.model.tables.get("alloy"), "material": self.model.tables.get("material")}
-        allowed = OPTIONS[self.kind]
-        found = {name: given.get(name) or named[name] for name in allowed}
+        found = {name: given.get(name) or named[name] for name in self.specimen.options}
         return {name: table for name, table in found.items() if table is not None}
 
     def rows_for(self, campaign: Campaign, **options: Any) -> list[Rows]:
         """Every recording as arrays, with the model's numbers in it."""
-        module, campaign = self._module, thinned(self.described(campaign), self.most_rows)
-        rows = [self._predicted(r) for r in module.rows_for(campaign, **self.options(campaign, options))]
+        campaign = thinned(self.described(campaign), self.most_rows)
+        made = self.specimen.rows_for(campaign, **self.options(campaign, options))
+        rows = [self._predicted(r) for r in made]
         pairs = zip(rows, campaign.recordings, strict=True)
         return [with_numbers(r, self._known(recording.specimen)) for r, recording in pairs]
 
     def _predicted(self, rows: Rows) -> Rows:
         """Rows without outputs that the chain of effects does not predict: an actuator's bend direction."""
-        kept = [{n: x for n, x in part.items() if n in self.OUTPUTS} for part in (rows.measured, rows.weight)]
+        kept = [{n: x for n, x in part.items() if n in self.outputs} for part in (rows.measured, rows.weight)]
         return dataclasses.replace(rows, measured=kept[0], weight=kept[1])
 
     def described(self, campaign: Campaign) -> Campaign:
@@ -147,7 +122,7 @@ class Augmented:
     def _known(self, specimen: str | None) -> dict[str, Quantity]:
         """The model's numbers by the name they have in rows."""
         found: dict[str, Quantity] = {}
-        for kind in TABLES[self.kind]:
+        for kind in self.specimen.tables:
             for name, quantity in self.model.quantities(kind, specimen).items():
                 found.setdefault(name, quantity)
         return found
@@ -159,7 +134,7 @@ class Augmented:
         is flat between its physical bounds.
         """
         campaign = self.described(campaign)
-        base = model_of(self.kind).parameters_for(campaign, **self.options(campaign, options))
+        base = self.specimen.parameters_for(campaign, **self.options(campaign, options))
         for name, entry in base.items():
             quantity = self._quantity(campaign, name)
             if quantity is not None:
@@ -183,7 +158,7 @@ class Augmented:
             seen[added.slug] = count = seen.get(added.slug, 0) + 1
             stem = added.slug if count == 1 else f"{added.slug}_{count}"
             effect = find_effect(added.slug)
-            acts = specs_of(effect, self._letter)
+            acts = specs_of(effect, self.specimen.letter)
             result.append({
                 key: f"{stem}_{key}" for key in added.parameters if parameter_of(effect, key) in acts
             })  # fmt: skip
@@ -252,30 +227,22 @@ class Augmented:
     def answer(self, values: Mapping[str, Array], rows: Rows) -> tuple[dict[str, Array], dict[str, Any]]:
         """Outputs and drivers of one recording through its effects."""
         base, effects = self._split(values)
-        known = eqx.tree_at(lambda r: r.base, rows, numbers(base, rows))
-        return self._module.predict({}, effects, known)
+        return self.specimen.answer(base, rows, effects)
 
     def predict(self, values: Mapping[str, Array], rows: Rows) -> dict[str, Float[Array, " rows"]]:
         """Outputs of one recording, by quantity, in SI."""
-        return self.answer(values, rows)[0] if self.acting else self._module.predict(values, rows)
+        return self.answer(values, rows)[0]
 
     def residual(self, values: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
         """Misfit of one recording in standard deviations."""
         if not self.acting:
-            return self._module.residual(values, rows)
-        found, parts = self.predict(values, rows), []
-        for name in self.OUTPUTS:
-            there, weight = jnp.isfinite(found[name]), rows.weight[name]
-            misfit = weight * (jnp.where(there, found[name], 0.0) - rows.measured[name])
-            parts.append(jnp.where(there | (weight == 0.0), misfit, ASTRAY))
-        return jnp.concatenate(parts)
+            return self.specimen.residual(values, rows)
+        return self.specimen.misfit(self.predict(values, rows), rows)
 
     def observations(self, recordings: Sequence[Rows]) -> int:
-        """Measured values that count; of a spring, each resistance is spent on the fraction of its row."""
-        count = all_observations(recordings)
-        if self.kind == "spring" and self.acting:
-            count -= sum(int(np.sum(np.asarray(r.weight["resistance"]) > 0.0)) for r in recordings)
-        return max(count, 1)
+        """Measured values that count, less those that latent trajectories take up."""
+        count = super().observations(recordings)
+        return max(count - (self.specimen.latent.spent(recordings) if self.acting else 0), 1)
 
     def prepared(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
         """Recordings with hidden phases read, or with the walks of those that are found with every model.
@@ -284,33 +251,32 @@ class Augmented:
             values: free parameters, SI.
             recordings: as `rows_for` makes them.
         """
-        if self.acting and self.kind == "spring":
+        if self.acting and self.specimen.latent.inside:
             return self._walking(values, recordings)
-        return self.decided(values, recordings) if self.decides(recordings) else recordings
+        return super().prepared(values, recordings)
 
     def decides(self, recordings: Sequence[Rows]) -> bool:
         """Whether anything changes with the parameters that is not smooth in them, as the kind has it."""
-        base = model_of(self.kind)
-        return hasattr(base, "decides") and base.decides(recordings)
+        return self.specimen.decides(recordings)
 
     def decided(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
         """Actuators with phases as resistances have them at these parameters, wires with noise of drivers."""
         if noisy(recordings):
             return carried_over(self, values, recordings)
         if not self.acting:
-            return self._module.decided(values, recordings)
+            return self.specimen.decided(values, recordings)
         program = eqx.filter_jit(jax.vmap(self.answer, (None, 0)))
         point = {name: jnp.asarray(float(value)) for name, value in values.items()}
 
         def drivers(rows: list[Rows]) -> dict[str, np.ndarray]:
             return jax.device_get(program(point, stack(rows))[1])
 
-        return self._module.settled(recordings, drivers)
+        return self.specimen.latent.settled(recordings, drivers)
 
     def _walking(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
         """Springs whose martensite fraction wanders as fast as resistance says, and no faster."""
         base, _ = self._split(values)
-        found = np.asarray(self._module.prepared(base, stack(recordings)).extra["wander"])
+        found = np.asarray(self.specimen.latent.prepared(base, stack(recordings)).extra["wander"])
         pairs = zip(recordings, found, strict=False)
         return [
             eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, "wander": np.asarray(wander)})
@@ -358,9 +324,8 @@ def check_kind(model: AugmentedModel, kind: str) -> None:
     Raises:
         InputError: one line that says what the model holds.
     """
-    some = any(kind_ in TABLES[kind] for kind_ in model.base) or any(
-        kind_ in TABLES[kind] for tables in model.specimens.values() for kind_ in tables
-    )
+    tables = specimen_of(kind).tables
+    some = any(table in tables for own in (model.base, *model.specimens.values()) for table in own)
     if some or model.tables or Augmented(kind, model).acting:
         return
     slugs = ", ".join(added.slug for added in model.added) or "no effect"

@@ -84,7 +84,7 @@ def offered(recordings: Sequence[Recording]) -> list[str]:
     """Where a coupon hung slack and no zero of it is asked for: what `[zero]` would find, a sentence each."""
     found = []
     for recording in recordings:
-        if recording.kind not in schema.ZEROS or recording.zero:
+        if recording.kind not in schema.with_zeros() or recording.zero:
             continue
         slack = find_slack(recording.columns["strain"], recording.columns["stress_kPa"])
         if slack:

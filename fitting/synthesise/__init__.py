@@ -6,7 +6,7 @@ Examples:
     >>> made.truth["parameters"]["beta_1"]["value"], made.campaign
 """
 
-from .registry import CAMPAIGNS, synthesise, write_synthetic
+from .registry import makers, synthesise, write_synthetic
 from .wishes import Synthetic, Wishes
 
-__all__ = ["CAMPAIGNS", "Synthetic", "Wishes", "synthesise", "write_synthetic"]
+__all__ = ["Synthetic", "Wishes", "makers", "synthesise", "write_synthetic"]

@@ -16,7 +16,6 @@ from pneusma_jax.units import from_si
 from .instruments import Instruments
 from .spring import CONSTANTS, possible_spring
 from .truth import Unknowns
-from .tube import silicone
 from .wishes import Synthetic, Wishes
 
 INTERVAL_S = 0.5
@@ -96,7 +95,7 @@ def synthesise_actuator(wishes: Wishes) -> Synthetic:
         alloy = pj.Alloy(**constants, name=table.name)
         nominal["alloy"] = "fit" if wishes.spread == "prior" else nominal["alloy"]
     true = unknowns.geometry(nominal)
-    law = silicone(nominal["material"], unknowns.factor("silicone_stiffness"))
+    law = _silicone(nominal["material"], unknowns.factor("silicone_stiffness"))
     unknowns.finish()
     geometry = _geometry(true)
     body = pj.round_actuator(arrangement, geometry, alloy, law)
@@ -174,3 +173,9 @@ def _full_current(spring: pj.Spring, heat: float, ambient: float) -> float:
     resistance = float(alloy.resistivity(jnp.asarray(0.5), jnp.asarray(0.05)) * g.wire_length)
     loss = float(alloy.convection * jnp.pi * g.wire_diameter * g.wire_length)
     return round(float(np.sqrt(max(rise, 0.0) * loss / resistance)), 3)
+
+
+def _silicone(material: str, stiffness: float) -> pj.silicone.SiliconeLaw:
+    """A material's law with its stress multiplied by a batch's factor."""
+    law = pj.load_silicone(material)
+    return dataclasses.replace(law, stiffness=law.stiffness * stiffness)

@@ -39,14 +39,14 @@ class Instruments:
             InputError: for a column that the kind does not have, or one that holds no reading.
         """
         for name in wishes.noise:
-            if name not in schema.COLUMNS[kind].known:
+            if name not in schema.KINDS[kind].columns.known:
                 raise InputError(
                     f"--noise {name}: a recording of kind {kind} has no such column,"
-                    f" {nearest(name, schema.COLUMNS[kind].known)}"
+                    f" {nearest(name, schema.KINDS[kind].columns.known)}"
                 )
             if name not in defaults:
                 raise InputError(f"--noise {name}: here noise can be given to {', '.join(defaults)}")
-            if wishes.noise[name] == 0.0 and name in schema.COLUMNS[kind].outputs:
+            if wishes.noise[name] == 0.0 and name in schema.KINDS[kind].columns.outputs:
                 raise InputError(f"--noise {name}=0: an output needs noise, if only a little")
         noise = {**defaults, **wishes.noise}
         return cls(noise, wishes.noise_time_s, wishes.drift, wishes.seed)

@@ -1,6 +1,7 @@
 """Simulated campaigns by kind, and writing one: recordings, title and the truth, all or nothing."""
 
 import dataclasses
+import functools
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -10,6 +11,12 @@ import tomlkit
 
 from fitting.data.publish import check_free, publish
 from fitting.data.recordings.writing import recording_texts
+from fitting.specimens import SPECIMENS, Specimen
+from fitting.specimens.actuator import BendingActuator
+from fitting.specimens.elastomer import Coupon
+from fitting.specimens.spring import SpringOnStand
+from fitting.specimens.tube import Tube
+from fitting.specimens.wire import StraightWire
 from pneusma_jax.errors import InputError, nearest
 
 from . import elastomer
@@ -72,28 +79,68 @@ def synthesise_elastomer(wishes: Wishes) -> Synthetic:
     return Synthetic("Simulated pulls of a stiffening silicone", recordings, record)
 
 
-APPLIES = {
-    "alloy": ("spring", "wire", "actuator"),
-    "design": ("actuator",),
-    "ambient_degC": ("spring", "actuator"),
-    "interval_s": ("spring", "wire", "tube", "actuator"),
-}
-"""Kinds to which a wish can apply, for those that do not apply to all."""
 OPTIONS = {"ambient_degC": "--ambient", "interval_s": "--interval"}
-CAMPAIGNS: dict[str, Callable[[Wishes], Synthetic]] = {
-    "spring": synthesise_spring,
-    "wire": synthesise_wire,
-    "elastomer": synthesise_elastomer,
-    "tube": synthesise_tube,
-    "actuator": synthesise_actuator,
-}
+
+
+@dataclasses.dataclass(frozen=True)
+class Maker:
+    """How a campaign of one kind is simulated.
+
+    Attributes:
+        make: the campaign, from what is wished.
+        takes: those of `CHOSEN` that mean something for it.
+    """
+
+    make: Callable[[Wishes], Synthetic]
+    takes: tuple[str, ...] = ()
+
+
+CHOSEN = ("alloy", "design", "ambient_degC", "interval_s")
+"""Wishes that not every kind takes."""
+
+
+@functools.singledispatch
+def maker_of(specimen: Specimen) -> Maker | None:
+    """How campaigns of a specimen are simulated; None if nobody has registered it."""
+    return None
+
+
+@maker_of.register
+def _(specimen: SpringOnStand) -> Maker:
+    return Maker(synthesise_spring, ("alloy", "ambient_degC", "interval_s"))
+
+
+@maker_of.register
+def _(specimen: StraightWire) -> Maker:
+    return Maker(synthesise_wire, ("alloy", "interval_s"))
+
+
+@maker_of.register
+def _(specimen: Coupon) -> Maker:
+    return Maker(synthesise_elastomer)
+
+
+@maker_of.register
+def _(specimen: Tube) -> Maker:
+    return Maker(synthesise_tube, ("interval_s",))
+
+
+@maker_of.register
+def _(specimen: BendingActuator) -> Maker:
+    return Maker(synthesise_actuator, CHOSEN)
+
+
+def makers() -> dict[str, Maker]:
+    """Every kind whose campaigns can be simulated."""
+    found = {kind: maker_of(specimen) for kind, specimen in SPECIMENS.items()}
+    return {kind: maker for kind, maker in found.items() if maker is not None}
 
 
 def synthesise(kind: str, **wishes: object) -> Synthetic:
     """Simulate a campaign with a known truth, labelled `real = false`.
 
     Args:
-        kind: `spring`, `wire`, `elastomer`, `tube` or `actuator`.
+        kind: `spring`, `wire`, `elastomer`, `tube`, `actuator`, or one that is registered.
         **wishes: the fields of `Wishes`, such as `seed=1, truth={"G_m": 3.2}`.
 
     Returns:
@@ -103,15 +150,16 @@ def synthesise(kind: str, **wishes: object) -> Synthetic:
         InputError: for an unknown kind or wishes that cannot be; names the nearest.
         RuntimeError: if float64 is off.
     """
-    if kind not in CAMPAIGNS:
-        raise InputError(f"no campaign of kind {kind!r} can be simulated, {nearest(kind, CAMPAIGNS)}")
+    known = makers()
+    if kind not in known:
+        raise InputError(f"no campaign of kind {kind!r} can be simulated, {nearest(kind, known)}")
     asked = Wishes(**wishes)
     _check(asked)
-    for name, kinds in APPLIES.items():
-        if kind not in kinds and getattr(asked, name) is not None:
-            option = OPTIONS.get(name, f"--{name}")
-            raise InputError(f"{option} means nothing for kind {kind}, only for {', '.join(kinds)}")
-    made = CAMPAIGNS[kind](asked)
+    for name in CHOSEN:
+        if name not in known[kind].takes and getattr(asked, name) is not None:
+            option, takers = OPTIONS.get(name, f"--{name}"), [k for k, m in known.items() if name in m.takes]
+            raise InputError(f"{option} means nothing for kind {kind}, only for {', '.join(takers)}")
+    made = known[kind].make(asked)
     how = f"`pneusma synthesise {kind}`" + (f", seed {asked.seed}" if asked.reveal else "")
     for recording in made.recordings:
         if not recording.source or not asked.reveal:

@@ -34,9 +34,9 @@ class Unknowns:
             InputError: for a tolerance of something that the format does not know.
         """
         for name in wishes.tolerance:
-            if name not in schema.TOLERANCE_KEYS:
+            if name not in schema.tolerance_keys():
                 raise InputError(
-                    f"--tolerance {name}: no such parameter, {nearest(name, schema.TOLERANCE_KEYS)}"
+                    f"--tolerance {name}: no such parameter, {nearest(name, schema.tolerance_keys())}"
                 )
         self.wishes = wishes
         if wishes.spread == "prior":  # an unknown alloy: its constants are not known to within a tolerance

@@ -6,8 +6,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.data.recordings import Recording
+from fitting.data.recordings.kinds import WIRE_ALLOY
+from fitting.specimens import WIRE
+from fitting.specimens.simulation import simulated
 from pneusma_jax.calibration import load_calibration
-from pneusma_jax.nitinol import WireAlloy, simulate_wire
+from pneusma_jax.nitinol import WireAlloy
 
 from .instruments import Instruments
 from .truth import Unknowns
@@ -30,7 +33,7 @@ def synthesise_wire(wishes: Wishes) -> Synthetic:
     Raises:
         InputError: for an alloy without a wire's constants, or wishes that cannot be.
     """
-    table = load_calibration(wishes.alloy or "niti_wire", "alloy")
+    table = load_calibration(wishes.alloy or WIRE_ALLOY, "alloy")
     unknowns = Unknowns(wishes, TOLERANCE)
     constants = unknowns.alloy(table, list(table.require(CONSTANTS)), possible_wire)
     unknowns.finish()
@@ -47,12 +50,11 @@ def synthesise_wire(wishes: Wishes) -> Synthetic:
     count = STRESSES if wishes.tests is None else wishes.tests
     recordings = []
     for k, stress in enumerate(STRESSES_MPA[: count + 1], start=1):
-        run = simulate_wire(wire, stress=jnp.asarray(1e6 * stress), temperature=temperature)
-        columns = {
-            "strain": np.asarray(run.rows.strain),
-            "stress_MPa": np.full(len(time), stress),
-            "temperature_degC": temperature,
-        }
+        columns = {"stress_MPa": np.full(len(time), stress), "temperature_degC": temperature}
+        geometry = {"alloy": str(wishes.alloy or WIRE_ALLOY), "prestrain": 0.0}
+        true = Recording("true", None, "wire", geometry=geometry, columns={"time_s": time, **columns})
+        strain = simulated(WIRE, true, smooth=False, values=constants).outputs["strain"]
+        columns = {"strain": strain, **columns}
         recordings.append(
             Recording(
                 name=f"cycle_{k}",

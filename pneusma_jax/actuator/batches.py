@@ -1,8 +1,8 @@
 """Rows of known numbers, as many as there are: two compiled programs, and NumPy for all that decides.
 
 The programs solve rows from given starts: one where fractions are given, one where resistances are measured.
-They take `CHUNK` rows at a time in blocks of `BLOCK`, so that any number of rows runs the same code in bounded
-memory. Which starts rows get, and what is tried where one fails, costs little and compiles nothing here.
+They take `CHUNK` rows at a time in blocks of `BLOCK`, so that any number of rows runs the same code in
+bounded memory. Which starts rows get, and what is tried where one fails, costs little and compiles nothing.
 """
 
 from typing import Any, NamedTuple
@@ -26,9 +26,9 @@ for the slowest."""
 CHUNK = 1024
 """Maximum of rows of one call of a compiled program; it bounds the memory."""
 AT_ONCE = 5
-"""Maximum of Newton steps of one call of a program. Rows that need more go on in a later call, among themselves,
-so that blocks do not wait for them. From the grid, rows of PneuSMA2 take 3.2 on average and 1 % take more than
-5."""
+"""Maximum of Newton steps of one call of a program. Rows that need more go on in a later call, among
+themselves, so that blocks do not wait for them. From the grid, rows of PneuSMA2 take 3.0 steps on average,
+and 0.3 % take 5 or more."""
 WORTHWHILE = 1000
 """Number of rows from which on a grid of starts costs less than the steps that it saves: three a row."""
 

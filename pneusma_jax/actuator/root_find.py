@@ -286,7 +286,7 @@ def stiffness_signs(problem: Problem, root: Array) -> Float[Array, "2"]:
 
 
 def _signs(slope: Float[Array, "n n"], count: int) -> Float[Array, "2"]:
-    """`stiffness_signs` from the slope of the joint residual; `count` of the unknowns are the configuration."""
+    """`stiffness_signs` from the slope of the joint residual; `count` unknowns are the configuration."""
     own = determinant(slope[:count, :count])
     if len(slope) == count:
         return jnp.sign(jnp.stack([own, own]))

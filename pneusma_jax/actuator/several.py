@@ -3,8 +3,8 @@
 A row starts in the cells of the grid of equilibria that may hold one (`cells`). Where only one may, it is the
 only equilibrium. At given phases there is one equilibrium, so the map of fractions to resistances has degree
 one: the signs of the stiffness at all equilibria of a row add up to one. Rows where they do not have missed
-one, and get more starts, at last those of `root_find.all_roots`. Two that were missed together are not seen by
-that; `all_roots` found none such in 175 rows of 3,000.
+one, and get more starts, at last those of `root_find.all_roots`. Two that were missed together are not seen
+by that; `all_roots` found none such in 175 rows of 3,000.
 """
 
 import itertools
@@ -34,8 +34,8 @@ from .root_find import MOST_ROOTS, distinct, in_between, trial_fractions
 MOST_CELLS = 16
 """Maximum of cells in which equilibria of a row are looked for; rows with more get all starts."""
 WORTHWHILE = 20
-"""Number of rows from which on a grid of some 1,300 equilibria is made for them; fewer get all starts, some 150
-each."""
+"""Number of rows from which on a grid of some 1,300 equilibria is made for them; fewer get all starts, some
+150 each."""
 TOGETHER = 64
 """Number of rows that are searched at a time with all starts; it bounds the memory."""
 
@@ -209,7 +209,7 @@ def _known(rows: Rows, owner: np.ndarray, every: Solved) -> Known:
 
 
 def every_root(rows: Rows) -> Known:
-    """All equilibria of rows by resistance, as `root_find.all_roots` finds those of one; all must be usable."""
+    """All equilibria of usable rows by resistance, as `root_find.all_roots` finds those of one."""
     pressure, activations, states = rows.each
     count, size = rows.actuator.freedoms, len(rows)
     measured = [k for k, a in enumerate(activations) if is_resistance(a)]
@@ -249,8 +249,8 @@ def every_root_at_phases(rows: Rows) -> Known:
 
 STRETCHES = np.linspace(-0.2, 0.4, 3)
 BENDS = np.linspace(-0.6, 0.6, 9)
-"""Scaled unknowns from which equilibria under loads are looked for [1]: a stretch of -20 to 40 %, and bends to
-a full turn of the source's actuators, whose length is nine radii."""
+"""Scaled unknowns from which equilibria under loads are looked for [1]: a stretch of -20 to 40 %, and bends
+to a full turn of the source's actuators, whose length is nine radii."""
 
 
 def unusable(rows: Rows) -> Known:

@@ -1,4 +1,4 @@
-"""Rows inside of a transformation, such as `jax.jit`, whose numbers are not known: one program for all of them.
+"""Rows inside of a transformation, such as `jax.jit`, whose numbers are not known: one program for all.
 
 One loop does all: the grid of equilibria, the rows from their starts in it, and those that fail. So Newton's
 method is compiled once. `batches` and `several` do the same where numbers are known.
@@ -31,7 +31,8 @@ def traced_batch(actuator: Actuator, each: tuple, common: tuple, shared: bool) -
     """
     searched = frozen((actuator, each, common))
     if any(is_resistance(a) for a in each[1]):
-        roots, steps, count, stable = traced_roots(*searched, shared)
+        found = traced_roots(*searched, shared)
+        roots, steps, count, stable = found.unknowns, found.steps, found.count, found.stable
     else:
         ended = _at_phases(*searched)
         told = jax.vmap(lambda row, one: at_phases_told(Problem(actuator, *row), one))(each, ended)
@@ -43,7 +44,9 @@ def traced_batch(actuator: Actuator, each: tuple, common: tuple, shared: bool) -
 def finished_rows(
     actuator: Actuator, each: tuple, roots: Array, steps: Array, count: Array, stable: Array
 ) -> Equilibrium:
-    """Results of rows whose roots are known, with derivatives by all their numbers, `CHUNK` rows at a time."""
+    """Results of rows whose roots are known, with derivatives by all their numbers.
+
+    `CHUNK` rows go through a program at a time."""
     rows, parts = len(roots), []
     for first in range(0, rows, CHUNK):
         at = jnp.minimum(jnp.arange(first, first + CHUNK), rows - 1)
@@ -133,7 +136,8 @@ def _after_grid(actuator: Actuator, each: tuple, common: tuple, points: Array) -
     pressure, activations, states = each
     phases = []
     for k, (spring, activation) in enumerate(zip(actuator.springs, activations, strict=True)):
-        at = jax.vmap(lambda a, s=spring: a.read(s.alloy, jnp.zeros(()), s.geometry.wire_length).xi0)(activation)
+        read = lambda a, s=spring: a.read(s.alloy, jnp.zeros(()), s.geometry.wire_length).xi0  # noqa: E731
+        at = jax.vmap(read)(activation)
         phases.append(MartensiteFraction(jnp.concatenate([points[:, 1 + k], at])))
     spread = lambda one, own: jnp.concatenate([jnp.broadcast_to(one, (len(points),)), own])  # noqa: E731
     states = jax.tree.map(spread, common, states)

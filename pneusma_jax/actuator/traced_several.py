@@ -1,4 +1,4 @@
-"""Rows by resistance inside of a transformation, whose numbers are not known: what `several` does, in one loop.
+"""Rows by resistance inside of a transformation: what `several` does where numbers are known, in one loop.
 
 The loop goes through the grid of equilibria, through all rows from the likeliest cell, through rows that may
 have several equilibria from all their cells, and through those that need all starts. Every pass solves one
@@ -31,17 +31,15 @@ from .root_find import (
 from .several import MOST_CELLS
 
 
-class _Grid(eqx.Module):
-    """What was found at the points of the grid so far."""
+class Answers(eqx.Module):
+    """What was found of rows, arrays with a leading axis of rows.
 
-    unknowns: Array
-    good: Array
-    ohms: Array
-    contrasts: Array
-
-
-class _Answers(eqx.Module):
-    """What was found of the rows so far."""
+    Attributes:
+        unknowns: joint unknowns of the least heated equilibrium.
+        steps: of Newton's method.
+        count: number of equilibria.
+        stable: whether that equilibrium is stable.
+    """
 
     unknowns: Array
     steps: Array
@@ -49,13 +47,29 @@ class _Answers(eqx.Module):
     stable: Array
 
 
+class _Grid(eqx.Module):
+    """What was found at the points of the grid so far, see `phase_map.as_map`."""
+
+    unknowns: Array
+    good: Array
+    ohms: Array
+    contrasts: Array
+
+
 class _Loop(eqx.Module):
-    """State of the loop: blocks that were solved, rows that may have several equilibria, rows that need all
-    starts; of the one that has them the pass, its starts and what is known."""
+    """State of the loop.
+
+    Attributes:
+        block: number of blocks of the grid and of rows that were solved.
+        grid, answers: what was found.
+        doubtful: rows that may have several equilibria.
+        open: rows that need all starts.
+        stage, begin, known: of the row that has them now: the pass, its starts and its equilibria.
+    """
 
     block: Array
     grid: _Grid
-    answers: _Answers
+    answers: Answers
     doubtful: Array
     open: Array
     stage: Array
@@ -63,164 +77,246 @@ class _Loop(eqx.Module):
     known: Roots
 
 
-def traced_roots(
-    actuator: Actuator, each: tuple, common: tuple, shared: bool
-) -> tuple[Array, Array, Array, Array]:
-    """Joint unknowns of the least heated equilibria of rows, steps, numbers of equilibria, and stability.
+class _Pass(eqx.Module):
+    """What a pass does, of which one is true; and the row of each attempt.
+
+    Attributes:
+        grid: points of the grid.
+        ahead: rows, each from its likeliest cell.
+        several: a few rows, from all their cells.
+        every: one row, from all starts.
+        point: of the grid, shape (width,).
+        some: the few rows.
+        row: of each attempt, shape (width,).
+    """
+
+    grid: Array
+    ahead: Array
+    several: Array
+    every: Array
+    point: Array
+    some: Array
+    row: Array
+
+
+def traced_roots(actuator: Actuator, each: tuple, common: tuple, shared: bool) -> Answers:
+    """The least heated equilibria of rows.
 
     Args:
         actuator, each, common, shared: as of `traced_batch`; without derivatives.
     """
-    pressure, activations, states = each
-    measured = np.asarray([is_resistance(a) for a in activations])
-    fractions = [_fraction(actuator, k, a) for k, a in enumerate(activations)]
-    readings = tuple(
-        Reading(a.value, True) if own else Reading(x, False)
-        for a, own, x in zip(activations, measured, fractions, strict=True)
-    )
-    low, high, points = grid_points(pressure, len(activations))
-    trials = jnp.asarray(trial_fractions(int(measured.sum())))
-    rows, width, count = len(pressure), max(BLOCK, len(trials)), actuator.freedoms
-    on_grid, last = -(-len(points) // width), -(-len(points) // width) - (-rows // width)
-    trial, cells, together = start(actuator), all_cells(len(activations)), width // MOST_CELLS
-    spread = lambda z: jnp.concatenate([jnp.broadcast_to(z, (width, count)), padded], axis=1)  # noqa: E731
-    padded = trials[np.arange(width) % len(trials)]
-    usable = jax.vmap(lambda row: all_finite(Problem(actuator, *row)))(each)
+    search = _Search(actuator, each, common, shared)
+    return jax.lax.while_loop(search.unfinished, search.advance, search.begun()).answers
 
-    def problems(at: Array, first: Array, which: Array) -> tuple:
-        """Points of the grid, or rows."""
-        chosen = lambda a, b: jnp.where(first, a, b)  # noqa: E731
+
+class _Search:
+    """All that stays the same in the loop."""
+
+    def __init__(self, actuator: Actuator, each: tuple, common: tuple, shared: bool) -> None:
+        self.actuator, self.each, self.common, self.shared = actuator, each, common, shared
+        pressure, activations, _ = each
+        self.measured = np.asarray([is_resistance(a) for a in activations])
+        self.readings = tuple(_reading(actuator, k, a) for k, a in enumerate(activations))
+        self.low, self.high, self.points = grid_points(pressure, len(activations))
+        trials = trial_fractions(int(self.measured.sum()))
+        self.rows, self.width, self.count = len(pressure), max(BLOCK, len(trials)), actuator.freedoms
+        self.size = self.count + trials.shape[1]
+        self.trials = jnp.asarray(trials[np.arange(self.width) % len(trials)])
+        self.together = self.width // MOST_CELLS
+        self.grid_blocks = -(-len(self.points) // self.width)
+        self.blocks = self.grid_blocks - (-self.rows // self.width)
+        self.first, self.cells = start(actuator), all_cells(len(activations))
+        self.usable = jax.vmap(lambda row: all_finite(Problem(actuator, *row)))(each)
+
+    def begun(self) -> _Loop:
+        """Before the first pass."""
+        points, springs, rows = len(self.points), len(self.measured), self.rows
+        grid = _Grid(
+            jnp.zeros((points, self.count)), jnp.zeros(points, bool), jnp.zeros((points, springs)),
+            jnp.ones((points, springs)),
+        )  # fmt: skip
+        answers = Answers(
+            jnp.zeros((rows, self.size)), jnp.zeros(rows, int), jnp.ones(rows, int), jnp.ones(rows, bool)
+        )
+        none = jnp.zeros(rows, bool)
+        begin, known = self.from_trials(self.first), no_roots(self.size)
+        return _Loop(jnp.asarray(0), grid, answers, none, none, jnp.asarray(0), begin, known)
+
+    def unfinished(self, loop: _Loop) -> Array:
+        """Whether there is more to do."""
+        return (loop.block < self.blocks) | jnp.any(loop.doubtful) | jnp.any(loop.open)
+
+    def advance(self, loop: _Loop) -> _Loop:
+        """One pass."""
+        now = self.now(loop)
+        table = jnp.where(loop.grid.good[:, None], loop.grid.unknowns, self.first)
+        grid = as_map(self.low, self.high, table, loop.grid.good, loop.grid.ohms, loop.grid.contrasts)
+        looked = jnp.where(now.ahead, now.row, now.some[np.arange(self.width) % self.together])
+        fractions, possible, sure, whole = self.looked(grid, looked)
+        ended, solved = self.solved(now, loop, self.starts(now, loop, grid, fractions))
+        loop = eqx.tree_at(lambda x: x.grid, loop, _set(loop.grid, now.grid, now.point, solved))
+        loop = self.after_ahead(now, loop, ended, sure)
+        loop = self.after_several(now, loop, ended, possible[: self.together], whole[: self.together])
+        loop = self.after_every(now, loop, ended)
+        more = (now.grid | now.ahead).astype(int)
+        return eqx.tree_at(lambda x: x.block, loop, loop.block + more)
+
+    def now(self, loop: _Loop) -> _Pass:
+        """What the next pass does."""
+        grid = loop.block < self.grid_blocks
+        ahead = ~grid & (loop.block < self.blocks)
+        several = ~grid & ~ahead & jnp.any(loop.doubtful)
+        every = ~grid & ~ahead & ~several
+        steps = jnp.arange(self.width)
+        point = jnp.minimum(loop.block * self.width + steps, len(self.points) - 1)
+        block = jnp.clip((loop.block - self.grid_blocks) * self.width + steps, 0, self.rows - 1)
+        order = jnp.argsort(~loop.doubtful, stable=True)
+        some = order[np.minimum(np.arange(self.together), self.rows - 1)]
+        attempts = some[np.minimum(np.arange(self.width) // MOST_CELLS, self.together - 1)]
+        row = jnp.where(ahead, block, jnp.where(several, attempts, jnp.argmax(loop.open)))
+        return _Pass(grid, ahead, several, every, point, some, row)
+
+    def looked(self, grid: PhaseMap, rows: Array) -> tuple[Array, Array, Array, Array]:
+        """The likeliest cells of rows.
+
+        Returns:
+            Fractions to start from in `MOST_CELLS` cells, shape (springs, rows, cells), the likeliest first;
+            which cells may hold an equilibrium; whether only the first may; and whether these are all. For
+            the last two the grid must be sound there.
+        """
+        every = self.cells.shape[1]
+        readings = tuple(Reading(jnp.repeat(r.value[rows], every), r.measured) for r in self.readings)
+        pressure = self.each[0][rows]
+        cells = jnp.asarray(np.tile(self.cells, len(rows)))
+        seen = examined(grid, jnp.repeat(pressure, every), readings, cells)
+        holds, turned, away, step = (x.reshape(*x.shape[:-1], len(rows), every) for x in seen)
+        possible = holds | turned
+        likely = jnp.where(holds, away, jnp.where(possible, 1e6 + away, jnp.inf))
+        order = jnp.argsort(likely, axis=1)[:, :MOST_CELLS]
+        nearest = lambda x: jnp.take_along_axis(x, order, axis=-1)  # noqa: E731
+        place = jnp.stack([jnp.asarray(own)[order] for own in self.cells])
+        place = place - 0.5 + jnp.stack([nearest(own) for own in step])
+        sound = grid.holds(pressure)
+        sure = jnp.any(holds, axis=1) & ~jnp.any(turned, axis=1) & sound
+        whole = (jnp.sum(possible, axis=1) <= MOST_CELLS) & sound
+        return fraction_at(place, grid.size), nearest(possible), sure, whole
+
+    def starts(self, now: _Pass, loop: _Loop, grid: PhaseMap, fractions: Array) -> Array:
+        """Joint unknowns from which a pass starts, shape (width, unknowns)."""
+        places = np.arange(self.width) % (self.together * MOST_CELLS)
+        several = fractions[:, places // MOST_CELLS, places % MOST_CELLS]
+        begin = jnp.where(now.ahead, fractions[:, :, 0], several)
+        from_grid = jnp.concatenate([grid.at(self.each[0][now.row], begin), begin[self.measured]]).T
+        on_grid = jnp.concatenate([self.spread(self.first), self.held_at(now)], axis=1)
+        return jnp.where(now.every, loop.begin, jnp.where(now.grid, on_grid, from_grid))
+
+    def held_at(self, now: _Pass) -> Array:
+        """Fractions of the measured springs at points of the grid, shape (width, measured)."""
+        return self.points[now.point][:, 1:][:, self.measured]
+
+    def spread(self, configuration: Array) -> Array:
+        return jnp.broadcast_to(configuration, (self.width, self.count))
+
+    def from_trials(self, configuration: Array) -> Array:
+        """Starts with all trial fractions."""
+        return jnp.concatenate([self.spread(configuration), self.trials], axis=1)
+
+    def solved(self, now: _Pass, loop: _Loop, begin: Array) -> tuple[Ended, _Grid]:
+        """Where a pass ends, and what the grid takes of it."""
+        fixed = jnp.full(self.trials.shape[1], now.grid | (now.every & (loop.stage == 0)))
+        targets = jnp.where(now.grid, self.held_at(now), self.trials)
+        springs = self.actuator.springs
+
+        def one(row: tuple, begin: Array, at: Array, fractions: Array) -> tuple[Ended, _Grid]:
+            ended = newton(Problem(self.actuator, *row), begin, FEW_STEPS, (fixed, at))
+            here = ended.unknowns[: self.count]
+            centre, bend = configuration(self.actuator, here)
+            elongations = centre + self.actuator.spring_places @ bend
+            gamma = [s.shear_strain(x) for s, x in zip(springs, elongations, strict=True)]
+            read = [
+                s.alloy.resistivity(xi0, g) * s.geometry.wire_length
+                for s, xi0, g in zip(springs, fractions, gamma, strict=True)
+            ]
+            contrasts = [s.contrast(g) for s, g in zip(springs, gamma, strict=True)]
+            return ended, _Grid(here, ended.good, jnp.stack(read), jnp.stack(contrasts))
+
+        return jax.vmap(one)(self.problems(now), begin, targets, self.points[now.point][:, 1:])
+
+    def problems(self, now: _Pass) -> tuple:
+        """Points of the grid, or rows; the resistances of the former are not looked at."""
+        pressure, activations, states = self.each
+        at, chosen = self.points[now.point], lambda a, b: jnp.where(now.grid, a, b)
         drive = []
-        for k, activation in enumerate(activations):
-            if measured[k]:
-                noise = chosen(0.0, activation.noise[which])
-                drive.append(Resistance(chosen(1.0, activation.value[which]), noise))
+        for k, (activation, reading) in enumerate(zip(activations, self.readings, strict=True)):
+            if reading.measured:
+                value, noise = activation.value[now.row], activation.noise[now.row]
+                drive.append(Resistance(chosen(1.0, value), chosen(0.0, noise)))
             else:
-                drive.append(MartensiteFraction(chosen(at[:, 1 + k], fractions[k][which])))
-        held = jax.tree.map(lambda one, own: chosen(one, own[which]), common, states)
-        return chosen(at[:, 0], pressure[which]), tuple(drive), held
+                drive.append(MartensiteFraction(chosen(at[:, 1 + k], reading.value[now.row])))
+        remembered = jax.tree.map(lambda one, own: chosen(one, own[now.row]), self.common, states)
+        return chosen(at[:, 0], pressure[now.row]), tuple(drive), remembered
 
-    def on(loop: _Loop) -> _Loop:
-        first, hot = loop.block < on_grid, loop.block < last
-        several = ~first & ~hot & jnp.any(loop.doubtful)
-        every = ~first & ~hot & ~several
-        point = jnp.minimum(loop.block * width + jnp.arange(width), len(points) - 1)
-        ahead = jnp.clip((loop.block - on_grid) * width + jnp.arange(width), 0, rows - 1)
-        some = _first_of(loop.doubtful, together)
-        alone_row = jnp.argmax(loop.open)
-        seen_rows = jnp.where(hot, ahead, some[np.arange(width) % together])
-        table = jnp.where(loop.grid.good[:, None], loop.grid.unknowns[:, :count], trial)
-        grid = as_map(low, high, table, loop.grid.good, loop.grid.ohms, loop.grid.contrasts)
-        looked = _looked(grid, cells, pressure[seen_rows], [Reading(r.value[seen_rows], r.measured) for r in readings])
-        nearest, possible, sure, whole_cells = looked
-        starts = jnp.where(hot, nearest[:, :, 0].T, nearest[:, :together].reshape(len(measured), -1, order="C").T)
-        which = jnp.where(hot, ahead, jnp.where(several, jnp.repeat(some, MOST_CELLS), alone_row))
-        at = points[point]
-        begin = jnp.concatenate([grid.at(pressure[which], starts.T).T, starts[:, measured]], axis=1)
-        begin = jnp.where(every, loop.begin, begin)
-        begin = jnp.where(first, jnp.concatenate([jnp.broadcast_to(trial, (width, count)), at[:, 1:][:, measured]], axis=1), begin)
-        fixed = jnp.full(int(measured.sum()), first | (every & (loop.stage == 0)))
-        targets = jnp.where(first, at[:, 1:][:, measured], padded)
-
-        def solve(row: tuple, begin: Array, at: Array) -> tuple[Ended, Array, Array]:
-            problem = Problem(actuator, *row)
-            ended = newton(problem, begin, FEW_STEPS, (fixed, at))
-            centre, bend = configuration(actuator, ended.unknowns[:count])
-            gamma = [s.shear_strain(x) for s, x in zip(actuator.springs, centre + actuator.spring_places @ bend, strict=True)]
-            return ended, jnp.stack(gamma), jnp.stack([s.contrast(g) for s, g in zip(actuator.springs, gamma, strict=True)])
-
-        found, gamma, contrasts = jax.vmap(solve)(problems(at, first, which), begin, targets)
-        read = [
-            jax.vmap(lambda xi0, g, s=s: s.alloy.resistivity(xi0, g) * s.geometry.wire_length)(at[:, 1 + k], gamma[:, k])
-            for k, s in enumerate(actuator.springs)
-        ]
-        # the grid
-        here = _Grid(found.unknowns, found.good, jnp.stack(read, axis=1), contrasts)
-        kept = jax.tree.map(lambda whole, part: whole.at[jnp.where(first, point, len(points))].set(part, mode="drop"), loop.grid, here)
-        # rows from the likeliest cell, which are certain where no other may hold an equilibrium
-        certain = found.good & sure & shared
-        own = _Answers(found.unknowns, found.steps, jnp.ones(width, int), found.signs[:, 1] > 0.0)
-        answers = _set(loop.answers, jnp.where(hot & ~first, ahead, rows), own)
-        doubtful = loop.doubtful.at[jnp.where(hot & ~first, ahead, rows)].set(~certain & usable[ahead], mode="drop")
-        # rows from all their cells
-        group = lambda x: x[: together * MOST_CELLS].reshape(together, MOST_CELLS, *x.shape[1:])  # noqa: E731
-        real = group(found.good & (found.signs[:, 1] != 0.0)) & possible[:together]
-        best, real = jax.vmap(lambda f, g: distinct(f, g, count))(group(found.unknowns), real)
-        pick = lambda x: jnp.take_along_axis(group(x), best.reshape(*best.shape, *[1] * (x.ndim - 1)), axis=1)  # noqa: E731
-        signs = jnp.where(real, pick(found.signs[:, 1]), 0.0)
-        number = jnp.sum(real, axis=1)
-        good = (jnp.sum(signs, axis=1) == 1.0) & (number < MOST_ROOTS) & whole_cells[:together] & shared
-        more = _Answers(pick(found.unknowns)[:, 0], jnp.sum(group(found.steps), axis=1), number, signs[:, 0] > 0.0)
-        answers = _set(answers, jnp.where(several & good, some, rows), more)
-        there = jnp.where(several & loop.doubtful[some], some, rows)
-        open_rows = loop.open.at[there].set(~good, mode="drop")
-        doubtful = doubtful.at[there].set(False, mode="drop")
-        # one row from all starts
-        known = loop.known.joined(found, every & (loop.stage > 0), count)
-        between = in_between(known.unknowns, known.real, count)[np.arange(width) % (2 * 12)]
-        seen = spread(jnp.where(found.good[:, None], found.unknowns[:, :count], trial))
-        ended = every & (loop.stage == 2)
-        own = _Answers(known.unknowns[0], known.steps, known.count, known.signs[0] > 0.0)
-        answers = _set(answers, jnp.where(ended, alone_row, rows), own)
-        open_rows = open_rows.at[jnp.where(ended, alone_row, rows)].set(False, mode="drop")
-        fresh = lambda new, old: jnp.where(every & ~ended, new, old)  # noqa: E731
-        return _Loop(
-            jnp.where(first | hot, loop.block + 1, loop.block), kept, answers, doubtful, open_rows,
-            fresh(loop.stage + 1, 0), fresh(jnp.where(loop.stage == 0, seen, between), spread(trial)),
-            jax.tree.map(fresh, known, no_roots(count + int(measured.sum()))),
+    def after_ahead(self, now: _Pass, loop: _Loop, ended: Ended, sure: Array) -> _Loop:
+        """Rows are certain where no other cell may hold an equilibrium."""
+        found = Answers(
+            ended.unknowns, ended.steps, jnp.ones(self.width, int), ended.signs[:, 1] > 0.0
+        )
+        doubt = ~(ended.good & sure & self.shared) & self.usable[now.row]
+        return eqx.tree_at(
+            lambda x: (x.answers, x.doubtful), loop,
+            _set((loop.answers, loop.doubtful), now.ahead, now.row, (found, doubt)),
         )  # fmt: skip
 
-    size = count + int(measured.sum())
-    blank = lambda n: _Answers(jnp.zeros((n, size)), jnp.zeros(n, int), jnp.ones(n, int), jnp.ones(n, bool))  # noqa: E731
-    springs = len(activations)
-    begun = _Loop(
-        jnp.asarray(0), _Grid(jnp.zeros((len(points), size)), jnp.zeros(len(points), bool),
-                              jnp.zeros((len(points), springs)), jnp.ones((len(points), springs))),
-        blank(rows), jnp.zeros(rows, bool), jnp.zeros(rows, bool), jnp.asarray(0), spread(trial), no_roots(size),
-    )  # fmt: skip
-    left = lambda loop: (loop.block < last) | jnp.any(loop.doubtful) | jnp.any(loop.open)  # noqa: E731
-    answers = jax.lax.while_loop(left, on, begun).answers
-    return answers.unknowns, answers.steps, answers.count, answers.stable
+    def after_several(
+        self, now: _Pass, loop: _Loop, ended: Ended, possible: Array, whole: Array
+    ) -> _Loop:
+        """A few rows are certain where the signs of all their equilibria add up to one."""
+        shape = (self.together, MOST_CELLS)
+        apart = lambda x: x[: shape[0] * shape[1]].reshape(*shape, *x.shape[1:])  # noqa: E731
+        unknowns, signs = apart(ended.unknowns), apart(ended.signs[:, 1])
+        good = apart(ended.good) & (signs != 0.0) & possible
+        best, real = distinct(unknowns, good, self.count)
+        unknowns = jnp.take_along_axis(unknowns, best[..., None], axis=1)
+        signs = jnp.where(real, jnp.take_along_axis(signs, best, axis=1), 0.0)
+        number = jnp.sum(real, axis=1)
+        sure = (jnp.sum(signs, axis=1) == 1.0) & (number < MOST_ROOTS) & whole & self.shared
+        steps = jnp.sum(apart(ended.steps), axis=1)
+        found = Answers(unknowns[:, 0], steps, number, signs[:, 0] > 0.0)
+        there = now.several & loop.doubtful[now.some]
+        answers = _set(loop.answers, there & sure, now.some, found)
+        over = (jnp.zeros_like(sure), ~sure)
+        doubtful, left = _set((loop.doubtful, loop.open), there, now.some, over)
+        return eqx.tree_at(lambda x: (x.answers, x.doubtful, x.open), loop, (answers, doubtful, left))
+
+    def after_every(self, now: _Pass, loop: _Loop, ended: Ended) -> _Loop:
+        """The three passes of `root_find.all_roots` for one row."""
+        known = loop.known.joined(ended, loop.stage > 0, self.count)
+        between = in_between(known.unknowns, known.real, self.count)
+        between = between[np.arange(self.width) % len(between)]
+        seen = self.from_trials(jnp.where(ended.good[:, None], ended.unknowns[:, : self.count], self.first))
+        done = now.every & (loop.stage == 2)
+        found = Answers(known.unknowns[0], known.steps, known.count, known.signs[0] > 0.0)
+        row = now.row[0]
+        answers, left = _set((loop.answers, loop.open), done, row, (found, jnp.asarray(False)))
+        goes_on = lambda new, old: jnp.where(now.every & ~done, new, old)  # noqa: E731
+        return _Loop(
+            loop.block, loop.grid, answers, loop.doubtful, left, goes_on(loop.stage + 1, 0),
+            goes_on(jnp.where(loop.stage == 0, seen, between), self.from_trials(self.first)),
+            jax.tree.map(goes_on, known, no_roots(self.size)),
+        )  # fmt: skip
 
 
-def _fraction(actuator: Actuator, k: int, activation: object) -> Array | None:
-    """Fractions of a spring that is not measured."""
+def _reading(actuator: Actuator, k: int, activation: object) -> Reading:
+    """What is known of one spring in all rows."""
     if is_resistance(activation):
-        return None
+        return Reading(activation.value, True)
     spring = actuator.springs[k]
-    return jax.vmap(lambda a: a.read(spring.alloy, jnp.zeros(()), spring.geometry.wire_length).xi0)(activation)
+    read = lambda a: a.read(spring.alloy, jnp.zeros(()), spring.geometry.wire_length).xi0  # noqa: E731
+    return Reading(jax.vmap(read)(activation), False)
 
 
-def _first_of(which: Array, number: int) -> Array:
-    """Indices of the first that are true, then others."""
-    order = jnp.argsort(~which, stable=True)
-    return order[np.minimum(np.arange(number), len(which) - 1)]
-
-
-def _set(whole: _Answers, at: Array, part: _Answers) -> _Answers:
-    """Answers of some rows put in their places; those beyond the end are dropped."""
+def _set(whole: object, there: Array, at: Array, part: object) -> object:
+    """Entries put in their places, as far as they are there."""
+    size = len(jax.tree.leaves(whole)[0])
+    at = jnp.where(there, at, size)
     return jax.tree.map(lambda x, new: x.at[at].set(new, mode="drop"), whole, part)
-
-
-def _looked(grid: PhaseMap, cells: np.ndarray, pressure: Array, readings: list[Reading]) -> tuple:
-    """The likeliest cells of rows.
-
-    Returns:
-        Fractions to start from in the nearest `MOST_CELLS` cells, shape (springs, rows, cells), the likeliest one
-        first; which of these cells may hold an equilibrium; whether only the first may; and whether these
-        are all, and the grid is sound there.
-    """
-    rows, every = len(pressure), cells.shape[1]
-    many = tuple(Reading(jnp.repeat(r.value, every), r.measured) for r in readings)
-    seen = examined(grid, jnp.repeat(pressure, every), many, jnp.asarray(np.tile(cells, rows)))
-    shaped = lambda x: x.reshape(*x.shape[:-1], rows, every)  # noqa: E731
-    holds, turned, away, step = (shaped(x) for x in seen)
-    possible = holds | turned
-    order = jnp.argsort(jnp.where(holds, away, jnp.where(possible, 1e6 + away, jnp.inf)), axis=1)[:, :MOST_CELLS]
-    taken = lambda x: jnp.take_along_axis(x, order, axis=-1)  # noqa: E731
-    place = jnp.stack([jnp.asarray(c)[order] for c in cells]) - 0.5 + jnp.stack([taken(x) for x in step])
-    sound = grid.holds(pressure)
-    sure = jnp.any(holds, axis=1) & ~jnp.any(turned, axis=1) & sound
-    whole = (jnp.sum(possible, axis=1) <= MOST_CELLS) & sound
-    return fraction_at(place, grid.size), taken(possible), sure, whole
-

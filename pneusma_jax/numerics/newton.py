@@ -28,8 +28,9 @@ class BoundedNewton(optx.AbstractRootFinder):
     The function must be of one flat array. Its value and Jacobian come from one pass. `options["free"]` is
     the number of unknowns without bounds, which come first (all, where it is absent). The linear system is
     solved block by block: the first block of an equilibrium is its stiffness at given phases, which is
-    regular. `options["count"]` is the number of steps that were made before, 0 where it is absent. `stats` of the solution has the largest residual `excess` and the Jacobian `slope` before the
-    last step.
+    regular. `options["count"]` is the number of steps that were made before, 0 where it is absent.
+
+    `stats` of the solution has the largest residual `excess` and the Jacobian `slope` before the last step.
 
     Attributes:
         rtol, atol: not used for ending; optimistix asks for them.

@@ -98,8 +98,8 @@ def is_concrete(*values: object) -> bool:
 def evaluated() -> contextlib.AbstractContextManager:
     """A context in which operations on known numbers are carried out, also inside of a traced function.
 
-    `jax.ensure_compile_time_eval` does so, but where nothing is traced it only makes compiling slow: constants
-    within a program are then computed one by one, by some hundred programs of their own.
+    `jax.ensure_compile_time_eval` does so, but where nothing is traced it only makes compiling slow:
+    constants within a program are then computed one by one, by some hundred programs of their own.
     """
     staged = not is_concrete(jax.lax.add(0.0, 0.0))
     return jax.ensure_compile_time_eval() if staged else contextlib.nullcontext()

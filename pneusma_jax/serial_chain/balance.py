@@ -188,7 +188,9 @@ def _is_stable(problem: ChainProblem, jacobian: Array) -> Array:
     their product makes them derivatives of one energy, as far as the loads have one.
     """
     energies = [
-        jnp.repeat(jax.vmap(lambda a: a.section.moments()[0] * a.length)(part.actuator), part.actuator.freedoms)
+        jnp.repeat(
+            jax.vmap(lambda a: a.section.moments()[0] * a.length)(part.actuator), part.actuator.freedoms
+        )
         for part in problem.parts
     ]
     energy = jnp.concatenate(energies)
@@ -285,7 +287,8 @@ def rest_of(problem: ChainProblem) -> tuple[ChainProblem, Float[Array, "unknowns
         cold = tuple(MartensiteFraction(jnp.ones_like(drive.value)) for drive in drives)
         parts.append(dataclasses.replace(part, pressure=jnp.zeros_like(part.pressure), activations=cold))
     sizes = [
-        part.actuator.freedoms * len(members) for part, members in zip(problem.parts, problem.members, strict=True)
+        part.actuator.freedoms * len(members)
+        for part, members in zip(problem.parts, problem.members, strict=True)
     ]
     rest = dataclasses.replace(problem, parts=tuple(parts), share=jnp.zeros_like(problem.share))
     return rest, jnp.zeros(sum(sizes))

@@ -11,6 +11,7 @@ from typing import Any
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import optimistix as optx
 from jaxtyping import Array, Float
 
 from ..actuator import Actuator
@@ -20,20 +21,14 @@ from ..actuator.root_find import BALANCED
 from ..nitinol import SpringState
 from ..nitinol.spring import Activation
 from ..numerics.linear import solve_small
+from ..numerics.newton import BoundedNewton
 from ..numerics.safe import begun_as
 from ..pipeline import Chain, Effect, Known, as_recorded
 
-CLOSE = 1e-10
-"""Newton step in scaled unknowns after which one more, differentiated, ends it. Near corners (friction,
-contact) steps are small long before a row balances, so that a looser end loses rows."""
+METHOD = BoundedNewton(close=1e-10, patience=6, corner=0.0)
+"""One more step, differentiated, ends it. Near corners (friction, contact) steps are small long before a row
+balances, so that a looser end loses rows."""
 MOST_STEPS = 40
-PATIENCE = 6
-"""Steps after which every other one is shorter: laws with corners (friction, contact) send Newton's method to
-and fro between two sides of one."""
-SHORTER = 0.35
-"""Part of such a step that is taken."""
-LONGEST = 0.3
-"""Longest Newton step of a scaled unknown."""
 
 
 class Track(eqx.Module):
@@ -131,23 +126,11 @@ def _settled(problem: Problem, guess: Array) -> Equilibrium:
     """
     frozen, body = jax.lax.stop_gradient(problem), problem.actuator
 
-    def go_on(carry: tuple) -> Array:
-        return (carry[2] > CLOSE) & (carry[3] < MOST_STEPS)
-
-    def advance(carry: tuple) -> tuple:
-        unknowns, _, _, count = carry
-        twice = lambda z: (residual(z, frozen),) * 2  # noqa: E731
-        slope, excess = jax.jacfwd(twice, has_aux=True)(unknowns)
-        step = jnp.clip(solve_small(slope, excess), -LONGEST, LONGEST)
-        share = jnp.where((count < PATIENCE) | (count % 2 == 0), 1.0, SHORTER)
-        return unknowns - share * step, slope, jnp.max(jnp.abs(step)), count + 1
-
     held = tuple(getattr(a, "held", lambda a=a: a)() for a in problem.activations)
     frozen = eqx.tree_at(lambda p: p.activations, frozen, jax.lax.stop_gradient(held))
     guess = jax.lax.stop_gradient(guess)
-    first = (guess, jnp.eye(guess.size), jnp.asarray(1.0), 0)
-    root, slope, _, count = jax.lax.while_loop(go_on, advance, first)
-    root, slope = jax.lax.stop_gradient((root, slope))
+    found = optx.root_find(residual, METHOD, guess, frozen, max_steps=MOST_STEPS, throw=False)
+    root, slope = jax.lax.stop_gradient((found.value, found.stats["slope"]))
     size = jnp.max(jnp.abs(residual(root, frozen)))
     if any(hasattr(a, "held") for a in problem.activations):
         full = jax.lax.stop_gradient(problem)
@@ -172,7 +155,7 @@ def _settled(problem: Problem, guess: Array) -> Equilibrium:
         springs=spring_responses(problem, centre, bend),
         unknowns=unknowns,
         residual=size,
-        steps=count,
+        steps=found.stats["num_steps"],
         status=status,
         side_direction=tuple(float(x) for x in body.side_direction),
     )

@@ -16,7 +16,7 @@ from fitting.characterise import characterise
 from fitting.cli import main
 from fitting.data.recordings import Recording, read_campaign, write_recording
 from fitting.sample.problems import sampling_problem
-from fitting.specimens import model_of, stack
+from fitting.specimens import specimen_of, stack
 from fitting.specimens.saved_models import AugmentedModel, add_effect, fitted, load_model, save_model
 from fitting.specimens.with_saved_model import Augmented
 from pneusma_jax.effects import CATALOGUE
@@ -166,7 +166,7 @@ def test_a_model_that_says_nothing_of_a_kind_is_refused(pulls):
 def test_every_kind_runs_through_its_effects(kind, slug, number):
     campaign = read_campaign(SHIPPED / kind)
     table, unit = ("actuator", "mm") if kind == "tube" else ("alloy", None)
-    nominal = float(np.asarray(model_of(kind).rows_for(campaign)[0].base[number]))
+    nominal = float(np.asarray(specimen_of(kind).rows_for(campaign)[0].base[number]))
     base = {table: {number: fitted(table, number, 1.01 * nominal, "guessed", 0.01 * nominal, unit)}}
     absent = CATALOGUE[slug](**{name: spec.neutral for name, spec in CATALOGUE[slug].specs.items()})
     augmented = Augmented(kind, AugmentedModel(base=base, added=(add_effect(absent, "absent"),)))
@@ -185,7 +185,7 @@ def test_every_kind_runs_through_its_effects(kind, slug, number):
     assert np.isfinite(np.asarray(residual)).all()
     plain = {name: value for name, value in values.items() if name not in own}
     found = jax.jit(jax.vmap(augmented.predict, (None, 0)))(values, stack(rows))
-    base_law = jax.jit(jax.vmap(model_of(kind).predict, (None, 0)))(plain, stack(rows))
+    base_law = jax.jit(jax.vmap(specimen_of(kind).predict, (None, 0)))(plain, stack(rows))
     for name, column in found.items():
         told = np.asarray(rows[0].weight[name]) > 0.0
         pair = [np.asarray(x)[0, : len(told)][told] for x in (column, base_law[name])]

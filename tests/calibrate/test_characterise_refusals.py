@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from fitting.calibrate import PIPELINES, characterise
+from fitting.calibrate import characterise
 from fitting.cli import main
 from fitting.data.publish import publish
 from fitting.data.recordings import read_campaign, write_recording
+from fitting.specimens import SPECIMENS
 from fitting.synthesise.elastomer import simulate_pulls, true_law
 from pneusma_jax.errors import InputError
 
@@ -83,8 +84,8 @@ def test_a_test_that_does_not_move(folder, refused):
     assert "pull_1.csv" in line and "column strain" in line
 
 
-def test_a_kind_without_a_pipeline(tmp_path, refused, monkeypatch):
-    monkeypatch.delitem(PIPELINES, "tube")
+def test_a_kind_without_a_specimen(tmp_path, refused, monkeypatch):
+    monkeypatch.delitem(SPECIMENS, "tube")
     file = tmp_path / "campaign" / "inflation.csv"
     file.parent.mkdir()
     file.write_text("time_s,pressure_kPa,length_mm\n" + "".join(f"{k},{k},{50 + k}\n" for k in range(20)))

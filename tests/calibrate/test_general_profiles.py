@@ -9,18 +9,27 @@ import pytest
 from fitting.calibrate.general import profiles as profiling
 from fitting.calibrate.general.fit import fit_campaign, gone_on
 from fitting.inference.parameters import Parameters, Prior
-from fitting.specimens import Rows
+from fitting.specimens import Model, Rows
 from pneusma_jax.errors import InputError
 
 TIME = np.linspace(0.0, 1.0, 40)
 SIGMA = 0.05
 
 
-class Curve:
+class Curve(Model):
     """A model of one output over time with parameters a and b; counts how often it is traced."""
 
     def __init__(self, law):
         self.law, self.traced = law, 0
+        self.kind, self.outputs = "curve", ("y",)
+
+    specimen = None
+
+    def rows_for(self, campaign, **tables):
+        return []
+
+    def parameters_for(self, campaign, **tables):
+        return Parameters()
 
     def predict(self, values, rows):
         return {"y": self.law(values["a"], values["b"], rows.time)}

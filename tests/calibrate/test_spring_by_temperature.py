@@ -8,11 +8,12 @@ import pytest
 from click.testing import CliRunner
 
 import pneusma_jax as pj
-from fitting.calibrate.registry import pipeline_of
+from fitting.calibrate.registry import specimen_in
 from fitting.characterise import characterise
 from fitting.cli import main
 from fitting.data.recordings import read_campaign
-from fitting.specimens import spring_by_temperature
+from fitting.specimens import BY_TEMPERATURE, SPRING
+from fitting.specimens.spring_by_temperature import ELECTRICAL
 
 NOISE = 0.004  # N
 SIDECAR = """kind = "spring"
@@ -82,7 +83,7 @@ def test_the_report_says_what_a_resistance_would_have_told(found):
     report = found.report()
     assert "No resistance was recorded" in found.verdict[1]
     assert "What a resistance would have told" in report and "rho_span" in report
-    assert not set(spring_by_temperature.ELECTRICAL) & set(found.parameters)
+    assert not set(ELECTRICAL) & set(found.parameters)
     scores = {score.name: score.x_column for score in found.scores}
     assert scores == {"cold": "elongation_mm", "hot": "elongation_mm", "heated": "temperature_degC"}
 
@@ -97,16 +98,15 @@ def test_the_alloy_is_written_with_what_was_found(found, tmp_path):
 
 def test_an_unknown_alloys_curve_begins_where_the_pull_is_half_way(tmp_path):
     campaign = read_campaign(write(tmp_path / "new", stand(), "fit"))
-    parameters = spring_by_temperature.parameters_for(campaign)
+    parameters = BY_TEMPERATURE.parameters_for(campaign)
     assert parameters["T_mid"].value == pytest.approx(31.0, abs=3.0)
     assert {"beta_1", "G_m", "T_width"} <= set(parameters) and "rho_mean" not in parameters
 
 
 def test_a_spring_with_resistance_goes_the_usual_way(tmp_path):
     only = {"cold": stand()["cold"]}
-    assert pipeline_of(read_campaign(write(tmp_path / "with", only, resistance=True))).__name__ == "characterise_spring"
-    without = read_campaign(write(tmp_path / "without", only))
-    assert pipeline_of(without).__name__ == "characterise_spring_by_temperature"
+    assert specimen_in(read_campaign(write(tmp_path / "with", only, resistance=True))) is SPRING
+    assert specimen_in(read_campaign(write(tmp_path / "without", only))) is BY_TEMPERATURE
 
 
 @pytest.mark.parametrize(("command", "said"), [("diagnose", "no resistance_ohm"), ("characterise", "resistance_ohm, temperature_degC")])

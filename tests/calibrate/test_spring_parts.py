@@ -15,7 +15,7 @@ from fitting.calibrate.spring.profiles import profile
 from fitting.inference.least_squares.covariance import Uncertainty
 from fitting.inference.parameters import Parameters
 from fitting.report import profile_likelihood as shown
-from fitting.specimens.spring import GEOMETRY
+from fitting.specimens.spring_trajectory import GEOMETRY
 
 NAMES = ("x", "y")
 

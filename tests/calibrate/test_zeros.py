@@ -11,7 +11,7 @@ from fitting.data.importers import import_file, make_options
 from fitting.data.recordings import Campaign, Recording, read_campaign, read_recording, write_recording
 from fitting.inference.parameters import Prior
 from fitting.sample.elastomer import problem_of
-from fitting.specimens import elastomer
+from fitting.specimens import COUPON
 from fitting.specimens.zeros import offered, zeros_of
 from pneusma_jax.errors import InputError
 
@@ -107,15 +107,15 @@ def test_diagnosis_has_them_in_its_base_model(tmp_path):
     for recording in recordings:
         recording.noise, recording.geometry = {"stress_kPa": 0.2}, {"material": "dragon_skin_10_fast", "law": "neo_hookean"}
     campaign = Campaign("c", recordings, tmp_path)
-    parameters = elastomer.parameters_for(campaign)
+    parameters = COUPON.parameters_for(campaign)
     assert parameters["strain_zero__1"].prior == Prior(0.0, 0.05, -0.2, 0.2) and "strain_zero__2" not in parameters
     assert parameters["strain_zero__1"].value == pytest.approx(0.05, abs=0.01)  # the slack that is seen
-    rows = elastomer.rows_for(campaign)
+    rows = COUPON.rows_for(campaign)
     mu = float(rows[0].base["mu"]) / 1e3
     values = {"strain_zero__1": 0.05, "stress_zero__1": 4e3, "silicone_stiffness": MU / mu}
     for one in rows:
-        assert np.sqrt(np.mean(np.asarray(elastomer.residual(values, one)) ** 2)) == pytest.approx(1.0, abs=0.3)
-    without = elastomer.residual({"silicone_stiffness": MU / mu}, rows[0])
+        assert np.sqrt(np.mean(np.asarray(COUPON.residual(values, one)) ** 2)) == pytest.approx(1.0, abs=0.3)
+    without = COUPON.residual({"silicone_stiffness": MU / mu}, rows[0])
     assert np.sqrt(np.mean(np.asarray(without) ** 2)) > 20.0
 
 

@@ -159,7 +159,7 @@ def test_a_wire_without_temperature_or_alloy_is_refused(refused, tmp_path):
     blind = _wire()
     del blind.columns["temperature_degC"]
     line = refused("simulate", write_recording(blind, tmp_path / "a"), "--out", tmp_path / "o")
-    assert "temperature_degC is missing" in line
+    assert "there is no temperature_degC" in line
     line = refused("simulate", write_recording(_wire(alloy="fit"), tmp_path / "b"), "--out", tmp_path / "o")
     assert "to be fitted" in line
 

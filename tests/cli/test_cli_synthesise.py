@@ -42,7 +42,7 @@ def test_a_blind_campaign_has_no_truth(run, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("cube",), "is not one of"),
+        (("cube",), "no campaign of kind 'cube'"),
         (("tube", "--truth", "wall=1"), "no such number"),
         (("tube", "--truth", "wall"), "must be NAME=VALUE"),
         (("tube", "--truth", "a=1", "--truth", "a=2"), "given twice"),

@@ -92,7 +92,7 @@ def test_a_silicone_that_cures_is_a_stiffness_that_goes_with_time(tmp_path):
     late = np.array([10.0, 60.0, 110.0])
     told = stiffness * (1.0 + np.interp(late, rest.knots, rest.values))
     assert np.allclose(told, 0.9 + 0.3 * late / (late + 60.0), rtol=0.02)
-    effect = unmodelled(rest.knots, rest.values, "elastomer", rest.quantity, rest.driver)
+    effect = unmodelled(rest.knots, rest.values, "silicone", rest.quantity, rest.driver)
     plain = load_silicone("dragon_skin_10_fast")
     seen = simulate_coupon(plain, np.full(3, 0.4), time=late, effects=(effect,)).seen
     change = np.interp(late, rest.knots, rest.values)

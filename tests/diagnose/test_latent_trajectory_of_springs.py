@@ -16,7 +16,7 @@ from fitting.diagnose.fit.cross_validation import gain
 from fitting.diagnose.fit.misfit import floor
 from fitting.diagnose.fit.refit import Refitter
 from fitting.specimens.rows import Rows
-from fitting.specimens.with_effects.spring_course import HELD, best_course
+from fitting.specimens.spring_course import HELD, best_course
 
 COUNT = 12
 

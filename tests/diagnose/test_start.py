@@ -12,6 +12,7 @@ from fitting.data.recordings import read_campaign
 from fitting.diagnose.check import with_tables
 from fitting.diagnose.evaluate import start
 from fitting.diagnose.evaluate.start import characterised, identifies, start_of
+from fitting.specimens import WIRE
 from fitting.specimens.saved_models import load_model
 from pneusma_jax.errors import InputError
 from pneusma_jax.silicone import load_silicone
@@ -98,7 +99,7 @@ def test_what_characterise_found_is_a_start_of_the_base_model(monkeypatch):
         SimpleNamespace(name="unheard_of", scaled=None),
     ]
     unknowns = SimpleNamespace(base=np.arange(3), items=items, neutral=np.zeros(3), low=np.full(3, -4.0), high=np.full(3, 4.0))
-    program = SimpleNamespace(kind="wire", unknowns=unknowns)
+    program = SimpleNamespace(kind="wire", specimen=WIRE, unknowns=unknowns)
     estimates = {"T_mid": SimpleNamespace(value=95.0, unit="degC"), "E_m": SimpleNamespace(value=100.0, unit="GPa")}
     monkeypatch.setattr(start, "characterise_general", lambda *a, **k: SimpleNamespace(parameters=estimates))
     wire = lambda alloy: SimpleNamespace(recordings=[SimpleNamespace(full_geometry=lambda: {"alloy": alloy})])  # noqa: E731

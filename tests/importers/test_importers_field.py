@@ -5,7 +5,7 @@ import pytest
 
 from fitting.data.importers import import_tests, make_options
 from fitting.data.recordings import read_campaign
-from fitting.specimens.wire import rows_for
+from fitting.specimens import WIRE
 from pneusma_jax.errors import InputError
 
 
@@ -45,7 +45,7 @@ def test_the_two_standard_tests_of_shape_memory_laboratories(field, follow, file
     assert f"--constant {column}=..." in follow(path)[0]
     _, (recording,) = follow(path, "--constant", option)
     assert recording.kind == "wire" and np.ptp(recording.columns[column]) == 0.0
-    rows = rows_for(read_campaign(recording.path))  # what characterise and diagnose begin with
+    rows = WIRE.rows_for(read_campaign(recording.path))  # what characterise and diagnose begin with
     assert len(rows) == 1 and len(rows[0].time) == len(recording)
 
 

@@ -133,6 +133,21 @@ def test_merged_headings_of_a_workbook(tmp_path):
     assert modulus(first) == pytest.approx(MU, rel=1e-6) and second.columns["strain"].max() == pytest.approx(0.9)
 
 
+def test_a_hidden_sheet_is_read_and_said(tmp_path):
+    book = openpyxl.Workbook()
+    for name, factor in (("Run", 1.0), ("Run old", 3.0)):
+        sheet = book.create_sheet(name)
+        sheet.append(["Strain (%)", "Stress (kPa)"])
+        for e, s in zip(STRAIN, STRESS, strict=True):
+            sheet.append([float(100 * e), float(factor * s)])
+    sheet.sheet_state = "hidden"
+    book.save(tmp_path / "a.xlsx")
+    shown, hidden = import_tests(tmp_path / "a.xlsx")
+    assert not any("is hidden" in note for note in shown.notices)
+    assert any("sheet 'Run old' is hidden in the workbook" in note for note in hidden.notices)
+    assert modulus(import_file(tmp_path / "a.xlsx", make_options(sheet="Run"))) == pytest.approx(MU, rel=1e-6)
+
+
 def test_formulas_that_nobody_computed_are_said(tmp_path):
     book = openpyxl.Workbook()
     book.active.append(["Strain (%)", "Stress (kPa)"])

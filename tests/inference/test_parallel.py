@@ -10,7 +10,7 @@ from fitting.inference.latent_trajectory.gauss_newton import banded, banded_side
 from fitting.inference.parallel import THREADS, Tally, run_parallel
 
 ROOT = Path(__file__).parents[2]
-PACKAGES = ("pneusma_jax", "fitting/specimens/with_effects")
+PACKAGES = ("pneusma_jax", "fitting/specimens")
 
 
 @pytest.mark.parametrize("package", PACKAGES)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fitting.inference.program_cache import FOLDER, _known, cached_program
-from fitting.specimens.with_effects.actuator import COMPILER_OPTIONS
+from fitting.specimens.actuator_history import COMPILER_OPTIONS
 
 
 @pytest.fixture

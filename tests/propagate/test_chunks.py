@@ -126,6 +126,16 @@ def test_the_summary_alone_can_be_kept(write, tmp_path):
     assert size("sums") < size("all")
 
 
+def test_force_leaves_nothing_of_the_study_that_was_there(write, tmp_path):
+    out = tmp_path / "out"
+    propagate(write(SMALL), out)
+    for name in ("report.json", "band_other.png", "indices.csv"):
+        (out / name).write_text("old")
+    (out / "notes.txt").write_text("mine")
+    propagate(write(SMALL.replace("2*b", "3*b")), out, force=True)
+    assert sorted(p.name for p in out.iterdir()) == ["chunks", "notes.txt", "study.json"]
+
+
 def command(path, out, *options):
     code = "from fitting.cli import main; main()"
     return [sys.executable, "-c", code, "propagate", str(path), "--out", str(out), "--devices", "1", *options]
@@ -158,6 +168,14 @@ def test_killed_ten_times_and_resumed_it_leaves_the_same_bytes(slow, tmp_path):
     assert contents(broken) == contents(whole)
     for name in ("report.json", "columns.csv", "indices.csv", "inputs.csv"):
         assert (broken / name).read_bytes() == (whole / name).read_bytes()
+
+
+@pytest.mark.slow
+def test_two_devices_leave_the_bytes_of_one(slow, tmp_path):
+    one, two = tmp_path / "one", tmp_path / "two"
+    subprocess.run(command(slow, one), check=True, capture_output=True)
+    subprocess.run([*command(slow, two), "--devices", "2"], check=True, capture_output=True)
+    assert contents(one) == contents(two)
 
 
 def test_a_disk_that_fills_up_ends_in_one_line_and_resume_works(slow, tmp_path):

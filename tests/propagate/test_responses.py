@@ -209,6 +209,40 @@ def test_a_posterior_keeps_its_marginals_and_its_correlation(write, sampled, tmp
     assert inputs.names == (("posterior",) if how == "draws" else inputs.value_names)
 
 
+@pytest.mark.slow
+def test_a_posterior_band_holds_fresh_recordings_as_often_as_it_says(tmp_path):
+    """200 campaigns of a line with noise, whose posterior is exact; the truth is drawn from its prior."""
+    places, noise, held = np.linspace(0.0, 1.0, 5), 0.3, []
+    lines = ", ".join(f'y{k} = "a + {x} * b"' for k, x in enumerate(places))
+    outputs = "".join(f'[[output]]\nname = "y{k}"\nnoise = {noise}\n' for k in range(5))
+    text = f"""
+schema = "pneusma-study/1"
+[model]
+through = "expression"
+outputs = {{{lines}}}
+[vary]
+posterior = "draws"
+[sampling]
+rows = 2000
+{outputs}"""
+    for seed in range(200):
+        random = np.random.default_rng(seed)
+        folder = tmp_path / str(seed)
+        folder.mkdir()
+        truth, x = random.normal(size=2), random.random(8)
+        design = np.stack([np.ones(8), x], axis=1)
+        measured = design @ truth + noise * random.normal(size=8)
+        precision = np.eye(2) + design.T @ design / noise**2
+        covariance = np.linalg.inv(precision)
+        draws = random.multivariate_normal(covariance @ design.T @ measured / noise**2, covariance, 4000)
+        posterior(folder / "draws", {"a": draws[:, 0], "b": draws[:, 1]}, {})
+        (folder / "study.toml").write_text(text)
+        low, high = propagate(folder / "study.toml", folder / "out").quantiles([0.05, 0.95])
+        fresh = truth[0] + truth[1] * places + noise * random.normal(size=5)
+        held.append(np.mean((low <= fresh) & (fresh <= high)))
+    assert 0.87 <= np.mean(held) <= 0.93
+
+
 def test_a_file_that_is_no_posterior_is_named(tmp_path):
     (tmp_path / "posterior.nc").write_bytes(b"nothing")
     with pytest.raises(InputError, match="no posterior of `pneusma posterior`"):

@@ -128,3 +128,20 @@ def test_check_says_what_would_be_done_and_does_nothing(tmp_path):
     path.write_text(PLAIN)
     result = CliRunner().invoke(main, ["propagate", str(path), "--out", str(out), "--check"])
     assert result.exit_code == 0 and "10,000 rows in 1 chunks" in result.stdout and not out.exists()
+
+
+@pytest.mark.parametrize("more", ["", "[indices]\n", "[indices]\nkind = 'shapley'\n", "[rare]\n"])
+def test_a_study_in_which_every_row_fails_ends_with_a_report(tmp_path, more):
+    path, out = tmp_path / "study.toml", tmp_path / "out"
+    limit = "[[limit]]\non = 'y'\nabove = 1.0\n"
+    path.write_text(PLAIN.replace("a + 2*b", "sqrt(-1 - a*a) + b") + limit + more + "[sampling]\nrows = 200\n")
+    result = CliRunner().invoke(main, ["propagate", str(path), "--out", str(out)])
+    assert result.exit_code == 0, result.exception
+    assert "(100 %) have no result" in " ".join(result.stdout.split()) and (out / "report.html").exists()
+
+
+def test_a_study_of_one_row_ends_with_a_report(tmp_path):
+    path, out = tmp_path / "study.toml", tmp_path / "out"
+    path.write_text(PLAIN + "[sampling]\nrows = 1\n")
+    result = CliRunner().invoke(main, ["propagate", str(path), "--out", str(out)])
+    assert result.exit_code == 0 and "1 rows" in result.stdout, result.exception

@@ -1,6 +1,7 @@
 """The files of a reproduction: complete, consistent with each other, nothing to fetch, nothing half-written."""
 
 import csv
+import html
 import io
 import json
 import re
@@ -59,7 +60,8 @@ def test_the_page_gives_the_verdict_first_and_fetches_nothing(small, documents):
     assert page.index('class="verdict"') < page.index("<table") < page.index("<figure>")
     assert not re.search(r'(src|href)="(?!data:)', page)
     for judged in small.judged:
-        assert f'<td class="number">{judged.statement.number}</td>' in page
+        assert f"<td>{judged.statement.number}</td>" in page
+        assert judged.statement.says in html.unescape(page)
     assert page.count("<figure>") == len(QUICK)
     assert all(entry.lost in page for entry in QUICK)
 

@@ -1,65 +1,57 @@
 """Recordings that `fitting.specimens` predicts: one problem for any kind, whatever its model is."""
 
-import sys
-import types
-
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.calibrate.registry import PIPELINES
 from fitting.cli import main
-from fitting.data.recordings import Recording, read_campaign, write_recording
+from fitting.data.recordings import Recording, kinds, read_campaign, write_recording
 from fitting.inference.parameters import Parameter, Parameters, Prior
 from fitting.sample import command
 from fitting.sample.campaign import sample_problem
 from fitting.sample.models import campaign_problem
-from fitting.specimens import registry
+from fitting.specimens import FITTED, SPECIMENS, Specimen
 from fitting.specimens.rows import Rows, numbers
 from pneusma_jax.errors import InputError
 
 SIGMA, COMPLIANCE = 0.1e-3, 0.2e-6  # m, m/Pa
 
 
-def predict(values, rows):
-    return {"length": 56e-3 + numbers(values, rows)["compliance"] * rows.inputs["pressure"]}
+class Stretched(Specimen):
+    """A tube that stretches in proportion to pressure."""
 
+    recording, outputs, letter, noun, law, element = kinds.TUBE, ("length",), "T", "tube", "a line", "actuator"
+    options = ("material",)
 
-def residual(values, rows):
-    return rows.weight["length"] * (predict(values, rows)["length"] - rows.measured["length"])
+    def drivers(self, recording):
+        return ("pressure",)
 
+    def rows_for(self, campaign, options=FITTED, **tables):
+        return [
+            Rows(
+                mask=np.ones(len(r), bool),
+                time=r.si("time"),
+                inputs={"pressure": r.si("pressure")},
+                measured={"length": r.si("length")},
+                weight={"length": np.full(len(r), 1.0 / SIGMA)},
+                base={"compliance": np.asarray(COMPLIANCE)},
+                extra={},
+                specimen=np.asarray(1),
+            )
+            for r in campaign.recordings
+        ]
 
-def rows_for(campaign):
-    return [
-        Rows(
-            mask=np.ones(len(r), bool),
-            time=r.si("time"),
-            inputs={"pressure": r.si("pressure")},
-            measured={"length": r.si("length")},
-            weight={"length": np.full(len(r), 1.0 / SIGMA)},
-            base={"compliance": np.asarray(COMPLIANCE)},
-            extra={},
-            specimen=np.asarray(1),
-        )
-        for r in campaign.recordings
-    ]
+    def parameters_for(self, campaign, **tables):
+        return Parameters(Parameter("compliance", COMPLIANCE, prior=Prior(COMPLIANCE, 1e-7, 0.0, 1e-6)))
 
-
-def parameters_for(campaign):
-    return Parameters(Parameter("compliance", COMPLIANCE, prior=Prior(COMPLIANCE, 1e-7, 0.0, 1e-6)))
+    def answer(self, values, rows, effects=()):
+        return {"length": 56e-3 + numbers(values, rows)["compliance"] * rows.inputs["pressure"]}, {}
 
 
 @pytest.fixture
 def campaign(tmp_path, monkeypatch):
     """Two tubes, one of them for validation, and a model that stretches in proportion to pressure."""
-    module = types.ModuleType("a_model_of_tubes")
-    module.OUTPUTS = ("length",)
-    for function in (predict, residual, rows_for, parameters_for):
-        setattr(module, function.__name__, function)
-    monkeypatch.setitem(sys.modules, "a_model_of_tubes", module)
-    monkeypatch.setitem(registry.MODULES, "tube", "a_model_of_tubes")
-    monkeypatch.delitem(PIPELINES, "tube", raising=False)
-    registry.residual_of.cache_clear()
+    monkeypatch.setitem(SPECIMENS, "tube", Stretched())
     random = np.random.default_rng(0)
     for name, role, rows in (("first", "fit", 40), ("second", "validation", 25)):
         pressure = np.linspace(0.0, 30.0, rows)
@@ -71,8 +63,7 @@ def campaign(tmp_path, monkeypatch):
             ),
             tmp_path / "campaign",
         )
-    yield read_campaign(tmp_path / "campaign")
-    registry.residual_of.cache_clear()
+    return read_campaign(tmp_path / "campaign")
 
 
 def test_a_campaign_is_sampled_by_its_models_residual(campaign):
@@ -113,17 +104,10 @@ def test_the_command_samples_it_too(campaign, tmp_path, capsys):
 
 @pytest.mark.parametrize(("table", "option"), [("dragon_skin_10_fast", "material"), ("krl35", "base")])
 def test_a_table_of_constants_starts_the_fit_by_its_kind(monkeypatch, table, option):
-    given = []
-
-    class Fit:
-        def __init__(self, campaign, **options):
-            given.append(options)
-
     monkeypatch.setattr(command, "kind_of", lambda campaign: "actuator")
-    monkeypatch.setattr(command, "pipeline_of", lambda campaign: Fit)
-    monkeypatch.setattr(command, "campaign_problem", lambda campaign, **options: options)
-    assert command.problem_for(None, table, None, 3) == {option: table}
-    assert given == [{"seed": 3, option: table}]
+    monkeypatch.setattr(command, "characterise", lambda campaign, **options: options)
+    monkeypatch.setattr(command, "sampling_problem", lambda fit: fit)
+    assert command.problem_for(None, table, None, 3) == {"seed": 3, option: table}
 
 
 def test_a_table_of_what_a_tube_does_not_have_is_refused(campaign):

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from fitting.data.recordings import read_campaign
-from fitting.specimens import model_of, predictor_of, residual_of, stack
-from fitting.specimens.wire import by_stress
+from fitting.inference.driven import by_stress
+from fitting.specimens import predictor_of, residual_of, specimen_of, stack
 from pneusma_jax.calibration import load_calibration
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import to_si
@@ -45,7 +45,7 @@ def reduced(kind, values, rows):
 
 @pytest.mark.parametrize("kind", ["tube", "wire"])
 def test_at_the_truth_only_noise_is_left(kind):
-    campaign, model = read_campaign(SHIPPED / kind), model_of(kind)
+    campaign, model = read_campaign(SHIPPED / kind), specimen_of(kind)
     parameters, rows = model.parameters_for(campaign), model.rows_for(campaign)
     found = reduced(kind, truth_of(kind, parameters), rows)
     assert np.all(found < 1.6) and np.all(found > 0.6)
@@ -55,7 +55,7 @@ def test_at_the_truth_only_noise_is_left(kind):
 
 @pytest.mark.slow
 def test_an_actuators_phases_are_read_from_resistance_near_full_heat_too():
-    campaign, model = read_campaign(SHIPPED / "actuator"), model_of("actuator")
+    campaign, model = read_campaign(SHIPPED / "actuator"), specimen_of("actuator")
     parameters = model.parameters_for(campaign)
     assert set(parameters) == {"G_m", "G_a", "wall_thickness", "silicone_stiffness"}
     truth = truth_of("actuator", parameters)
@@ -74,7 +74,7 @@ def test_an_actuators_phases_are_read_from_resistance_near_full_heat_too():
 
 def test_free_numbers_and_priors_follow_the_tolerances():
     campaign = read_campaign(SHIPPED / "tube")
-    parameters = model_of("tube").parameters_for(campaign)
+    parameters = specimen_of("tube").parameters_for(campaign)
     assert list(parameters) == [
         "wall_thickness__1", "silicone_stiffness__1", "wall_thickness__2", "silicone_stiffness__2",
     ]  # fmt: skip
@@ -83,13 +83,13 @@ def test_free_numbers_and_priors_follow_the_tolerances():
     assert wall.min == pytest.approx(0.88e-3)
     for recording in campaign.recordings:
         recording.tolerance = None  # the format's defaults
-    every = model_of("tube").parameters_for(campaign)
+    every = specimen_of("tube").parameters_for(campaign)
     assert every["length__1"].prior.sd == pytest.approx(0.02 * 56e-3)
 
 
 def test_a_wire_that_is_to_be_identified_takes_the_priors_of_its_table():
     campaign = read_campaign(SHIPPED / "wire")
-    parameters = model_of("wire").parameters_for(campaign)
+    parameters = specimen_of("wire").parameters_for(campaign)
     table = load_calibration("niti_wire", "alloy").quantities
     assert parameters["E_m"].prior == table["E_m"].prior and parameters["T_mid"].unit == "degC"
     assert all(by_stress(recording) for recording in campaign.recordings)
@@ -99,19 +99,19 @@ def test_a_wire_without_temperature_is_refused_in_one_line():
     campaign = read_campaign(SHIPPED / "wire")
     del campaign.recordings[0].columns["temperature_degC"]
     with pytest.raises(InputError, match="no temperature_degC"):
-        model_of("wire").rows_for(campaign)
+        specimen_of("wire").rows_for(campaign)
 
 
 def test_several_designs_are_not_fitted_together():
     campaign = read_campaign(SHIPPED / "actuator")
     campaign.recordings[0].geometry = {"design": "pneusma1"}
     with pytest.raises(InputError, match="different designs"):
-        model_of("actuator").rows_for(campaign)
+        specimen_of("actuator").rows_for(campaign)
 
 
 def test_coupons_of_a_named_law_are_linear_in_their_factor():
     campaign = read_campaign(SHIPPED / "elastomer")
-    model = model_of("elastomer")
+    model = specimen_of("elastomer")
     for recording in campaign.recordings:
         recording.geometry = {"material": "dragon_skin_10_fast"}
         recording.tolerance = {"silicone_stiffness": 0.05}

@@ -139,7 +139,7 @@ def seven_digits(values):
 
 
 @pytest.mark.parametrize("step", [0.0, 0.15, 0.3, 0.6, 0.9, 1.5])
-@pytest.mark.parametrize("finer", [2.0, 2.15, 2.3, 3.0, 4.7, 10.0])
+@pytest.mark.parametrize("finer", [1.1, 1.4, 1.7, 2.0, 2.15, 2.3, 3.0, 4.7, 10.0])
 def test_straight_lines_between_readings_add_none(finer, step):
     """Noise is right to a fifth for steps from 0 to 5 standard deviations, and each reading counts once."""
     found, rows = [], 150
@@ -174,8 +174,10 @@ def test_lines_by_an_uneven_clock_are_seen():
         np.round(100.0 * np.sin(9.0 * RAMP), 1),
         np.random.default_rng(0).standard_normal(600),
         np.round(np.random.default_rng(1).standard_normal(600), 1),
+        np.concatenate([np.zeros(60), np.round(np.cumsum(np.random.default_rng(2).uniform(0.0, 1.0, 300))), np.full(60, 151.0)]),
+        np.concatenate([np.arange(100.0), 99.0 + 0.1 * np.random.default_rng(2).standard_normal(100), np.arange(99.0, 0.0, -1.0)]),
     ],
-    ids=["triangles", "bilinear loops", "staircase", "rounded sine", "noise", "rounded noise"],
+    ids=["triangles", "bilinear loops", "staircase", "rounded sine", "noise", "rounded noise", "held ends", "straight ends"],
 )
 def test_straight_pieces_of_a_law_are_no_lines_between_readings(stress):
     assert readings_between(np.arange(float(len(stress))), stress) is None

@@ -6,8 +6,8 @@ import pytest
 from fitting.calibrate.assumed import notices_of
 from fitting.data.recordings import Campaign, Recording
 from fitting.inference.channels import channel_weight
+from fitting.specimens import WIRE
 from fitting.specimens.reduction import reduced, said
-from fitting.specimens.wire import rows_for
 
 NOISE = 5e-5
 
@@ -101,7 +101,7 @@ def test_the_report_says_what_was_done_to_which_recording():
 
 
 def test_a_fit_gets_rows_with_their_own_noise():
-    (rows,) = rows_for(Campaign("c", [wire(60, 160)], None))
+    (rows,) = WIRE.rows_for(Campaign("c", [wire(60, 160)], None))
     assert len(rows.mask) <= 1024
     weight = np.asarray(rows.extra["clean"]["strain"])
     assert 1.0 / weight[0] == pytest.approx(NOISE, rel=0.15)

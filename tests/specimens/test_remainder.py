@@ -15,6 +15,7 @@ from fitting.data.recordings import Recording, write_recording
 from fitting.simulate import predict
 from fitting.simulate.unmodelled import BEYOND
 from fitting.simulate.workspace.grid import compute_workspace
+from fitting.specimens import specimen_of
 from fitting.specimens.saved_models import (
     AddedDiscrepancy,
     AugmentedModel,
@@ -23,7 +24,6 @@ from fitting.specimens.saved_models import (
     save_model,
 )
 from fitting.specimens.saved_models.files import render_model
-from fitting.specimens.with_effects import kind_module
 from fitting.synthesise import synthesise
 from pneusma_jax.calibration.records import Prior, Quantity
 from pneusma_jax.effects import CATALOGUE, find_effect
@@ -113,7 +113,7 @@ def test_within_its_range_nothing_is_said_to_be_extrapolated(ripple):
 
 def test_a_hundredth_beyond_is_not_marked():
     """Fits see means of neighbouring rows, whose ends lie a little inside those of the rows."""
-    one = Unmodelled([0.0, 0.4], [0.0, 4e3], "elastomer", "stress", "strain")
+    one = Unmodelled([0.0, 0.4], [0.0, 4e3], "silicone", "stress", "strain")
     strain = jnp.asarray([-0.003, 0.0, 0.403, 0.405, -0.005])
     found = simulate_coupon(pj.load_silicone(), strain, effects=(one,)).seen
     assert found["beyond_stress"].tolist() == [0.0, 0.0, 0.0, 1.0, 1.0]
@@ -155,7 +155,7 @@ def test_it_is_differentiable_and_several_add_up():
     law, strain = pj.load_silicone(), jnp.linspace(0.0, 0.5, 6)
 
     def stress(values):
-        one = Unmodelled([0.0, 0.5], values, "elastomer", "stress", "strain")
+        one = Unmodelled([0.0, 0.5], values, "silicone", "stress", "strain")
         seen = simulate_coupon(law, strain, effects=(one, one)).seen
         return seen["stress"][2], seen
 
@@ -167,7 +167,7 @@ def test_it_is_differentiable_and_several_add_up():
 
 def test_a_clock_that_runs_late_moves_the_channel_and_not_the_driver():
     law, strain, time = pj.load_silicone(), jnp.linspace(0.0, 0.5, 6), jnp.arange(6.0)
-    one = Unmodelled([0.0, 0.5], [0.0, 5e3], "elastomer", "stress", "strain")
+    one = Unmodelled([0.0, 0.5], [0.0, 5e3], "silicone", "stress", "strain")
     late = find_effect("channel_lag")(delay=1.0)
     found = simulate_coupon(law, strain, time=time, effects=(late, one)).seen
     np.testing.assert_allclose(found["unmodelled_stress"], 1e4 * strain, rtol=1e-12)
@@ -188,18 +188,18 @@ DRIVERS = {
 def test_its_driver_is_that_of_a_diagnosis(kind):
     quantity, wishes, names = DRIVERS[kind]
     campaign = synthesise(kind, seed=1, tests=1, **wishes).campaign
-    module = kind_module(kind)
-    row = module.rows_for(dataclasses.replace(campaign, recordings=campaign.recordings[:1]))[0]
+    specimen = specimen_of(kind)
+    row = specimen.rows_for(dataclasses.replace(campaign, recordings=campaign.recordings[:1]))[0]
     # a spring's hidden phase would follow the force that the term changes
     row = dataclasses.replace(row, weight=row.weight | {quantity: 0.0 * row.weight[quantity]})
 
     @jax.jit
     def answer(weights, ends):
         effects = tuple(
-            Unmodelled(end, w * end, kind, quantity, name)
+            Unmodelled(end, w * end, specimen.element, quantity, name)
             for w, end, name in zip(weights, ends, names, strict=True)
         )
-        return module.predict({}, effects, row)
+        return specimen.answer({}, row, effects)
 
     everywhere = jnp.outer(jnp.ones(len(names)), jnp.asarray([-1.0, 1.0]))
     plain, drivers = answer(jnp.zeros(len(names)), everywhere)

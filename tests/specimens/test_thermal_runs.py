@@ -85,7 +85,7 @@ def test_a_first_heating_unlike_the_later_ones_is_set_apart(first):
     one = recording(T, strain_of(T, 121.0, 109.0, first=first))
     begun = wire.set_apart(one)
     assert abs(begun.rows - 61) <= 2 and "not fitted" in begun.text("W")
-    (rows,) = wire.rows_for(campaign(one))
+    (rows,) = wire.WIRE.rows_for(campaign(one))
     counted = rows.weight["strain"] > 0.0
     assert not counted[: begun.rows].any() and counted[begun.rows :].all()
     assert wire.bracket(campaign(one)) == pytest.approx((109.0, 121.0), abs=0.5)
@@ -108,19 +108,19 @@ def test_cycles_that_are_alike_a_pair_of_them_and_a_stated_state_are_left_alone(
 def test_a_steady_load_leaves_the_residual_strain_alone_and_says_where_the_middle_lies():
     T = cycles(3)
     steady = recording(T, strain_of(T, 121.0, 109.0))
-    found = wire.parameters_for(campaign(steady))
+    found = wire.WIRE.parameters_for(campaign(steady))
     assert not set(wire.RESIDUAL) & set(found) and set(wire.unseen(campaign(steady))) == set(wire.RESIDUAL)
     assert found["T_mid"].value == pytest.approx(115.0, abs=0.5) == found["T_mid"].prior.mean
     assert found["T_mid"].prior.sd == 25.0
     strain = np.r_[np.linspace(0.0, 0.05, 100), np.linspace(0.05, 0.0, 100)]
     pull = recording(np.full(200, 22.0), strain, 9e3 * strain)
-    both = wire.parameters_for(campaign(steady, pull))
+    both = wire.WIRE.parameters_for(campaign(steady, pull))
     assert set(wire.RESIDUAL) <= set(both) and not wire.unseen(campaign(steady, pull))
-    alone = wire.parameters_for(campaign(pull))
+    alone = wire.WIRE.parameters_for(campaign(pull))
     assert alone["T_mid"].value == 45.0  # nothing was heated
 
 
 def test_a_known_alloy_keeps_what_is_known_of_it():
     T = cycles(3)
     known = recording(T, strain_of(T, 121.0, 109.0), geometry={"alloy": "niti_wire"})
-    assert "T_mid" not in wire.parameters_for(campaign(known)) and not wire.unseen(campaign(known))
+    assert "T_mid" not in wire.WIRE.parameters_for(campaign(known)) and not wire.unseen(campaign(known))

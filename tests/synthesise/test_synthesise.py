@@ -12,7 +12,7 @@ import pytest
 import pneusma_jax as pj
 from fitting.data.recordings import check_recording, read_campaign
 from fitting.inference.latent_trajectory.denoise import denoised
-from fitting.synthesise import CAMPAIGNS, synthesise, write_synthetic
+from fitting.synthesise import makers, synthesise, write_synthetic
 from fitting.synthesise.examples import EXAMPLES
 from fitting.synthesise.instruments import correlated, wander
 from fitting.synthesise.spring import CONSTANTS
@@ -31,7 +31,7 @@ def documents(made, folder):
     return {p.name: p.read_bytes() for p in write_synthetic(made, folder)}
 
 
-@pytest.mark.parametrize("kind", CAMPAIGNS)
+@pytest.mark.parametrize("kind", makers())
 def test_the_shipped_campaign_comes_out_again(kind, tmp_path):
     made = documents(synthesise(kind, **EXAMPLES[kind]), tmp_path / "again")
     shipped = {p.name: p.read_bytes() for p in (SHIPPED / kind).iterdir()}
@@ -52,7 +52,7 @@ def test_the_shipped_campaign_comes_out_again(kind, tmp_path):
 
 
 def test_shipped_campaigns_are_small_and_say_that_they_are_simulated():
-    for kind in CAMPAIGNS:
+    for kind in makers():
         files = list((SHIPPED / kind).iterdir())
         campaign = read_campaign(SHIPPED / kind)
         assert campaign.kinds == [kind] and not campaign.notices and "imulated" in campaign.title
@@ -62,7 +62,7 @@ def test_shipped_campaigns_are_small_and_say_that_they_are_simulated():
         assert sum(p.stat().st_size for p in files) < 60_000
 
 
-@pytest.mark.parametrize("kind", CAMPAIGNS)
+@pytest.mark.parametrize("kind", makers())
 def test_a_seed_repeats_and_another_does_not(kind, tmp_path):
     interval = {"elastomer": {}, "actuator": {"interval_s": 1.0}}.get(kind, {"interval_s": 5.0})
     wishes = dict(noise_time_s=3.0, drift=0.5, **interval)

@@ -2,18 +2,12 @@
 
 from .pipeline import (
     GeneralCharacterisation,
-    characterise_actuator,
     characterise_general,
-    characterise_spring_by_temperature,
-    characterise_tube,
-    characterise_wire,
+    characterise_specimen,
 )
 
 __all__ = [
     "GeneralCharacterisation",
-    "characterise_actuator",
     "characterise_general",
-    "characterise_spring_by_temperature",
-    "characterise_tube",
-    "characterise_wire",
+    "characterise_specimen",
 ]

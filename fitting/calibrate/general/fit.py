@@ -14,7 +14,7 @@ from fitting.data.recordings import Recording
 from fitting.inference.least_squares import FitResult, Status, fit_least_squares
 from fitting.inference.noise import correlation_time, inflation_of
 from fitting.inference.parameters import Parameters
-from fitting.specimens import Model, Rows, model_of, observations, predictor_of, silenced, stack
+from fitting.specimens import Model, Rows, predictor_of, silenced, specimen_of, stack
 
 RTOL = 1e-4
 MAX_STEPS = 300
@@ -117,7 +117,7 @@ def fit_campaign(
         model: what predicts; that of the kind by default.
     """
     recordings, rows, parameters = tuple(recordings), list(rows), parameters.copy()
-    model = model or model_of(recordings[0].kind)
+    model = model or specimen_of(recordings[0].kind)
     result = _fit(model, recordings, rows, parameters, starts, seed)
     progress("fit")
     further = (starts, seed, progress)
@@ -245,7 +245,7 @@ def _decided(
     model: Model, recordings: tuple[Recording, ...], rows: list[Rows], result: FitResult
 ) -> tuple[list[Rows], FitResult]:
     """Rounds of deciding what depends on the parameters without being smooth in them, and fitting again."""
-    if not hasattr(model, "decides") or not model.decides(rows):
+    if not model.decides(rows):
         return rows, result
     for _ in range(ROUNDS):
         rows = model.decided(result.values, rows)
@@ -270,7 +270,7 @@ def _fit(
         parameters,
         data={"rows": stack(used), "pins": constraint_table(parameters, held)},
         use_priors=True,
-        observations=getattr(model, "observations", observations)(used),
+        observations=model.observations(used),
         rtol=RTOL,
         max_steps=MAX_STEPS,
         starts=None if starts == 1 else starts,

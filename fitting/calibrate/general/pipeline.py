@@ -13,7 +13,7 @@ from fitting.calibrate.spring.alloy_table import KELVIN, estimate
 from fitting.calibrate.spring.information import Information, with_errors
 from fitting.data.recordings import Campaign, Recording
 from fitting.inference.parameters import Parameters
-from fitting.specimens import Model, model_of, priors, spring_by_temperature, wire
+from fitting.specimens import Specimen, priors
 from fitting.specimens.refitted import refitted
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.with_saved_model import Augmented, Held
@@ -26,12 +26,6 @@ from .fit import GeneralFit, fit_campaign, gone_on, missed
 from .information import Repeat, cannot_tell, held_back, informed, repeats
 from .profiles import profiles, worth_profiling
 from .scores import Score, scores
-
-STARTS = 3
-WIRE_STARTS = 8
-"""A wire whose constants are all open has minima of its own beside every kink of its residual strain."""
-PROFILES = {"wire": 3, "tube": 2, "actuator": 0, "spring": 0, "elastomer": 0}
-"""Loosest parameters whose profiles are made by default: each takes four more fits."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +71,11 @@ class GeneralCharacterisation(Characterisation):
         return self.fit.kind
 
     @property
+    def specimen(self) -> Specimen:
+        """What was recorded."""
+        return self.fit.model.specimen
+
+    @property
     def real(self) -> bool | None:
         """Measured (True), simulated (False), or nobody said (None)."""
         stated = [recording.real for recording in self.fit.recordings]
@@ -104,7 +103,7 @@ class GeneralCharacterisation(Characterisation):
     @property
     def unseen(self) -> dict[str, Quantity]:
         """Constants that no recording shows, held at their table's values, by name; SI."""
-        found = wire.unseen(self.campaign, self.options.get("base")) if self.kind == "wire" else {}
+        found = self.specimen.unseen(self.campaign, **self.options)
         return {name: q for name, q in found.items() if name not in self.fitted}
 
     def held(self) -> list[Held]:
@@ -120,41 +119,39 @@ class GeneralCharacterisation(Characterisation):
 
 def characterise_general(
     campaign: Campaign,
-    kind: str,
+    specimen: Specimen,
     *,
     adjust: Mapping[str, Mapping[str, Any]] | None = None,
-    starts: int = STARTS,
+    starts: int,
     profile: int | Sequence[str] = 0,
     seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
     model: Augmented | None = None,
-    predictor: Model | None = None,
     **options: str | Path,
 ) -> GeneralCharacterisation:
     """Fit a campaign of one kind: priors, least squares from several starts, errors, what stays open.
 
     Args:
         campaign: recordings.
-        kind: of those that are fitted.
+        specimen: what is recorded.
         adjust: changes to free parameters by name, in the unit of files; see `characterise_spring`.
         starts: of the fit in all.
         profile: parameters to profile, or how many of the loosest that the recordings inform.
         seed: of the scattered ones.
         progress: called with a word for each step that is done.
         model: model on disk, of this kind; the base model by default.
-        predictor: what predicts instead of the kind's own module.
-        **options: tables to start from, as the kind's `rows_for` takes them.
+        **options: tables to start from, as the specimen's `rows_for` takes them.
 
     Raises:
         InputError: if the recordings or options cannot be used, in one line.
     """
     require_float64()
-    recordings = campaign.of_kind(kind)
+    recordings = campaign.of_kind(specimen.kind)
     if not any(recording.role == "fit" for recording in recordings):
         raise InputError(
             f'{campaign.path}: every recording has role = "validation"; one with role = "fit" is needed'
         )
-    predictor = model or predictor or model_of(kind)
+    predictor = model or specimen
     parameters = adjusted(predictor.parameters_for(campaign, **options), adjust or {})
     if not parameters:
         raise InputError(
@@ -224,100 +221,38 @@ def adjusted(parameters: Parameters, changes: Mapping[str, Mapping[str, Any]]) -
     return priors.adjusted(parameters, in_si)
 
 
-def characterise_spring_by_temperature(
+def characterise_specimen(
     campaign: Campaign,
+    specimen: Specimen,
     *,
-    base: str | Path | None = None,
     adjust: Mapping[str, Mapping[str, Any]] | None = None,
-    starts: int = STARTS,
-    profile: int | Sequence[str] = 0,
+    starts: int | None = None,
+    profile: int | Sequence[str] | None = None,
     seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
+    **tables: str | Path,
 ) -> GeneralCharacterisation:
-    """Constants of a spring whose resistance was not measured, its phase from its temperature.
+    """Constants of specimens of one kind; by a simpler law where the whole one does not hold.
 
     Args:
-        campaign: recordings of kind spring, with temperature and without resistance.
-        base: alloy to start from where it is to be identified.
-        adjust, starts, profile, seed, progress: as for `characterise_general`.
+        campaign: recordings of one kind.
+        specimen: of that kind.
+        adjust: see `characterise_general`.
+        starts: fits in all; the specimen's own number by default.
+        profile: parameters to profile, or how many; the specimen's own number by default.
+        seed, progress: see there.
+        **tables: to start from, as the specimen's `rows_for` takes them.
     """
-    common = {"adjust": adjust, "starts": starts, "profile": profile, "seed": seed, "progress": progress}
-    given = _given(base=base)
-    return characterise_general(campaign, "spring", predictor=spring_by_temperature, **common, **given)
-
-
-def characterise_wire(
-    campaign: Campaign,
-    *,
-    base: str | Path | None = None,
-    adjust: Mapping[str, Mapping[str, Any]] | None = None,
-    starts: int = WIRE_STARTS,
-    profile: int | Sequence[str] = PROFILES["wire"],
-    seed: int = 0,
-    progress: Callable[[str], None] = lambda _: None,
-) -> GeneralCharacterisation:
-    """Constants of a straight wire, by the reversible base law; arguments as for `characterise_general`.
-
-    Under a steady load a residual strain shows as a loop between heating and cooling. Where the law with it
-    does not hold, that loop stands in for another physics: the wire is fitted without it then.
-
-    Args:
-        campaign: recordings of kind wire, with temperature.
-        base: alloy to start from where it is to be identified.
-        adjust, starts, profile, seed, progress: see there.
-    """
-    common = {"adjust": adjust, "starts": starts, "profile": profile, "seed": seed, "progress": progress}
-    found = characterise_general(campaign, "wire", **common, **_given(base=base))
-    if wire.AMPLITUDE in found.unseen and missed(found.fit.result):
-        progress("without residual strain")
-        plain = wire.without_residual(campaign, base)
-        found = characterise_general(campaign, "wire", base=plain, **common)
+    common = {
+        "adjust": adjust,
+        "starts": specimen.starts if starts is None else starts,
+        "profile": specimen.profiled if profile is None else profile,
+        "seed": seed,
+        "progress": progress,
+    }
+    found = characterise_general(campaign, specimen, **common, **tables)
+    plain, words = specimen.simpler(campaign, **tables)
+    if plain and missed(found.fit.result):
+        progress(words)
+        found = characterise_general(campaign, specimen, **common, **{**tables, **plain})
     return found
-
-
-def characterise_tube(
-    campaign: Campaign,
-    *,
-    material: str | Path | None = None,
-    adjust: Mapping[str, Mapping[str, Any]] | None = None,
-    starts: int = STARTS,
-    profile: int | Sequence[str] = PROFILES["tube"],
-    seed: int = 0,
-    progress: Callable[[str], None] = lambda _: None,
-) -> GeneralCharacterisation:
-    """Silicone stiffness and wall of tubes under pressure; arguments as for `characterise_general`.
-
-    Args:
-        campaign: recordings of kind tube.
-        material: silicone to start from.
-        adjust, starts, profile, seed, progress: see there.
-    """
-    common = {"adjust": adjust, "starts": starts, "profile": profile, "seed": seed, "progress": progress}
-    return characterise_general(campaign, "tube", **common, **_given(material=material))
-
-
-def characterise_actuator(
-    campaign: Campaign,
-    *,
-    base: str | Path | None = None,
-    material: str | Path | None = None,
-    adjust: Mapping[str, Mapping[str, Any]] | None = None,
-    starts: int = 1,
-    profile: int | Sequence[str] = PROFILES["actuator"],
-    seed: int = 0,
-    progress: Callable[[str], None] = lambda _: None,
-) -> GeneralCharacterisation:
-    """Silicone, wall, springs and pre-strain of a whole actuator; arguments as for `characterise_general`.
-
-    Args:
-        campaign: recordings of kind actuator, of one design.
-        base: alloy to start from where it is to be identified.
-        material: silicone to start from.
-        adjust, starts, profile, seed, progress: see there.
-    """
-    common = {"adjust": adjust, "starts": starts, "profile": profile, "seed": seed, "progress": progress}
-    return characterise_general(campaign, "actuator", **common, **_given(base=base, material=material))
-
-
-def _given(**options: str | Path | None) -> dict[str, str | Path]:
-    return {name: value for name, value in options.items() if value is not None}

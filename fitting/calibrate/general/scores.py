@@ -7,7 +7,6 @@ import numpy as np
 
 from fitting.data.recordings import schema
 from fitting.inference.metrics import metrics
-from fitting.specimens.rows import Rows
 from pneusma_jax.units import from_si
 
 from .fit import GeneralFit
@@ -44,17 +43,9 @@ def measures(measured: np.ndarray, predicted: np.ndarray) -> dict[str, float]:
     return {name: float(value) for name, value in metrics(measured, predicted).items()}
 
 
-STILL = 5.0
-"""Kelvin by which a temperature must vary for outputs to be drawn over it."""
-HELD = 5e-4
-"""Metres by which the length of a spring may vary that is held."""
-OVER = {"wire": "temperature", "tube": "pressure", "actuator": "time", "elastomer": "strain"}
-"""Input that outputs are drawn over."""
-
-
 def column_of(kind: str, quantity: str) -> str:
     """Canonical column of a quantity: `length_mm` of `length`."""
-    known = schema.COLUMNS[kind].known
+    known = schema.KINDS[kind].columns.known
     return next(c for c in known if schema.quantity_and_unit(c)[0] == quantity)
 
 
@@ -62,7 +53,7 @@ def scores(fit: GeneralFit) -> list[Score]:
     """Every measured output of every recording, held-out ones too."""
     found, kind = [], fit.kind
     for recording, rows, predicted in zip(fit.recordings, fit.rows, fit.predict(), strict=True):
-        over = _over(rows, kind)
+        over = fit.model.specimen.plotted_over(rows)
         x_column = "time_s" if over == "time" else column_of(kind, over)
         x = np.asarray(rows.time if over == "time" else rows.inputs[over])
         for name, weight in rows.weight.items():
@@ -85,18 +76,6 @@ def scores(fit: GeneralFit) -> list[Score]:
                 )
             )
     return found
-
-
-def _over(rows: Rows, kind: str) -> str:
-    """Quantity that outputs are drawn over: of a wire at one temperature, what else drives it."""
-    over = OVER.get(kind, "time")
-    if kind == "spring":  # by temperature, or through its length
-        over = "temperature" if np.ptp(rows.inputs["elongation"]) < HELD else "elongation"
-        return over if "temperature" in rows.inputs else "time"
-    if over != "temperature" or np.ptp(np.asarray(rows.inputs[over])[np.asarray(rows.mask)]) > STILL:
-        return over
-    moving = [n for n in ("strain", "stress") if n in rows.inputs and np.ptp(rows.inputs[n]) > 0.0]
-    return moving[0] if moving else "time"
 
 
 def overall(found: Sequence[Score], role: str) -> dict[str, dict[str, float]]:

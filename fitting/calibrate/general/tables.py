@@ -10,9 +10,7 @@ from fitting.calibrate.spring.alloy_table import DIGITS, alloy_table, slug
 from fitting.data.recordings import schema
 from fitting.inference.parameters import Parameters
 from fitting.specimens import priors, silicones
-from fitting.specimens.actuator_rows import ALLOY as SPRING_ALLOY
 from fitting.specimens.rows import MARK
-from fitting.specimens.wire import wire_quantities
 from pneusma_jax.calibration import Calibration, load_calibration
 from pneusma_jax.calibration.records import Prior, Quantity
 from pneusma_jax.units import from_si
@@ -35,13 +33,7 @@ def tables(result: "GeneralCharacterisation") -> dict[str, Calibration]:
 
 def _alloy(result: "GeneralCharacterisation") -> dict[str, Quantity]:
     """Constants that the alloy was fitted from; empty where none of them was free."""
-    base = result.options.get("base")
-    if result.kind == "wire":
-        quantities, _ = wire_quantities(result.campaign, base)
-    elif result.kind in ("actuator", "spring") and set(SPRING_ALLOY) & set(result.fitted):
-        quantities, _ = priors.alloy_quantities(result.campaign, SPRING_ALLOY, base)
-    else:
-        return {}
+    quantities = result.specimen.alloy_quantities(result.campaign, **result.options)
     if result.model is not None:
         own = result.model.model.quantities("alloy")
         quantities = {name: own.get(name, quantity) for name, quantity in quantities.items()}
@@ -93,7 +85,7 @@ def geometry_toml(result: "GeneralCharacterisation") -> str:
         return ""
     document, table = tomlkit.document(), tomlkit.table()
     stated = result.fit.recordings[0].geometry
-    keep = {k: v for k, v in stated.items() if k in schema.GEOMETRY_KEYS and v != priors.FIT}
+    keep = {k: v for k, v in stated.items() if k in schema.geometry_keys() and v != priors.FIT}
     for key, value in {**keep, **found}.items():
         table[key] = value
     document["geometry"] = table

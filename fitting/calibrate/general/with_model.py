@@ -8,16 +8,12 @@ from typing import Any
 from fitting.calibrate.result import Characterisation
 from fitting.calibrate.spring import characterise_spring
 from fitting.data.recordings import Campaign
-from fitting.specimens import model_of, priors
-from fitting.specimens.registry import kind_of
+from fitting.specimens import SPRING, kind_of, priors, specimen_of
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.with_saved_model import Augmented, check_kind
 from pneusma_jax.units import from_si
 
-from .pipeline import PROFILES, STARTS, characterise_general
-
-STARTS_OF = {"spring": 1, "actuator": 1}
-"""Fits in all, where the default takes minutes."""
+from .pipeline import characterise_general
 
 
 def characterise_with(
@@ -52,17 +48,17 @@ def characterise_with(
     """
     kind = kind_of(campaign)
     check_kind(model, kind)
-    augmented = Augmented(kind, model)
+    augmented, specimen = Augmented(kind, model), specimen_of(kind)
     given = {"base": base, "material": material}
-    if kind == "spring" and not augmented.acting:
+    if specimen is SPRING and not augmented.acting:
         return _staged(augmented, campaign, base, adjust, starts, profile, seed, progress)
     return characterise_general(
         augmented.described(campaign),
-        kind,
+        specimen,
         model=augmented,
         adjust=adjust,
-        starts=starts or STARTS_OF.get(kind, STARTS),
-        profile=PROFILES[kind] if profile is None else profile,
+        starts=starts or specimen.starts_with_model,
+        profile=specimen.profiled if profile is None else profile,
         seed=seed,
         progress=progress,
         **augmented.options(campaign, given),
@@ -107,4 +103,4 @@ def _staged(
 
 def _free(campaign: Campaign) -> Mapping[str, Any]:
 
-    return model_of("spring").parameters_for(campaign)
+    return SPRING.parameters_for(campaign)

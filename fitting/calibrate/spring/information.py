@@ -9,7 +9,7 @@ import numpy as np
 from fitting.inference.least_squares import FitResult
 from fitting.inference.least_squares.covariance import Uncertainty
 from fitting.inference.parameters import Parameter, Parameters
-from fitting.specimens.spring import decided
+from fitting.specimens.spring_trajectory import decided
 
 from .problem import Problem, jacobian, scale_of, values_of
 from .stages import BETWEEN, COLD, HOT, UNLOADING

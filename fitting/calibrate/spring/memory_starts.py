@@ -14,7 +14,7 @@ from jaxtyping import Array, PyTree
 from scipy.stats import norm, qmc
 
 from fitting.specimens import residual_of
-from fitting.specimens.spring import decided, undecided
+from fitting.specimens.spring_trajectory import decided, undecided
 
 from .problem import Problem, values_of
 from .stages import COLD, UNLOADING

@@ -11,7 +11,7 @@ import numpy as np
 
 from fitting.inference.parameters import Parameters
 from fitting.specimens import Rows, stack
-from fitting.specimens.spring import GEOMETRY, at_phase, undecided
+from fitting.specimens.spring_trajectory import GEOMETRY, at_phase, undecided
 from pneusma_jax import SpringGeometry
 from pneusma_jax.errors import InputError
 

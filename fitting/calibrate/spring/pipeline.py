@@ -12,8 +12,8 @@ from fitting.calibrate.profile_likelihood import Profile, loosest, lower_end
 from fitting.calibrate.result import Characterisation, Estimate
 from fitting.data.recordings import Campaign
 from fitting.inference.parameters import Parameters
-from fitting.specimens import model_of, priors
-from fitting.specimens.spring import ALLOY
+from fitting.specimens import SPRING, priors
+from fitting.specimens.spring_trajectory import ALLOY
 from pneusma_jax.calibration import Calibration, available, load_calibration
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.errors import InputError
@@ -199,18 +199,16 @@ def characterise_spring(
 def _problem(
     campaign: Campaign, tests: Sequence[StandTest], base: Any, identify: bool, adjust: Mapping[str, Mapping]
 ) -> Problem:
-    model = model_of("spring")
     held = {t.name: LEVEL[t.phase] for t in tests if LEVEL[t.phase] is not None} if identify else {}
-    parameters = model.parameters_for(campaign, base=base)
+    parameters = SPRING.parameters_for(campaign, base=base)
     if not parameters:
         raise InputError(
             f"{campaign.path}: the alloy is known and the tolerances leave nothing open; "
             'state alloy = "fit", or a [tolerance]'
         )
     changes = {name: _in_si(parameters, name, change) for name, change in adjust.items()}
-    return Problem.of(
-        tests, model.rows_for(campaign, base=base, held_at=held), priors.adjusted(parameters, changes)
-    )
+    rows = SPRING.rows_for(campaign, base=base, held_at=held)
+    return Problem.of(tests, rows, priors.adjusted(parameters, changes))
 
 
 def _in_si(parameters: Parameters, name: str, change: Mapping[str, Any]) -> dict[str, Any]:

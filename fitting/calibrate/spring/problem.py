@@ -19,7 +19,7 @@ from fitting.inference.least_squares import FitResult, fit_least_squares
 from fitting.inference.parameters import Parameters
 from fitting.specimens import Rows, residual_of, stack
 from fitting.specimens.process_noise import with_process_noise
-from fitting.specimens.spring import decided
+from fitting.specimens.spring_trajectory import decided
 
 from .stand_tests import StandTest
 

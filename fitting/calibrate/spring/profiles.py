@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 from fitting.calibrate.profile_likelihood import Profile, followed
 from fitting.inference.least_squares import FitResult
-from fitting.specimens.spring import decided
+from fitting.specimens.spring_trajectory import decided
 
 from .joint import Joint
 from .problem import fit_pinned, values_of

@@ -12,8 +12,8 @@ from fitting.inference.metrics import metrics
 from fitting.specimens import Rows
 from fitting.specimens.process_noise import LOOSE
 from fitting.specimens.rows import numbers
-from fitting.specimens.spring import phase_sd, spring_of, trajectory, undecided
 from fitting.specimens.spring_law import Trajectory
+from fitting.specimens.spring_trajectory import phase_sd, spring_of, trajectory, undecided
 
 from .problem import Problem, values_of
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.inference.least_squares import FitResult
-from fitting.specimens import spring
+from fitting.specimens import spring_trajectory as spring
 from pneusma_jax.calibration import available, load_calibration
 
 from .problem import Problem

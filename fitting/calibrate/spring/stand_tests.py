@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 
 from fitting.data.recordings import Recording
-from fitting.specimens import spring
+from fitting.specimens import spring_trajectory as spring
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.nitinol import Alloy
 

@@ -240,7 +240,7 @@ def _with_clock(
     making: Making,
 ) -> dict[str, np.ndarray]:
     """A clock that never goes back: made where there is none, set aside where reset, spread where coarse."""
-    needed, notices = "time_s" in schema.COLUMNS[making.kind].required, making.notices
+    needed, notices = "time_s" in schema.KINDS[making.kind].columns.required, making.notices
     if "time_s" not in columns:
         if not needed:
             return columns

@@ -28,7 +28,7 @@ class UnitMissing(InputError):
 
 def units_missing(making: Making) -> InputError:
     """One refusal for all columns whose unit nobody states, so that they need not be asked for one by one."""
-    known = {schema.quantity_and_unit(name)[0] for name in schema.COLUMNS[making.kind].known}
+    known = {schema.quantity_and_unit(name)[0] for name in schema.KINDS[making.kind].columns.known}
     plain = {"strain", "stretch", "true_strain", "cycle"}
     bare = [
         quantity
@@ -179,7 +179,7 @@ def canonical(making: Making) -> dict[str, np.ndarray]:
         InputError: if a unit is missing or wrong, or a required column cannot be made.
     """
     kind, channels = making.kind, making.channels
-    rules = schema.COLUMNS[kind]
+    rules = schema.KINDS[kind].columns
     columns = {}
     for name in sorted(rules.known, key=lambda name: name != "time_s"):  # the clock first
         quantity, unit = schema.quantity_and_unit(name)
@@ -214,7 +214,7 @@ def _origin(name: str, unit: str, channel: Channel) -> str:
 
 def _add_constants(columns: dict[str, np.ndarray], making: Making) -> None:
     """Columns of what did not change, as the person or the file states it."""
-    rules = schema.COLUMNS[making.kind]
+    rules = schema.KINDS[making.kind].columns
     rows = len(next(iter(columns.values()), next(iter(making.channels.values())).values))
     names = {schema.quantity_and_unit(name)[0]: name for name in rules.known}
     for quantity, (value, unit) in making.options.constants.items():
@@ -241,7 +241,7 @@ def _add_constants(columns: dict[str, np.ndarray], making: Making) -> None:
 
 
 def _check_present(columns: dict[str, np.ndarray], making: Making) -> None:
-    rules = schema.COLUMNS[making.kind]
+    rules = schema.KINDS[making.kind].columns
     absent = [name for name in rules.required if name not in columns and name != "time_s"]
     constant = " ".join(f"--constant {name}=..." for name in absent)
     if absent:

@@ -70,11 +70,12 @@ def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str
     """Kind whose required quantities are all there or can be derived, if there is exactly one."""
     held = _held(channels, options, sample)
     fits = []
-    for kind, rules in schema.COLUMNS.items():
+    for kind in schema.KINDS.values():
+        rules = kind.columns
         needed = {schema.quantity_and_unit(name)[0] for name in rules.required} - {"time"}
         choice = {schema.quantity_and_unit(name)[0] for name in rules.one_of}
         if needed <= held and (not choice or choice & held):
-            fits.append(kind)
+            fits.append(kind.name)
     if {"wire", "elastomer"} <= set(fits):
         fits.remove(
             "elastomer"

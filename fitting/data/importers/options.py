@@ -15,7 +15,7 @@ from .spelling import unit_name
 # made from.
 QUANTITIES = tuple(
     dict.fromkeys(
-        [schema.quantity_and_unit(name)[0] for rules in schema.COLUMNS.values() for name in rules.known]
+        [schema.quantity_and_unit(name)[0] for kind in schema.KINDS.values() for name in kind.columns.known]
         + ["stretch", "true_strain", "true_stress", "voltage", "voltage_1", "voltage_2", "voltage_3"]
     )
 )
@@ -231,7 +231,7 @@ def _amounts(option: str, texts: Iterable[str]) -> dict[str, tuple[float, str]]:
             raise InputError(f"{option} {text}: must be NAME_UNIT=VALUE, e.g. {option} temperature_degC=22")
         canonical = _canonical_of(name)
         if canonical is None:
-            names = sorted({column for rules in schema.COLUMNS.values() for column in rules.known})
+            names = sorted({column for kind in schema.KINDS.values() for column in kind.columns.known})
             raise InputError(f"{option} {text}: {name!r} is not known here, {nearest(name, names)}")
         quantity, _ = schema.quantity_and_unit(canonical)
         try:
@@ -252,8 +252,8 @@ def _amounts(option: str, texts: Iterable[str]) -> dict[str, tuple[float, str]]:
 
 def _canonical_of(name: str) -> str | None:
     """A canonical column that a name speaks of, whatever its unit is."""
-    for rules in schema.COLUMNS.values():
-        for canonical in rules.known:
+    for kind in schema.KINDS.values():
+        for canonical in kind.columns.known:
             quantity, _ = schema.quantity_and_unit(canonical)
             if name == quantity or (name.startswith(quantity + "_") and "_" not in name[len(quantity) + 1 :]):
                 return canonical

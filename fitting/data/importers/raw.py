@@ -40,11 +40,13 @@ class Page:
         name: of the sheet; nothing for text.
         lines: of text.
         rows: of cells as text, with no trailing empty ones; None for text.
+        hidden: whether the workbook does not show it.
     """
 
     name: str
     lines: list[str]
     rows: list[list[str]] | None = None
+    hidden: bool = False
 
     @property
     def is_sheet(self) -> bool:
@@ -239,17 +241,17 @@ def _read_sheets(raw: RawFile) -> list[Page]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about styles and extensions that do not touch the numbers
             book = openpyxl.load_workbook(io.BytesIO(raw.content), read_only=True, data_only=True)
-            sheets = [(sheet.title, _texts_of(sheet)) for sheet in book.worksheets]
+            sheets = [(s.title, s.sheet_state != "visible", _texts_of(s)) for s in book.worksheets]
             book.close()
     except Exception as error:  # of zip, XML or styles: a damaged workbook can end anywhere in there
         raise refuse(raw.path, f"this is not an Excel workbook that can be read ({error})") from None
     pages = []
-    for title, texts in sheets:
+    for title, hidden, texts in sheets:
         for row in texts:
             while row and not row[-1]:
                 row.pop()
         if any(texts):
-            pages.append(Page(title, [], texts))
+            pages.append(Page(title, [], texts, hidden))
     if not pages:
         raise refuse(raw.path, "the workbook has no filled sheet")
     return pages

@@ -56,7 +56,7 @@ def _is_recording(sample: Sample) -> bool:
     lines = (line for page in sample.raw.pages for line in page.lines)
     first = next((line for line in lines if line.strip() and not line.startswith("#")), "")
     header = {name.strip() for name in first.split(",")}
-    return any(set(rules.required) <= header for rules in schema.COLUMNS.values())
+    return any(set(kind.columns.required) <= header for kind in schema.KINDS.values())
 
 
 FLUKE = _refused(

@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..recordings.columns import WIRE_STRAIN_LIMIT, convert
+from ..recordings.columns import convert
+from ..recordings.kinds import WIRE_STRAIN_LIMIT
 from ..recordings.table import refuse
 from .making import Channel, Making
 from .spelling import dimension

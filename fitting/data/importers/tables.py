@@ -39,6 +39,10 @@ def find_grids(page: Page) -> list[Grid]:
         grid = _grid_of(fields, parsed, begin, end, delimiter, decimal)
         if grid is None:
             continue
+        if page.hidden:
+            grid.notices.append(
+                f"check: sheet {page.name!r} is hidden in the workbook; --sheet NAME reads another one alone"
+            )
         if doubtful:
             grid.notices.append(
                 f"check: {doubtful!r} was read with a decimal comma; if commas group thousands here: --scale"

@@ -48,10 +48,10 @@ def leave_to_fit(columns: dict[str, np.ndarray], pair: tuple[str, str], making: 
     Raises:
         InputError: if no fit of this kind finds zeros.
     """
-    if making.kind not in schema.ZEROS:
+    if making.kind not in schema.with_zeros():
         raise refuse(
             making.place, f"--slack fit: no fit of kind {making.kind} finds zeros (kinds that do:"
-            f" {', '.join(schema.ZEROS)}); --slack auto takes them off",
+            f" {', '.join(schema.with_zeros())}); --slack auto takes them off",
         )  # fmt: skip
     drive, force = (columns[name] for name in pair)
     slack = slack_of(drive, force, making)

@@ -13,7 +13,9 @@ _SIZES_FOR = {
 def mark_used(making: Making, columns: dict) -> None:
     """Record which of the options that name a quantity were of use, from what the recording was made of."""
     known = {
-        schema.quantity_and_unit(name)[0] for name in columns if name in schema.COLUMNS[making.kind].known
+        schema.quantity_and_unit(name)[0]
+        for name in columns
+        if name in schema.KINDS[making.kind].columns.known
     }
     raw = (known & making.raw) | making.sources
     for option, table, used in (
@@ -55,7 +57,7 @@ def _why(making: Making, option: str, name: str, columns: dict) -> str:
     if option == "--dimension":
         return _why_dimension(making, said, name)
     if option == "--constant":
-        names = ", ".join(schema.COLUMNS[kind].known)
+        names = ", ".join(schema.KINDS[kind].columns.known)
         return f"{said}: a recording of kind {kind} has no {name}; it has {names}"
     if option == "--subtract":
         names = ", ".join(sorted(channels))

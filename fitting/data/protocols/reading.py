@@ -31,6 +31,8 @@ from typing import Any
 
 import numpy as np
 
+from fitting.data.recordings import schema
+from fitting.data.recordings.kinds import PHASE
 from pneusma_jax.documents import read_document
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.units import dimension_of, to_si, unit_of_column
@@ -49,13 +51,6 @@ DIMENSIONS = {
     "ambient": "temperature",
     "elongation": "length",
 }
-PHASE = ("xi0", "resistance", "temperature", "current", "duty")  # what says how warm a spring is: one of them
-KINDS = {
-    "actuator": ("pressure", "ambient", *PHASE),
-    "spring": ("elongation", "xi0", "resistance", "temperature"),
-    "tube": ("pressure",),
-}
-NEEDED = {"actuator": "pressure_kPa", "spring": "elongation_mm", "tube": "pressure_kPa"}
 LIMITS = {  # SI: least, most, in words
     "pressure": (-102e3, 1000e3, "a gauge pressure from -102 to 1000 kPa"),
     "xi0": (0.0, 1.0, "a fraction from 0 (hot) to 1 (cold)"),
@@ -127,8 +122,9 @@ def load_protocol(name_or_path: str | Path) -> Protocol:
 
 def _protocol(document: dict[str, Any], path: Path) -> Protocol:
     kind = document.get("kind", "actuator")
-    if kind not in KINDS:
-        raise InputError(f"{path}: kind is {kind!r}, {nearest(str(kind), KINDS)}")
+    known = [name for name, one in schema.KINDS.items() if one.channels]
+    if kind not in known:
+        raise InputError(f"{path}: kind is {kind!r}, {nearest(str(kind), known)}")
     steps = document.get("step")
     if not isinstance(steps, list) or not steps:
         raise InputError(f"{path}: this history is empty: a protocol needs at least one [[step]]")
@@ -160,8 +156,9 @@ def _corners(start: Any, steps: list, kind: str, path: Path) -> tuple[np.ndarray
     if not isinstance(start, dict):
         raise InputError(f"{path}: start must be a table, [start], but it is {start!r}")
     now = _values(start, kind, f"{path}: [start]")
-    if NEEDED[kind].partition("_")[0] not in now:
-        raise InputError(f"{path}: [start] needs {NEEDED[kind]}, which drives every {kind}")
+    needed = schema.KINDS[kind].needed
+    if schema.quantity_and_unit(needed)[0] not in now:
+        raise InputError(f"{path}: [start] needs {needed}, which drives every {kind}")
     _check_phases(now, f"{path}: [start]")
     clock, rows = [0.0], [now]
     for number, step in enumerate(steps, 1):
@@ -184,16 +181,17 @@ def _corners(start: Any, steps: list, kind: str, path: Path) -> tuple[np.ndarray
 def _values(table: Mapping[str, Any], kind: str, where: str) -> dict[str, float]:
     """Channels of a table in SI, those of single segments with the segment's number in front."""
     found: dict[str, float] = {}
+    of_kind = schema.KINDS[kind]
     for key, entry in table.items():
         segment = _SEGMENT.fullmatch(key)
-        if segment and kind == "actuator" and isinstance(entry, dict):
+        if segment and of_kind.numbered and isinstance(entry, dict):
             own = _values(entry, kind, f"{where} {key}")
             found |= {f"{int(segment[1])}.{name}": value for name, value in own.items()}
             continue
         name, unit = (key, "1") if _PLAIN.fullmatch(key) else _channel(key, where)
         stem = name.partition("_")[0]
-        if stem not in KINDS[kind] or (kind == "actuator" and stem in PHASE and name == stem):
-            known = [*KINDS[kind], "segment_1", "duration_s"]
+        if stem not in of_kind.channels or (of_kind.numbered and stem in PHASE and name == stem):
+            known = [*of_kind.channels, "segment_1", "duration_s"]
             raise InputError(
                 f"{where}: unknown channel {key!r} of a protocol for a {kind}, {nearest(key, known)}"
             )

@@ -4,6 +4,7 @@
 `write_recording` writes what they read. Nothing here needs JAX.
 """
 
+from . import kinds, schema
 from .campaign import read_campaign
 from .checks import check_recording, resistance_range, wire_length
 from .reading import read_recording
@@ -18,10 +19,12 @@ __all__ = [
     "Recording",
     "Reduction",
     "check_recording",
+    "kinds",
     "read_campaign",
     "read_recording",
     "recordings_folder",
     "resistance_range",
+    "schema",
     "target_path",
     "wire_length",
     "write_recording",

@@ -2,7 +2,7 @@
 
 import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +17,6 @@ from .table import refuse
 PRESSURE_LIMIT_KPA = 1000.0  # a silicone tube bursts far below; more is a pressure in the wrong unit
 VACUUM_KPA = -102.0  # gauge; just past the emptiest vacuum, for a sensor's zero error
 ABSOLUTE_ZERO_DEGC = -273.15
-WIRE_STRAIN_FRACTION_LIMIT = 0.5  # nitinol breaks at a fraction of that: such numbers are percent
 
 
 def check_recording(
@@ -104,48 +103,30 @@ def _check_time(recording: Recording, place: Path | str, rows: Sequence[int]) ->
         raise refuse(place, what, rows[i], "time_s")
 
 
-_Rule = tuple[str, tuple[str, ...] | None, Callable[[np.ndarray], np.ndarray], str]
-# Columns that start with a word, in some kinds (None: all); what makes a value wrong; what would be right.
-_RULES: tuple[_Rule, ...] = (
+# For recordings of every kind; `Kind.ranges` has those of one.
+_RULES: tuple[schema.Rule, ...] = (
     (
         "pressure",
-        None,
         lambda kilopascal: (kilopascal < VACUUM_KPA) | (kilopascal > PRESSURE_LIMIT_KPA),
         f"gauge pressure must lie in {VACUUM_KPA:g} to {PRESSURE_LIMIT_KPA:g} kPa; is the unit right?",
     ),
     (
         "temperature",
-        None,
         lambda celsius: celsius < ABSOLUTE_ZERO_DEGC,
         "this is below absolute zero; is the unit right?",
     ),
-    (
-        "strain",
-        ("elastomer",),
-        lambda strain: strain <= -1.0,
-        "engineering strain stays above -1; if these are percent, name the column strain_percent (on import:"
-        " --unit strain=percent)",
-    ),
-    (
-        "strain",
-        ("wire",),
-        lambda strain: np.abs(strain) > WIRE_STRAIN_FRACTION_LIMIT,
-        "no wire strains that far; if these are percent, name the column strain_percent (on import:"
-        " --unit strain=percent)",
-    ),
-    ("length", None, lambda length: length <= 0.0, "a length must be more than 0"),
-    ("resistance", None, lambda ohm: ohm <= 0.0, "a resistance must be more than 0"),
-    ("setpoint", None, lambda ohm: ohm <= 0.0, "a resistance must be more than 0"),
-    ("cycle", None, lambda count: count < 0.0, "a count of cycles must be 0 or more"),
+    ("length", lambda length: length <= 0.0, "a length must be more than 0"),
+    ("resistance", lambda ohm: ohm <= 0.0, "a resistance must be more than 0"),
+    ("setpoint", lambda ohm: ohm <= 0.0, "a resistance must be more than 0"),
+    ("cycle", lambda count: count < 0.0, "a count of cycles must be 0 or more"),
 )
 
 
 def _check_ranges(recording: Recording, place: Path | str, rows: Sequence[int]) -> None:
-    for word, kinds, wrong, right in _RULES:
-        if kinds is None or recording.kind in kinds:
-            for name in (name for name in recording.known_columns if name.startswith(word)):
-                values = recording.columns[name]
-                _refuse_first(wrong(values), values, right, place, rows, name)
+    for word, wrong, right in (*_RULES, *schema.KINDS[recording.kind].ranges):
+        for name in (name for name in recording.known_columns if name.startswith(word)):
+            values = recording.columns[name]
+            _refuse_first(wrong(values), values, right, place, rows, name)
 
 
 def _refuse_first(

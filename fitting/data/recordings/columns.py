@@ -2,6 +2,7 @@
 
 import difflib
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,8 +11,6 @@ from pneusma_jax.units import UNITS, dimension_of, find_unit, from_si, to_si
 
 from . import schema
 from .table import Table, numbers, refuse
-
-WIRE_STRAIN_LIMIT = 0.15  # no nitinol wire strains further, and a coupon of rubber is rarely pulled less
 
 
 def _quantity_of(name: str) -> str:
@@ -23,9 +22,6 @@ def _quantity_of(name: str) -> str:
 def infer_kind(table: Table, constant: Iterable[str] = ()) -> tuple[str, str]:
     """Kind of a recording that has no sidecar to state it, from its columns.
 
-    Wire and elastomer share strain and stress: temperature or resistance makes it a wire; no clock or a
-    `cycle` column an elastomer; then the unit of stress and, for MPa, the size of the strain decide.
-
     Args:
         table: the text of the CSV.
         constant: names of what the sidecar states as constant.
@@ -36,18 +32,11 @@ def infer_kind(table: Table, constant: Iterable[str] = ()) -> tuple[str, str]:
     Raises:
         InputError: if the columns fit no kind; the nearest kind's missing columns are named.
     """
-    held = {_quantity_of(name) for name in (*table.header, *constant)}
-    if {"elongation", "force"} <= held:
-        return "spring", "elongation and force"
-    if "pressure" in held:
-        if held & {"curvature", "bend_angle", "bend_direction"} or any(
-            q.startswith("resistance") for q in held
-        ):
-            return "actuator", "pressure with bending or resistance"
-        if "length" in held:
-            return "tube", "pressure and length"
-    if {"strain", "stress"} <= held:
-        return _wire_or_elastomer(table, held)
+    told = _Header(table, frozenset(_quantity_of(name) for name in (*table.header, *constant)))
+    for kind in schema.KINDS.values():
+        reason = kind.told_by(told)
+        if reason:
+            return kind.name, reason
     raise refuse(
         table.path,
         f"the kind of recording cannot be told from the columns {', '.join(table.header)}; "
@@ -55,21 +44,25 @@ def infer_kind(table: Table, constant: Iterable[str] = ()) -> tuple[str, str]:
     )
 
 
-def _wire_or_elastomer(table: Table, held: set[str]) -> tuple[str, str]:
-    if held & {"temperature", "resistance"}:
-        return "wire", "strain and stress with temperature or resistance"
-    if "time" not in held or "cycle" in held:
-        return "elastomer", "strain and stress without a clock, or with a cycle count"
-    unit = next((name for name in table.header if _quantity_of(name) == "stress"), "stress_MPa").rpartition(
-        "_"
-    )[2]
-    if unit not in ("MPa", "GPa", "ksi"):
-        return "elastomer", f"stress in {unit}"
-    name = next((name for name in table.header if _quantity_of(name) == "strain"), None)
-    strain = np.zeros(1) if name is None else np.abs(numbers(table, name))
-    if np.nanmax(strain, initial=0.0) > WIRE_STRAIN_LIMIT:
-        return "elastomer", f"strain beyond {WIRE_STRAIN_LIMIT:g}"
-    return "wire", f"stress in {unit} and strain within {WIRE_STRAIN_LIMIT:g}"
+@dataclass(frozen=True)
+class _Header:
+    """See `schema.Told`."""
+
+    table: Table
+    held: frozenset[str]
+
+    def unit(self, quantity: str) -> str:
+        """See `schema.Told`."""
+        name = self._column(quantity)
+        return "" if name is None else name.rpartition("_")[2]
+
+    def largest(self, quantity: str) -> float:
+        """See `schema.Told`."""
+        name = self._column(quantity)
+        return 0.0 if name is None else float(np.nanmax(np.abs(numbers(self.table, name)), initial=0.0))
+
+    def _column(self, quantity: str) -> str | None:
+        return next((name for name in self.table.header if _quantity_of(name) == quantity), None)
 
 
 def canonical_columns(
@@ -129,7 +122,7 @@ def convert(values: np.ndarray, unit: str, wanted: str, difference: bool = False
 
 def _canonical_of(name: str, kind: str) -> str | None:
     """Canonical column of this kind that a name means, by its quantity."""
-    for canonical in schema.COLUMNS[kind].known:
+    for canonical in schema.KINDS[kind].columns.known:
         quantity, _ = schema.quantity_and_unit(canonical)
         if name == quantity or (name.startswith(quantity + "_") and "_" not in name[len(quantity) + 1 :]):
             return canonical
@@ -193,7 +186,7 @@ def written_unit(name: str, canonical: str) -> str:
 
 
 def _check_present(table: Table, kind: str, assigned: set[str], unknown: list[str]) -> None:
-    rules = schema.COLUMNS[kind]
+    rules = schema.KINDS[kind].columns
     for canonical in rules.required:
         if canonical not in assigned:
             close = difflib.get_close_matches(canonical, unknown, n=1, cutoff=0.6)

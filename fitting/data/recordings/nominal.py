@@ -1,6 +1,7 @@
 """Nominal geometry where a sidecar is silent: the source's specimens, from the tables of the package."""
 
 import functools
+from collections.abc import Mapping
 from typing import Any
 
 from pneusma_jax.calibration import load_calibration, named_table
@@ -11,11 +12,9 @@ from . import schema
 STANDARD_DESIGN = (
     "pneusma2"  # the source's spring on a stand and tube without springs are those of this actuator
 )
-_SPRING_KEYS = ("alloy", "wire_diameter_mm", "mandrel_diameter_mm", "initial_pitch_mm", "active_coils")
-_TUBE_KEYS = ("material", "outer_diameter_mm", "wall_thickness_mm", "length_mm")
 
 
-def _design(name: str) -> dict[str, Any]:
+def design_geometry(name: str) -> dict[str, Any]:
     """Geometry of a design by canonical key; spring keys only where the design has springs."""
     # a file of the laboratory may change at any time
     return _read_design(name) if name.endswith(".toml") else _shipped_design(name)
@@ -38,7 +37,7 @@ def _read_design(name: str) -> dict[str, Any]:
     return geometry | {key: named_table(table, key) for key in ("alloy", "material") if key in table.text}
 
 
-def _wound(nominal: dict[str, Any], stated: dict[str, Any]) -> dict[str, float]:
+def wound(nominal: Mapping[str, Any], stated: Mapping[str, Any]) -> dict[str, float]:
     """Coils and free length of an actuator's springs, as far as stated ones change them.
 
     The free length is that of the coils, one pitch each.
@@ -63,20 +62,4 @@ def nominal_geometry(kind: str, stated: dict[str, Any]) -> dict[str, Any]:
     Returns:
         Canonical keys in canonical units. `tip_to_base_clearance_deg` has no nominal value.
     """
-    if kind == "actuator":
-        nominal = dict(_design(stated.get("design", STANDARD_DESIGN)))
-        if "attached_length_mm" in nominal and "length_mm" in stated:
-            nominal["attached_length_mm"] = stated["length_mm"]
-        nominal |= _wound(nominal, stated)
-        return {**nominal, "cycles_before": 0.0}
-    standard = _design(STANDARD_DESIGN)
-    if kind == "spring":
-        nominal = {key: standard[key] for key in _SPRING_KEYS}
-        coils = stated.get("active_coils", nominal["active_coils"])
-        pitch = stated.get("initial_pitch_mm", nominal["initial_pitch_mm"])
-        return {**nominal, "free_length_mm": coils * pitch, "prestrain": 0.0, "cycles_before": 0.0}
-    if kind == "wire":
-        return {"alloy": standard["alloy"], "prestrain": 0.0, "cycles_before": 0.0}
-    if kind == "tube":
-        return {**{key: standard[key] for key in _TUBE_KEYS}, "cycles_before": 0.0}
-    return {"material": standard["material"], "law": schema.LAWS[0], "cycles_before": 0.0}
+    return schema.KINDS[kind].nominal(stated)

@@ -74,7 +74,7 @@ def read_merged(
     if "specimen" not in settings:
         notices.append(f"no specimen stated: recordings that state none are taken as one specimen, {kind!r}")
     zero = stated_columns.zeros(campaign.get("zero", {}), kind, where, strict=False)
-    extra = [column for column in columns if column not in schema.COLUMNS[kind].known]
+    extra = [column for column in columns if column not in schema.KINDS[kind].columns.known]
     recording = Recording(
         name=name or path.stem,
         path=path,

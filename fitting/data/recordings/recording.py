@@ -131,13 +131,13 @@ class Recording:
     @property
     def known_columns(self) -> list[str]:
         """Canonical columns that are there, in the file's order."""
-        known = schema.COLUMNS[self.kind].known
+        known = schema.KINDS[self.kind].columns.known
         return [name for name in self.columns if name in known]
 
     @property
     def outputs(self) -> list[str]:
         """Canonical columns that are there and that the model can predict for this kind."""
-        return [name for name in schema.COLUMNS[self.kind].outputs if name in self.columns]
+        return [name for name in schema.KINDS[self.kind].columns.outputs if name in self.columns]
 
     def full_geometry(self) -> dict[str, Any]:
         """Geometry with the source's nominal values where the sidecar is silent; canonical keys and units."""

@@ -1,13 +1,16 @@
 """What a recording may hold: the columns of each kind, the keys of its sidecar, default tolerances.
 
 Tables only; the checks that use them are in `columns.py`, `sidecar.py` and `checks.py`, nominal values of the
-geometry in `nominal.py`.
+geometry in `nominal.py`, the kinds themselves in `kinds.py`.
 """
 
 import re
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
 
-KINDS = ("spring", "wire", "elastomer", "tube", "actuator")
+import numpy as np
+
 ROLES = ("fit", "validation")
 
 
@@ -33,37 +36,75 @@ class Columns:
         return tuple(dict.fromkeys(self.required + self.one_of + self.optional))
 
 
-COLUMNS = {
-    "spring": Columns(
-        required=("time_s", "elongation_mm", "force_N"),
-        one_of=("resistance_ohm", "temperature_degC"),  # either tells the phase
-        optional=("current_A", "setpoint_ohm"),
-        outputs=("force_N", "resistance_ohm"),
-    ),
-    "wire": Columns(
-        required=("time_s", "strain", "stress_MPa"),
-        optional=("temperature_degC", "resistance_ohm"),
-        outputs=("strain", "stress_MPa"),
-    ),
-    "elastomer": Columns(
-        required=("strain", "stress_kPa"), optional=("time_s", "cycle"), outputs=("stress_kPa",)
-    ),
-    "tube": Columns(required=("time_s", "pressure_kPa", "length_mm"), outputs=("length_mm",)),
-    "actuator": Columns(
-        required=("time_s", "pressure_kPa"),
-        one_of=("curvature_1pm", "bend_angle_deg", "length_mm"),
-        optional=(
-            *(f"resistance_{k}_ohm" for k in (1, 2, 3)),
-            *(f"current_{k}_A" for k in (1, 2, 3)),
-            "temperature_degC",
-            "bend_direction_deg",
-        ),
-        outputs=("curvature_1pm", "bend_angle_deg", "length_mm", "bend_direction_deg"),
-    ),
-}
+class Told(Protocol):
+    """A CSV file without a sidecar, as far as it shows its kind."""
 
-ZEROS = {"elastomer": ("strain", "stress_kPa")}
-"""Columns whose zero a fit can find, by kind: the table `[zero]` holds one standard deviation of each."""
+    held: frozenset[str]
+    """Quantities that have a column or a constant."""
+
+    def unit(self, quantity: str) -> str:
+        """Unit in which a quantity is written; empty if none is stated."""
+
+    def largest(self, quantity: str) -> float:
+        """Largest size of a quantity; 0 without readings."""
+
+
+Rule = tuple[str, Callable[[np.ndarray], np.ndarray], str]
+"""How the columns begin that a rule is for; which of their values are wrong; the words for what would be
+right."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """How recordings of one kind of specimen are written down. `kinds.py` has those of the project.
+
+    Attributes:
+        name: the word for `kind` in a sidecar.
+        columns: of the CSV file.
+        nominal: from what `[geometry]` states to the nominal values of every key that matters to this kind.
+        told_by: from a CSV file without a sidecar to the reason why it is of this kind, in a few words; None
+            if it is not. A kind that only a sidecar states answers None to everything.
+        either: two columns of which the steadier one drives the specimen and the other is predicted; empty
+            if inputs and outputs are always the same columns.
+        ranges: rules for values that only this kind has.
+        zeros: columns whose zero a fit can find: the table `[zero]` holds one standard deviation of each.
+        geometry: keys of `[geometry]` that only this kind has: as `GEOMETRY_NUMBERS`.
+        channels: quantities that a protocol may prescribe; empty if no protocol is for this kind.
+        needed: the column of the channel that every protocol prescribes.
+        numbered: whether a protocol's channels of heat carry the number of a spring, as of actuators.
+    """
+
+    name: str
+    columns: Columns
+    nominal: Callable[[Mapping[str, Any]], dict[str, Any]]
+    told_by: Callable[[Told], str | None] = lambda told: None
+    either: tuple[str, ...] = ()
+    ranges: tuple[Rule, ...] = ()
+    zeros: tuple[str, ...] = ()
+    geometry: Mapping[str, tuple[float, bool]] = field(default_factory=dict)
+    channels: tuple[str, ...] = ()
+    needed: str = ""
+    numbered: bool = False
+
+
+KINDS: dict[str, Kind] = {}
+"""Every kind of recording by its name, in the order in which they were registered."""
+
+
+def register(kind: Kind) -> Kind:
+    """Make a kind of recording known: files of it can then be read and written.
+
+    Raises:
+        ValueError: if its name, or a key of its geometry, is taken by another meaning.
+    """
+    if KINDS.setdefault(kind.name, kind) is not kind:
+        raise ValueError(f"The kind {kind.name!r} is registered already.")
+    for key, bounds in kind.geometry.items():
+        if GEOMETRY_NUMBERS.setdefault(key, bounds) != bounds:
+            raise ValueError(f"The geometry key {key!r} is taken with other bounds.")
+    return kind
+
+
 PLAIN = frozenset({"strain", "cycle"})  # canonical columns that carry no unit
 
 
@@ -103,7 +144,16 @@ GEOMETRY_WORDS = {
     "alloy": None,
     "material": None,
 }
-GEOMETRY_KEYS = (*GEOMETRY_NUMBERS, *GEOMETRY_WORDS)
+
+
+def with_zeros() -> list[str]:
+    """Kinds of recordings some of whose zeros a fit can find."""
+    return [name for name, kind in KINDS.items() if kind.zeros]
+
+
+def geometry_keys() -> tuple[str, ...]:
+    """Every key of the [geometry] table."""
+    return (*GEOMETRY_NUMBERS, *GEOMETRY_WORDS)
 
 
 def geometry_unit(key: str) -> str:
@@ -122,12 +172,14 @@ MATERIAL_PARAMETERS = (
     *("mu", "c_10", "c_20", "c_30", "j_m"),
     *(f"{family}_{k}" for family in ("mu", "alpha") for k in (1, 2, 3)),
 )
-TOLERANCE_KEYS = (
-    *GEOMETRY_NUMBERS,
-    *ALLOY_PARAMETERS,
-    *(key for key in MATERIAL_PARAMETERS if key not in ALLOY_PARAMETERS),
-    "silicone_stiffness",
-)
+
+
+def tolerance_keys() -> tuple[str, ...]:
+    """Every key of the [tolerance] table."""
+    material = (key for key in MATERIAL_PARAMETERS if key not in ALLOY_PARAMETERS)
+    return (*GEOMETRY_NUMBERS, *ALLOY_PARAMETERS, *material, "silicone_stiffness")
+
+
 # Used where no [tolerance] table is given; a table that is given is complete.
 TOLERANCE_DEFAULTS = {
     **{key: 0.02 for key in GEOMETRY_NUMBERS if re.search(r"(diameter|length|pitch)_mm$", key)},

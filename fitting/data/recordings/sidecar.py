@@ -130,7 +130,7 @@ def _check_geometry(table: Mapping[str, Any], where: Path | str) -> dict[str, An
         if key in schema.GEOMETRY_WORDS:
             checked[key] = _geometry_word(key, value, where)
             continue
-        canonical, unit = canonical_geometry_key(key, "geometry", where, schema.GEOMETRY_KEYS)
+        canonical, unit = canonical_geometry_key(key, "geometry", where, schema.geometry_keys())
         if canonical in checked:
             raise refuse(where, f"[geometry] {key} is there twice, in two units; keep one")
         number = finite_number(value, f"[geometry] {key}", where)
@@ -162,7 +162,7 @@ def _geometry_word(key: str, value: Any, where: Path | str) -> str:
 def _check_tolerance(table: Mapping[str, Any], where: Path | str) -> dict[str, float]:
     checked: dict[str, float] = {}
     for key, value in table.items():
-        canonical, _ = canonical_geometry_key(key, "tolerance", where, schema.TOLERANCE_KEYS)
+        canonical, _ = canonical_geometry_key(key, "tolerance", where, schema.tolerance_keys())
         number = finite_number(value, f"[tolerance] {key}", where)
         if number < 0.0:
             raise refuse(where, f"[tolerance] {key} = {number:g} must be 0 (exact) or more")

@@ -24,11 +24,11 @@ def zeros(table: Mapping[str, float], kind: str, where: Path | str, strict: bool
     Raises:
         InputError: for an unknown column or unit, one that is there twice, or a kind without such zeros.
     """
-    known = schema.ZEROS.get(kind, ())
+    known = schema.KINDS[kind].zeros
     if not known and table and strict:
         raise refuse(
-            where, f"[zero] is for recordings of kind {', '.join(schema.ZEROS)}; of kind {kind} take a zero"
-            " off on import, with --subtract",
+            where, f"[zero] is for recordings of kind {', '.join(schema.with_zeros())}; of kind {kind} take a"
+            " zero off on import, with --subtract",
         )  # fmt: skip
     found: dict[str, float] = {}
     for key, value in table.items() if known else ():
@@ -58,7 +58,7 @@ def constants(
     for source, strict in ((shared, False), (table, True)):
         seen = set()
         for key, value in source.items():
-            known = schema.COLUMNS[kind].known
+            known = schema.KINDS[kind].columns.known
             if not strict and not any(key.startswith(schema.quantity_and_unit(name)[0]) for name in known):
                 continue
             canonical, unit = _column_of(key, known, "constant", where)
@@ -97,7 +97,7 @@ def check_noise(table: Mapping[str, Any], kind: str, extra: list[str], where: Pa
         InputError: for an unknown column or unit, or a number that is not more than zero (an input may have
             zero).
     """
-    rules = schema.COLUMNS[kind]
+    rules = schema.KINDS[kind].columns
     checked: dict[str, float] = {}
     for key, value in table.items():
         number = finite_number(value, f"[noise] {key}", where)

@@ -12,7 +12,7 @@ import numpy as np
 
 from fitting.inference.program_cache import cached_program
 from fitting.specimens.rows import Rows
-from fitting.specimens.with_effects import Kind
+from fitting.specimens.specimen import Specimen
 from pneusma_jax.pipeline import Effect, Switched
 
 from ..settings import DEFAULT
@@ -27,15 +27,14 @@ class Compiled:
     """One program for every campaign of the same shapes: what a campaign states are arguments.
 
     Args:
-        kind: name of the recordings' kind.
-        module: how its rows are predicted.
+        specimen: how rows are predicted.
         unknowns: numbers that may be free.
         always: effects that the base model has.
         trajectories: latent trajectories of a recording.
     """
 
     def __init__(
-        self, kind: str, module: Kind, unknowns: Unknowns, always: tuple[Effect, ...], trajectories: int
+        self, specimen: Specimen, unknowns: Unknowns, always: tuple[Effect, ...], trajectories: int
     ):
         self._unknowns, self._always, self._trajectories = unknowns, always, trajectories
         count = len(unknowns.base)
@@ -49,7 +48,7 @@ class Compiled:
                 rows = eqx.tree_at(lambda r: r.extra[TRAJECTORY], rows, moved)
             tried = unknowns.effects(jnp.concatenate([jnp.zeros(count), own]))
             effects = (*always, *(Switched(effect, on[k]) for k, effect in enumerate(tried)))
-            return jax.vmap(lambda row: module.predict({}, effects, row))(rows)
+            return jax.vmap(lambda row: specimen.answer({}, row, effects))(rows)
 
         def evaluate(
             base: dict,
@@ -69,8 +68,8 @@ class Compiled:
 
             return jax.vmap(along, out_axes=(None, 0, None))(along_base, along_own, along_trajectories)
 
-        options = getattr(module, "COMPILER_OPTIONS", None)
-        self._evaluate = cached_program(evaluate, f"diagnosis of {kind}: {' '.join(unknowns.slugs)}", options)
+        name = f"diagnosis of {specimen.kind}: {' '.join(unknowns.slugs)}"
+        self._evaluate = cached_program(evaluate, name, specimen.compiler_options)
 
     @property
     def width(self) -> int:

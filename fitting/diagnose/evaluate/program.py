@@ -15,9 +15,10 @@ from fitting.data.recordings import Campaign, Recording
 from fitting.inference.channels import Channel
 from fitting.inference.parallel import RUNS, Tally
 from fitting.specimens.reduction import thinned
-from fitting.specimens.rows import MOST_ROWS, Rows, stack, with_numbers
+from fitting.specimens.registry import candidates, specimen_of
+from fitting.specimens.rows import Rows, stack, with_numbers
 from fitting.specimens.saved_models import AugmentedModel
-from fitting.specimens.with_effects import LETTERS, candidates, kind_module
+from fitting.specimens.specimen import Specimen
 from pneusma_jax.calibration.records import Calibration
 from pneusma_jax.errors import InputError
 
@@ -92,28 +93,28 @@ class Program:
         Raises:
             InputError: if the recordings cannot be used together.
         """
-        module = kind_module(kind)
-        rows_for = getattr(module, "hidden_rows_for", module.rows_for)
-        campaign = thinned(campaign, getattr(module, "MOST_ROWS", MOST_ROWS))
-        rows = rows_for(campaign, **tables)
+        specimen = specimen_of(kind)
+        latent = specimen.latent
+        campaign = thinned(campaign, specimen.most_rows_with_effects)
+        rows = latent.rows_for(campaign, **tables)
         model = model or AugmentedModel()
         there = tuple(added.slug for added in model.added)
         tried = [slug for slug in (candidates(kind) if slugs is None else slugs) if slug not in there]
         known = {name: q for table in model.base.values() for name, q in table.items()}
         rows = [with_numbers(r, known) for r in rows]
         stacked = stack(rows, coarse=True)
-        unknowns = Unknowns(module.parameters_for(campaign, **tables), tried, LETTERS[kind], known)
+        unknowns = Unknowns(specimen.parameters_for(campaign, **tables), tried, specimen.letter, known)
         size = stacked.mask.shape[1]
-        hiding = hasattr(module, "hidden_rows_for") or hasattr(module, "prepared")
-        high_frequency = high_frequency_readings(campaign.recordings, rows) if hiding else [{}] * len(rows)
-        outputs = (*module.OUTPUTS, *getattr(module, "READINGS", ()))
+        nothing = [{}] * len(rows)
+        high_frequency = high_frequency_readings(campaign.recordings, rows) if latent.present else nothing
+        outputs = (*specimen.explained, *latent.readings)
         channels = [
             channels_of(recording, r, outputs, size, estimated)
             for recording, r, estimated in zip(campaign.recordings, rows, high_frequency, strict=True)
         ]
         for recording, found in zip(campaign.recordings, channels, strict=True):
-            if not any(channel.count for channel in found if channel.quantity in module.OUTPUTS):
-                wanted = " or ".join(module.OUTPUTS)
+            if not any(channel.count for channel in found if channel.quantity in specimen.explained):
+                wanted = " or ".join(specimen.explained)
                 raise InputError(
                     f"{recording.path or recording.name}: there is no {wanted} to compare the model with"
                 )
@@ -122,9 +123,9 @@ class Program:
             raise InputError(f"{campaign.path}: every recording has role validation; nothing is left to fit")
         program = cls(kind, list(campaign.recordings), stacked, channels, unknowns, fitted)
         program.followed_values, program.bare = np.zeros(len(channels)), channels
-        columns = len(stacked.extra[TRAJECTORY]) if hasattr(module, "hidden_rows_for") else 0
+        columns = latent.count(stacked)
         program.process_noise = np.zeros((len(channels), columns))
-        program._compiled = Compiled(kind, module, unknowns, model.effects, columns)
+        program._compiled = Compiled(specimen, unknowns, model.effects, columns)
         program.prepare(unknowns.neutral)
         program.count_input_noise(unknowns.neutral)
         program.prepare(unknowns.neutral)
@@ -133,6 +134,11 @@ class Program:
             OPTIMISER.failed_deviation, *(float(np.max(np.abs(m), initial=0.0)) for m in nominal)
         )
         return program
+
+    @property
+    def specimen(self) -> Specimen:
+        """What is recorded."""
+        return specimen_of(self.kind)
 
     @property
     def unseen(self) -> np.ndarray:
@@ -148,7 +154,7 @@ class Program:
     @property
     def hidden(self) -> bool:
         """Whether there are latent trajectories, which `prepare` looks for."""
-        return self.process_noise.shape[1] > 0 or hasattr(kind_module(self.kind), "prepared")
+        return self.process_noise.shape[1] > 0 or self.specimen.latent.inside
 
     def follows(self, quantity: str) -> bool:
         """Whether latent trajectories follow an output, so that its misfit says little by itself."""
@@ -178,9 +184,9 @@ class Program:
             self.followed_values = np.array(
                 [one.leverage().sum() if one else 0.0 for one in self._explained(here)]
             )
-        elif self.hidden:
+        elif self.specimen.latent.inside:
             values = self.unknowns.values(u)
-            self.stacked = kind_module(self.kind).prepared(values, self.stacked, self.channels)
+            self.stacked = self.specimen.latent.prepared(values, self.stacked, self.channels)
             here = self.evaluate(u, nothing)
             if near is not None:
                 here = here.bettered(self.evaluate(u, nothing, near=near))
@@ -199,7 +205,7 @@ class Program:
     def followed(self, here: Evaluation) -> list[latent_trajectories.Hidden | None]:
         """What latent trajectories explain of every recording near an evaluation, those that the compiled
         program finds itself, too; None where there are none."""
-        names = [f"slope_{name}" for name in kind_module(self.kind).OUTPUTS]
+        names = [f"slope_{name}" for name in self.specimen.explained]
         if names[0] not in here.drivers:
             return here.hidden
         found, process_noise = [], np.asarray(self.stacked.extra["wander"])
@@ -297,8 +303,7 @@ class Program:
         """Recordings with the latent trajectories of an evaluation, predicted at `u`, to start from."""
         if self.process_noise.shape[1]:
             return with_trajectories(stacked, near.trajectories_at(u))
-        begun = getattr(kind_module(self.kind), "begun", None)
-        return begun(stacked, near.drivers) if begun else stacked
+        return self.specimen.latent.begun(stacked, near.drivers)
 
     def _run(self, u: np.ndarray, columns: np.ndarray, stacked: Rows) -> Raw:
         """One run of the compiled program; see `Compiled.run`."""

@@ -12,8 +12,10 @@ from fitting.calibrate import characterise
 from fitting.calibrate.elastomer.laws import LAWS
 from fitting.calibrate.elastomer.material import material
 from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation
-from fitting.calibrate.general.pipeline import WIRE_STARTS, characterise_general
+from fitting.calibrate.general import characterise_general
+from fitting.calibrate.registry import own_pipeline
 from fitting.data.recordings import Campaign
+from fitting.specimens import specimen_of
 from fitting.specimens.priors import FIT
 from fitting.specimens.silicones import UNKNOWN
 from pneusma_jax.calibration.records import Calibration, Prior
@@ -25,8 +27,6 @@ from .program import Program
 
 SCALING = DEFAULT.scaling
 
-IDENTIFIED = {"elastomer": "material", "tube": "material", "spring": "alloy", "wire": "alloy"}
-"""What may be identified from recordings of one kind alone."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Start:
 
 def identifies(campaign: Campaign, kind: str) -> bool:
     """Whether the alloy or material of recordings of one kind is to be identified."""
-    key = IDENTIFIED.get(kind)
+    key = specimen_of(kind).identified
     return any(str(r.full_geometry().get(key)) == FIT for r in campaign.recordings)
 
 
@@ -60,8 +60,9 @@ def start_of(campaign: Campaign, kind: str, progress: Callable[[str], None] = la
     """
     if not identifies(campaign, kind):
         return Start(_named(campaign, kind))
-    if kind != "elastomer":
-        return Start(f"the published model, its {IDENTIFIED[kind]} identified from these recordings")
+    specimen = specimen_of(kind)
+    if not specimen.several_laws:
+        return Start(f"the published model, its {specimen.identified} identified from these recordings")
     progress("fitting laws of the silicone")
     try:
         found = characterise(campaign)
@@ -106,12 +107,13 @@ def characterised(campaign: Campaign, program: Program, progress: Callable[[str]
 
     None where nothing is to be identified, or these recordings cannot be characterised.
     """
-    if program.kind == "elastomer" or not identifies(campaign, program.kind):
+    specimen = program.specimen
+    if specimen.several_laws or not identifies(campaign, program.kind):
         return []
     progress("characterising")
     try:
-        if program.kind == "wire":  # with the same residual strain as the program's
-            found = characterise_general(campaign, "wire", starts=WIRE_STARTS)
+        if own_pipeline(specimen) is None:  # by the same law as the program's, never by a simpler one
+            found = characterise_general(campaign, specimen, starts=specimen.starts)
         else:
             found = characterise(campaign, profile=0)
     except InputError:

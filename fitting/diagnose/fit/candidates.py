@@ -42,11 +42,6 @@ class CandidateFit:
     explained_by_inputs: float = 0.0
 
     @property
-    def returned(self) -> float:
-        """Former name of `largest_deviation_sd`, which the layer `report` reads."""
-        return self.largest_deviation_sd
-
-    @property
     def at_a_bound(self) -> bool:
         """Whether the effect's own strength ended at a physical bound."""
         return at_its_bound(self.fit, self.slug)

@@ -32,16 +32,6 @@ class Step:
     left_out: float = np.nan
     chosen: str | None = None
 
-    @property
-    def screen(self) -> ScoreTest:
-        """Former name of `score_test`, which the layer `report` reads."""
-        return self.score_test
-
-    @property
-    def trials(self) -> list[CandidateFit]:
-        """Former name of `candidates`, which the layer `report` reads."""
-        return self.candidates
-
 
 @dataclass
 class LeaveOneOutEvidence:
@@ -56,11 +46,6 @@ class LeaveOneOutEvidence:
     slug: str
     base: Fit
     candidates: list[CandidateFit]
-
-    @property
-    def trials(self) -> list[CandidateFit]:
-        """Former name of `candidates`, which the layer `report` reads."""
-        return self.candidates
 
     @property
     def own(self) -> CandidateFit:
@@ -128,11 +113,6 @@ class Explanation:
 
     def __post_init__(self) -> None:
         self.scores = HeldOutScores(self.program)
-
-    @property
-    def stages(self) -> list[Step]:
-        """Former name of `steps`, which the layer `report` reads."""
-        return self.steps
 
     @property
     def tries(self) -> int:

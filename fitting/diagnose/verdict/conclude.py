@@ -236,27 +236,15 @@ def _component(explanation: Explanation, found: list[Found], discrepancy: Discre
     if not named or found[0].slug == UNMODELLED:
         softened = by_discrepancy(discrepancy) and discrepancy.quantity == WALL
         return "elastomer" if softened else _guess(explanation)
-    component = CATALOGUE[named[0]].component
-    if component == "spring" and explanation.program.kind == "wire":
-        return "wire"
-    if component == "spring" and explanation.program.kind == "actuator":
-        recordings = explanation.program.recordings
-        measured = [n for n in (1, 2, 3) if any(r.has(f"resistance_{n}") for r in recordings)]
-        others = [n for n in (1, 2, 3) if n not in measured]
-        driven = measured[0] if measured else 2
-        if named[0] == "opposing_spring_heating" and driven in (1, 2):
-            return f"spring_{3 - driven if 3 - driven in others else driven}"
-        return f"spring_{driven}"
-    return component
+    program = explanation.program
+    return program.specimen.located(CATALOGUE[named[0]].component, program.recordings, named[0])
 
 
 def _guess(explanation: Explanation) -> str:
     """Component of a misfit that no effect explains: that of the best candidate."""
     if explanation.first:
-        component = CATALOGUE[explanation.first.slug].component
-        if component == "spring" and explanation.program.kind in ("actuator", "wire"):
-            return "spring_2" if explanation.program.kind == "actuator" else "wire"
-        return component
+        component, program = CATALOGUE[explanation.first.slug].component, explanation.program
+        return program.specimen.located(component, program.recordings, "")
     return "unknown"
 
 

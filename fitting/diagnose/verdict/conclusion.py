@@ -59,11 +59,6 @@ class Conclusion:
     start: Start = field(default_factory=Start)
 
     @property
-    def generic(self) -> DiscrepancyEvidence | None:
-        """Former name of `discrepancy`, which the layer `report` reads."""
-        return self.discrepancy
-
-    @property
     def model(self) -> tuple[Program, Fit]:
         """What enters the augmented model, less a remainder: the base model alone where nothing is named."""
         x, named = self.explanation, any(f.slug != UNMODELLED for f in self.found)

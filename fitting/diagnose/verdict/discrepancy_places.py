@@ -7,8 +7,9 @@ response.
 
 import numpy as np
 
+from fitting.specimens import specimen_of
 from fitting.specimens.rows import MARK
-from pneusma_jax.model_discrepancy import WALL, wall_drivers
+from pneusma_jax.model_discrepancy import WALL
 
 from ..evaluate.program import Program
 from ..fit.instrument_drift import outputs_of
@@ -32,7 +33,7 @@ def responses(program: Program, fit: Fit) -> dict[str, Response]:
 
 def acts(place: str, driver: str, kind: str) -> bool:
     """Whether a place may follow a driver: an output any, the silicone those that no law follows."""
-    return place != WALL or driver in wall_drivers(kind)
+    return place != WALL or driver in specimen_of(kind).wall_drivers
 
 
 def _wall(program: Program, fit: Fit) -> Response | None:

@@ -13,7 +13,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.specimens.rows import Rows
-from fitting.specimens.with_effects.actuator import READINGS
 
 from ..evaluate.evaluation import with_trajectories
 from ..evaluate.program import Program
@@ -22,8 +21,6 @@ from ..settings import DEFAULT
 
 NEXT_EXPERIMENT = DEFAULT.next_experiment
 
-LOADS = {"actuator": "pressure", "tube": "pressure", "elastomer": "strain", "wire": "stress"}
-"""What may be made larger without saying anything new about a phase."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +48,7 @@ def best_design(program: Program, first: CandidateFit, second: CandidateFit) -> 
     """
     best = None
     recorded = [with_trajectories(program.stacked, t.fit.evaluation.trajectories) for t in (first, second)]
-    both = zip(*(_changed(stacked, program.kind) for stacked in recorded), strict=True)
+    both = zip(*(_changed(stacked, program.specimen.loads) for stacked in recorded), strict=True)
     for (change, stacked), (_, other) in both:
         one = program.evaluate(first.fit.u, first.fit.free[:0], stacked)
         two = program.evaluate(second.fit.u, second.fit.free, other)
@@ -68,23 +65,21 @@ def _separation(program: Program, one: object, two: object, k: int, rival: Candi
     if any(not np.all(np.isfinite((a + b)[np.isfinite(c.sigma)])) for a, b, c in both):
         return 0.0
     d, J = two.misfit[k] - one.misfit[k], two.jacobian[k].T
-    if program.process_noise.shape[
-        1
-    ]:  # a resistance that was another one, its latent trajectory would follow
-        counts = [np.full(len(c.measured), c.quantity not in READINGS) for c in program.channels[k]]
+    if program.process_noise.shape[1]:  # a latent trajectory would follow another resistance
+        readings = program.specimen.latent.readings
+        counts = [np.full(len(c.measured), c.quantity not in readings) for c in program.channels[k]]
         d, J = d * np.concatenate(counts), J * np.concatenate(counts)[:, None]
     precision = np.linalg.inv(rival.fit.covariance + 1e-12 * np.eye(len(rival.fit.free)))
     step = np.linalg.solve(J.T @ J + precision, J.T @ d)
     return 0.5 * float(d @ (d - J @ step))
 
 
-def _changed(stacked: Rows, kind: str) -> Iterator[tuple[str, Rows]]:
-    """Repetitions in words and as rows of the same shape."""
+def _changed(stacked: Rows, load: str) -> Iterator[tuple[str, Rows]]:
+    """Repetitions in words and as rows of the same shape; `load` is the input that may be made larger."""
     time = np.asarray(stacked.time)
     yield "ten times slower", replace(stacked, time=jnp.asarray(time * NEXT_EXPERIMENT.rate_factor))
     yield "ten times faster", replace(stacked, time=jnp.asarray(time / NEXT_EXPERIMENT.rate_factor))
     yield "in the reverse order", _reversed(stacked)
-    load = LOADS.get(kind)
     if load not in stacked.inputs:
         return
     values = np.asarray(stacked.inputs[load])

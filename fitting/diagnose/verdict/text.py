@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from fitting.specimens import specimen_of
 from pneusma_jax.effects import CATALOGUE
 
 from ..fit.misfit import predictive_chi_square
@@ -71,7 +72,7 @@ def verdict_sentences(conclusion: Conclusion) -> list[str]:
 def unstated(conclusion: Conclusion) -> list[str]:
     """Names of recordings that contradict the model and do not state their specimen where its size counts."""
     recordings = conclusion.explanation.program.recordings if conclusion.mismatch else []
-    return [r.name for r in recordings if not r.geometry and r.kind not in ("elastomer", "wire")]
+    return [r.name for r in recordings if not r.geometry and specimen_of(r.kind).sized]
 
 
 def _verdict(conclusion: Conclusion) -> list[str]:
@@ -96,9 +97,9 @@ def _verdict(conclusion: Conclusion) -> list[str]:
             and rival is not None
         ):
             lead = (
-                f"The recordings may contradict {whole}: no effect that is known explains them, and "
-                f"a smooth function of {rival.driver.replace('_', ' ')} without a name does with a log Bayes "
-                f"factor of {rival.bayes:.2g}, which is little."
+                f"The recordings may contradict {whole}, but no known effect explains them. A smooth "
+                f"function of {rival.driver.replace('_', ' ')} does, with a log Bayes factor of "
+                f"{rival.bayes:.2g}, which is little."
             )
     elif len(names) == 1:
         lead = f"{_capital(base_named(conclusion))} leaves out {names[0]}: {CATALOGUE[names[0]].sentence}"

@@ -13,8 +13,8 @@ from fitting.data.protocols.reading import PHASE, Protocol
 from fitting.data.recordings import Campaign, Recording, schema
 from fitting.inference.parameters import Parameter
 from fitting.simulate.protocol import check_resistances, drives
+from fitting.specimens import specimen_of
 from fitting.specimens.model_objects import BASE
-from fitting.specimens.registry import model_of
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.with_saved_model import Augmented
 from pneusma_jax.calibration.records import Prior
@@ -156,21 +156,16 @@ def recording_response(campaign: Campaign, model: AugmentedModel, points: int) -
         InputError: if the recording cannot be predicted.
     """
     recording, kind = campaign.recordings[0], campaign.kinds[0]
-    own = model_of(kind) if model is BASE else Augmented(kind, model)
-    rows = own.rows_for(campaign)
+    own = specimen_of(kind) if model is BASE else Augmented(kind, model)
     parameters = own.parameters_for(campaign)
     start = {name: entry.value for name, entry in parameters.items()}
-    if hasattr(own, "prepared"):
-        rows = own.prepared(start, rows)
-    elif hasattr(own, "decides") and own.decides(rows):
-        rows = own.decided(start, rows)
-    rows = rows[0]
+    rows = own.prepared(start, own.rows_for(campaign))[0]
     there = np.flatnonzero(np.asarray(rows.mask))
     kept = there[kept_rows(len(there), points)]
     driver = _driver(recording, rows, kept)
     columns = {
         schema.quantity_and_unit(name)[0]: name for name in recording.outputs
-        if schema.quantity_and_unit(name)[0] in own.OUTPUTS
+        if schema.quantity_and_unit(name)[0] in own.outputs
     }  # fmt: skip
     if not columns:
         raise InputError(f"{recording.path}: this recording holds nothing that the model predicts")
@@ -209,8 +204,9 @@ def _prior(entry: Parameter) -> Prior | None:
 
 def _driver(recording: Recording, rows: object, kept: np.ndarray) -> Driver:
     """What a figure is drawn over: an elastomer's strain, a tube's pressure, else time."""
-    if recording.kind == "elastomer":
-        return Driver("strain", np.asarray(rows.inputs["strain"])[kept])
-    if recording.kind == "tube":
-        return Driver("pressure_kPa", np.asarray(rows.inputs["pressure"])[kept] / 1e3)
-    return Driver("time_s", np.asarray(rows.time)[kept])
+    over = specimen_of(recording.kind).simulated_over
+    if over == "time":
+        return Driver("time_s", np.asarray(rows.time)[kept])
+    column = recording.column(over)
+    unit = schema.quantity_and_unit(column)[1]
+    return Driver(column, np.asarray(from_si(np.asarray(rows.inputs[over])[kept], unit)))

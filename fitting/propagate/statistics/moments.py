@@ -60,6 +60,16 @@ class Moments:
         )  # fmt: skip
 
     @property
+    def told(self) -> "Moments":
+        """The same with NaN where there are no rows, for reports."""
+        none = self.count == 0
+        known = lambda x: np.where(none, np.nan, x)  # noqa: E731
+        return Moments(
+            self.count, known(self.mean), known(self.second), known(self.third), known(self.fourth),
+            known(self.smallest), known(self.largest),
+        )  # fmt: skip
+
+    @property
     def variance(self) -> np.ndarray:
         """Unbiased; NaN below two rows."""
         with np.errstate(divide="ignore", invalid="ignore"):

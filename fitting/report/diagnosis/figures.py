@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from fitting.data.recordings import schema
 from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.report.figures import axis_label, style
-from fitting.specimens.wire import set_apart
+from fitting.specimens import specimen_of
 from pneusma_jax.units import from_si
 
 MOST_SHOWN = 6
@@ -54,7 +54,7 @@ def _shown(conclusion: Conclusion) -> list[int]:
 def _one(conclusion: Conclusion, k: int, top: Axes, below: Axes) -> None:
     x = conclusion.explanation
     recording, channel = x.program.recordings[k], x.program.channels[k][0]
-    known = schema.COLUMNS[recording.kind].outputs
+    known = schema.KINDS[recording.kind].columns.outputs
     column = next(c for c in known if schema.quantity_and_unit(c)[0] == channel.quantity)
     unit = schema.quantity_and_unit(column)[1]
     there = np.isfinite(channel.sigma)
@@ -62,7 +62,7 @@ def _one(conclusion: Conclusion, k: int, top: Axes, below: Axes) -> None:
     show = lambda values: from_si(np.asarray(values)[there], unit)  # noqa: E731
     base, after = x.base.evaluation.predicted[k][0], conclusion.shown.predicted[k][0]
     top.plot(time, show(channel.measured), ".", ms=2.5, color=DATA, label="measured")
-    begun = set_apart(recording) if recording.kind == "wire" else None
+    begun = specimen_of(recording.kind).set_apart(recording)
     if begun is not None:
         clock = recording.si("time") if recording.has("time") else np.arange(len(recording))
         first = recording.columns[column][: begun.rows]

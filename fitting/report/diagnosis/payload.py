@@ -54,7 +54,7 @@ def content(conclusion: Conclusion) -> dict:
         "nameless_correction": _generic(conclusion),
         "base_model": conclusion.start.words or "the published model",
         "base_parameters": _base(conclusion),
-        "not_testable_here": explanation.stages[0].screen.untestable if explanation.stages else [],
+        "not_testable_here": explanation.steps[0].score_test.untestable if explanation.steps else [],
         "remainder": _remainder(conclusion),
         "tries": explanation.tries,
         "next_experiment": conclusion.next_experiment,
@@ -65,15 +65,15 @@ def content(conclusion: Conclusion) -> dict:
 
 def _generic(conclusion: Conclusion) -> dict | None:
     """The smooth correction that named effects were raced against."""
-    generic = conclusion.generic
-    if generic is None:
+    discrepancy = conclusion.discrepancy
+    if discrepancy is None:
         return None
     scores = zip(("base", "named"), conclusion.explanation.left_out, strict=True)
     return {
-        "quantity": generic.quantity,
-        "driver": generic.driver,
-        "log_bayes_factor": _finite(generic.bayes),
-        "reduced_chi2_left_out": _finite(generic.left_out),
+        "quantity": discrepancy.quantity,
+        "driver": discrepancy.driver,
+        "log_bayes_factor": _finite(discrepancy.bayes),
+        "reduced_chi2_left_out": _finite(discrepancy.left_out),
         "reduced_chi2_left_out_of": {name: float(x) for name, x in scores if np.isfinite(x)},
     }
 
@@ -84,7 +84,7 @@ def _finite(value: float) -> float:
 
 def _score(conclusion: Conclusion, score: HeldOut) -> dict:
     """Errors by canonical column, in that column's unit."""
-    known = schema.COLUMNS[conclusion.explanation.program.kind].outputs
+    known = schema.KINDS[conclusion.explanation.program.kind].columns.outputs
     columns = {schema.quantity_and_unit(name)[0]: name for name in known}
     rmse = {}
     for quantity, value in score.rmse.items():

@@ -44,24 +44,24 @@ def effect_table(conclusion: Conclusion, found: Found) -> Table:
 
 def candidate_table(conclusion: Conclusion) -> Table:
     """Every candidate for the first effect that was fitted; no rows where none was."""
-    x, stage = conclusion.explanation, conclusion.explanation.leading
-    if stage is None or not stage.trials:
+    x, step = conclusion.explanation, conclusion.explanation.leading
+    if step is None or not step.candidates:
         return Table(CANDIDATES, [])
     rows = [
         [
             words_of(t.slug), number(conclusion.candidates[t.slug][0], ".3f"), number(t.bayes, ".0f"),
             number(reduced(x.program, t.fit, x.program.fitted)),
-            NONE if np.isnan(t.left_out) else number(t.left_out), number(t.returned, ".1f"),
+            NONE if np.isnan(t.left_out) else number(t.left_out), number(t.largest_deviation_sd, ".1f"),
             ", ".join(n.partition(".")[2] for n in t.fit.at_bound) or NONE,
         ]
-        for t in stage.trials
+        for t in step.candidates
     ]  # fmt: skip
-    beside = f" and {joined([words_of(slug) for slug in stage.base.slugs])}" if stage.base.slugs else ""
+    beside = f" and {joined([words_of(slug) for slug in step.base.slugs])}" if step.base.slugs else ""
     note = (
         f"Candidates for the first effect, fitted together with the model{beside}. Largest deviation: of a "
         "constant of the base model from its nominal value."
     )
-    return Table(CANDIDATES, rows, note, [t.slug for t in stage.trials].index(x.first.slug))
+    return Table(CANDIDATES, rows, note, [t.slug for t in step.candidates].index(x.first.slug))
 
 
 def score_table(conclusion: Conclusion) -> Table:

@@ -31,22 +31,23 @@ def effect(found: Found) -> str:
 
 def untestable(conclusion: Conclusion) -> str:
     """Effects that these recordings cannot show; empty where there are none."""
-    stages = conclusion.explanation.stages
-    names = stages[0].screen.untestable if stages else []
+    steps = conclusion.explanation.steps
+    names = steps[0].score_test.untestable if steps else []
     return f"Not testable with these recordings: {', '.join(names)}." if names else ""
 
 
 def race(conclusion: Conclusion) -> str:
     """The effects found against a model discrepancy, by cross-validation over the fitted recordings."""
-    generic, x = conclusion.generic, conclusion.explanation
-    if generic is None or not x.final.slugs:
+    discrepancy, x = conclusion.discrepancy, conclusion.explanation
+    if discrepancy is None or not x.final.slugs:
         return ""
     base, named = x.left_out
     return (
         "Fitted recordings were predicted, each by fits without it. The reduced chi-square is "
         f"{number(base)} by the base model and {number(named)} with what was found. A model discrepancy "
-        f"({generic.quantity.replace('_', ' ')} as a smooth function of {generic.driver.replace('_', ' ')}) "
-        f"gives {number(generic.left_out)}."
+        f"({discrepancy.quantity.replace('_', ' ')} as a smooth function of "
+        f"{discrepancy.driver.replace('_', ' ')}) "
+        f"gives {number(discrepancy.left_out)}."
     )
 
 

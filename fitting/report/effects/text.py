@@ -4,7 +4,8 @@ import inspect
 import math
 import textwrap
 
-from fitting.simulate.effect_signature import KINDS
+from fitting.specimens import SPECIMENS
+from fitting.specimens.registry import named_by
 from pneusma_jax.effects import CATALOGUE, Effect, find_effect
 
 from ..table import WIDTH, Table, table_text
@@ -14,7 +15,7 @@ def catalogue_table() -> str:
     """Every effect: its name, the kinds of recording that can show it, where a report puts it, what it is."""
     rows = [(slug, effect.kinds, effect.component, effect.sentence) for slug, effect in CATALOGUE.items()]
     table = Table(("effect", "kinds", "where", "what was left out"), rows)
-    letters = ", ".join(f"{letter} {word}" for letter, word in KINDS.items())
+    letters = ", ".join(f"{one.letter} {one.kind}" for one in SPECIMENS.values())
     return f"{table_text(table, indent=0, width=math.inf)}\n\nkinds: {letters}"
 
 
@@ -32,12 +33,12 @@ def described(slug: str) -> str:
         "",
         *_filled(f"Law: {law}"),
         *_filled(f"Source: {effect.literature}."),
-        *_filled(f"Reported as: {effect.component}; in: {', '.join(KINDS[k] for k in effect.kinds)}."),
+        *_filled(f"Reported as: {effect.component}; in: {', '.join(named_by(effect.kinds))}."),
         *_filled(f"Acts at: {', '.join(acts_at(effect))}."),
         "",
     ]
     for name, spec in effect.specs.items():
-        where = f" (only: {', '.join(KINDS[k] for k in spec.kinds)})" if spec.kinds else ""
+        where = f" (only: {', '.join(named_by(spec.kinds))})" if spec.kinds else ""
         absent = "shape" if spec.shape else f"absent at {spec.neutral:g}"
         numbers = f"{spec.low:g} to {spec.high:g} {spec.unit}, typically {spec.typical:g}; {absent}"
         lines.append(f"  {name:18} {spec.text}{where}: {numbers}")

@@ -63,7 +63,7 @@ def _which_law(analysis: Analysis) -> str:
     gaps = held.interpolation
     if gaps:
         text += "Parts of the curve left out of the fit are predicted to "
-        text += f"{kilopascal(gaps.rmse)} ({percent(gaps.rpd)}){_on_others(held)}."
+        text += f"{kilopascal(gaps.rmse)} ({percent(gaps.rpd)}).{_on_others(held)}"
     return text.strip()
 
 
@@ -77,8 +77,9 @@ def _on_others(held: HeldOut) -> str:
     if not others:
         return ""
     worst = max(others.values(), key=lambda transfer: transfer.score.rmse)
-    kind = "the validation recordings" if held.validation else "recordings left out in turn"
-    return f", {kind} to {kilopascal(worst.score.rmse)} ({percent(worst.score.rpd)}) at worst{_factor(worst)}"
+    kind = "Validation recordings" if held.validation else "Recordings left out in turn"
+    error = f"{kilopascal(worst.score.rmse)} ({percent(worst.score.rpd)})"
+    return f" {kind} are predicted to {error} at worst.{_factor(worst)}"
 
 
 def _factor(transfer: Transfer) -> str:
@@ -87,8 +88,8 @@ def _factor(transfer: Transfer) -> str:
         return ""
     harder = "stiffer" if transfer.factor > 1.0 else "softer"
     return (
-        f", most of it because that specimen is {percent(abs(transfer.factor - 1.0))} {harder} "
-        f"({kilopascal(transfer.rmse_scaled)} with one factor on its stress)"
+        f" Most of that is because the specimen is {percent(abs(transfer.factor - 1.0))} {harder}: one "
+        f"factor on its stress leaves {kilopascal(transfer.rmse_scaled)}."
     )
 
 
@@ -99,23 +100,23 @@ def _past_the_range(analysis: Analysis) -> list[str]:
     here = analysis.held[chosen].extrapolation
     text = (
         f"Past the stretch it was fitted to, {analysis.best.law.label} misses the next stretch of curve by "
-        f"{percent(here)} (geometric mean over the ranges)"
+        f"{percent(here)} (geometric mean over the ranges)."
     )
     if best != chosen:
         least = percent(analysis.held[best].extrapolation)
-        text += f"; {analysis.fits[best].law.label} goes wrong least there, {least}"
-    return [text + ". No law should be trusted beyond the stretch that was tested."]
+        label = analysis.fits[best].law.label
+        text += f" {label[0].upper()}{label[1:]} misses it least, by {least}."
+    return [text + " No law should be trusted beyond the stretch that was tested."]
 
 
 def _for_an_actuator(result: ElastomerCharacterisation) -> str:
     analysis = result.actuator
     low, high = stability.ACTUATOR_STRAIN
     gaps = analysis.held[analysis.choice.chosen].interpolation
-    accuracy = f", to {kilopascal(gaps.rmse)} in gaps of the curve" if gaps else ""
+    accuracy = f" It predicts gaps in the curve to {kilopascal(gaps.rmse)}." if gaps else ""
     return (
-        f"To simulate an actuator, whose wall sees strains of {low:g} to {high:g}, use the fit to that "
-        "range instead "
-        f"(material_actuator.toml): {analysis.best.law.label}{_numbers(analysis.best)}{accuracy}. "
+        f"The wall of an actuator sees strains of {low:g} to {high:g}. To simulate one, use the fit to that "
+        f"range (material_actuator.toml): {analysis.best.law.label}{_numbers(analysis.best)}.{accuracy} "
         f"{analysis.choice.reason}{_untested_side(analysis)}".replace("  ", " ")
     )
 

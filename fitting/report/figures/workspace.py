@@ -8,8 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from fitting.simulate.cautions import CLEARANCE_DEG
 from fitting.simulate.workspace import ChainReach, Workspace
+from fitting.specimens.cautions import CLEARANCE_DEG
 from pneusma_jax.units import from_si
 
 from . import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, style

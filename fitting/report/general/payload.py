@@ -7,6 +7,7 @@ from fitting.calibrate.general.information import advice
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.general.scores import Score, overall
 from fitting.calibrate.spring.alloy_table import KELVIN
+from fitting.specimens import WIRE
 from fitting.specimens.rows import MOST_ROWS
 from pneusma_jax.units import from_si
 
@@ -54,7 +55,7 @@ def _model_json(result: GeneralCharacterisation) -> dict[str, Any]:
 
 def _half_way(result: GeneralCharacterisation) -> dict[str, Any]:
     """Where a wire is half-way through its transformation, if its recordings show it."""
-    found = wires.middle(result) if result.kind == "wire" else {}
+    found = wires.middle(result) if result.specimen is WIRE else {}
     return {"half_way": found} if found else {}
 
 

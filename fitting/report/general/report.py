@@ -62,7 +62,7 @@ def _subtitle(result: GeneralCharacterisation) -> str:
     recordings = result.fit.recordings
     held_out = [recording.name for recording in recordings if recording.role == "validation"]
     fitted = [recording.name for recording in recordings if recording.role != "validation"]
-    return characterisation.subtitle(text.WHAT[result.kind].capitalize(), "recording", fitted, held_out)
+    return characterisation.subtitle(result.specimen.noun.capitalize(), "recording", fitted, held_out)
 
 
 def _files(result: GeneralCharacterisation) -> dict[str, str]:

@@ -6,22 +6,13 @@ from typing import Any
 from fitting.calibrate.general.fit import MISFIT, OVERSTATED
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.general.scores import overall
-from fitting.specimens import spring_by_temperature
+from fitting.specimens import BY_TEMPERATURE, WIRE
+from fitting.specimens.spring_by_temperature import ELECTRICAL
 from pneusma_jax.effects import find_effect
 
 from .. import profile_likelihood
 from ..figures import axis_label
 from . import wires
-
-WHAT = {"spring": "spring", "wire": "wire", "tube": "tube", "actuator": "actuator", "elastomer": "silicone"}
-BASE_LAW = {
-    "wire": "the reversible base law (one curve of the phase over temperature: no hysteresis, no shift by "
-    "stress)",
-    "tube": "the base law of a pressurised tube",
-    "actuator": "the base model of the actuator",
-    "elastomer": "the law of the silicone",
-    "spring": "the base law of the spring",
-}
 
 
 def verdict(result: GeneralCharacterisation) -> list[str]:
@@ -30,8 +21,8 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
     count = sum(recording.role == "fit" for recording in fit.recordings)
     what = "identified from" if result.identify else "adjusted within its tolerances to"
     plural = "" if count == 1 else "s"
-    said = [f"The {WHAT[result.kind]} was {what} {count} recording{plural}.{_missed(result)}"]
-    said += untold(result)[:1] + (wires.verdict(result) if result.kind == "wire" else [])
+    said = [f"The {result.specimen.noun} was {what} {count} recording{plural}.{_missed(result)}"]
+    said += untold(result)[:1] + (wires.verdict(result) if result.specimen is WIRE else [])
     if fit.reduced_chi_square > MISFIT:
         law = law_of(result)
         worst = max((s for s in result.scores if s.role == "fit"), key=lambda s: s.rms_over_noise)
@@ -67,20 +58,15 @@ def overstated_sentence(reduced: float) -> str:
     )
 
 
-SPRING_LAW = "the base law of the spring, its phase on one curve over temperature (no hysteresis)"
-
-
 def law_of(result: GeneralCharacterisation) -> str:
     """What was fitted, in words: the base law, with the effects of a model on disk if it has any."""
-    if by_temperature(result):
-        return SPRING_LAW
     effects = [] if result.model is None else [a.slug.replace("_", " ") for a in result.model.acting]
-    return BASE_LAW[result.kind] + (f" with {' and '.join(effects)}" if effects else "")
+    return result.specimen.law + (f" with {' and '.join(effects)}" if effects else "")
 
 
 def by_temperature(result: GeneralCharacterisation) -> bool:
     """Whether this is a spring without resistance, whose phase follows its temperature."""
-    return result.kind == "spring" and result.fit.model is spring_by_temperature
+    return result.specimen is BY_TEMPERATURE
 
 
 def untold(result: GeneralCharacterisation) -> list[str]:
@@ -94,7 +80,7 @@ def untold(result: GeneralCharacterisation) -> list[str]:
         "lags behind the thermometer, and whether heating and cooling differ. Here such a lag or hysteresis "
         "remains as misfit.",
         "It would also have told the constants of the resistivity "
-        f"({', '.join(spring_by_temperature.ELECTRICAL)}). They are the table's, so alloy.toml does not turn "
+        f"({', '.join(ELECTRICAL)}). They are the table's, so alloy.toml does not turn "
         "a measured resistance into a phase.",
         "`pneusma diagnose` needs the resistance of a spring; record it, best with four wires, in the same "
         "rows.",
@@ -140,7 +126,7 @@ def _unit(column: str) -> str:
 
 def warnings(result: GeneralCharacterisation) -> list[str]:
     """What to be careful about: bounds, parameters that never moved, fits that did not end well."""
-    said = [*wires.warnings(result)] if result.kind == "wire" else []
+    said = [*wires.warnings(result)] if result.specimen is WIRE else []
     said += _together(result.identifiability)
     if not result.fit.result.success:
         said.append(f"The fit did not end well. {result.fit.result.status.value}")

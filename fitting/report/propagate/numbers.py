@@ -34,7 +34,7 @@ class Exceedance:
 
 def exceedances(result: Propagation) -> list[Exceedance]:
     """Every limit of the study, by counting."""
-    count = int(result.summary.moments.count[0])
+    count = int(result.moments.count[0])
     found = []
     for limit, beyond in result.summary.beyond.items():
         with np.errstate(invalid="ignore"):
@@ -53,7 +53,7 @@ def lost(result: Propagation) -> float:
 
 def column_table(result: Propagation) -> tuple[list[str], list[list]]:
     """Everything about every column: header and rows."""
-    moments, share = result.summary.moments, lost(result)
+    moments, share = result.moments, lost(result)
     quantiles = result.quantiles(LEVELS)
     # levels that a quantile of all rows may have among those with a result
     outer = np.array([level_bounds(level, share) for level in (0.05, 0.95)])
@@ -82,7 +82,7 @@ def index_table(result: Propagation) -> tuple[list[str], list[list]]:
     if sums is None:
         return header, []
     columns = result.problem.index_columns
-    moments = result.summary.moments
+    moments = result.moments
     bounds = sums.bounds(moments.smallest[columns], moments.largest[columns])
     labels, rows = result.problem.columns.labels, []
     for name, (value, half) in sums.estimates().items():
@@ -97,5 +97,5 @@ def index_table(result: Propagation) -> tuple[list[str], list[list]]:
 def shown_column(result: Propagation, name: str) -> int:
     """The column of a quantity that stands for it in sentences: where it spreads most."""
     part = result.problem.columns.of(name)
-    spread = np.nan_to_num(result.summary.moments.sd[part], nan=-1.0)
+    spread = np.nan_to_num(result.moments.sd[part], nan=-1.0)
     return part.start + int(np.argmax(spread))

@@ -14,7 +14,7 @@ MOST_SHOWN = 12
 
 def quantity_table(result: Propagation) -> Table:
     """A short table: one row for each quantity, at the point where it spreads most."""
-    moments = result.summary.moments
+    moments = result.moments
     rows = []
     for quantity in result.problem.columns.quantities:
         k = shown_column(result, quantity.name)

@@ -68,7 +68,7 @@ def mode_sentence(mode: Mode) -> str:
         for name, change in mode.different
     )
     return (
-        f"Two parameter sets fit equally well: from {mode.start} the fit ends elsewhere ({changes}) with a "
+        f"Two parameter sets fit equally well. From {mode.start} the fit ends elsewhere ({changes}), with a "
         f"chi-square only {mode.worse_by:+.1f} off. These tests do not choose between them."
         f"{'' if mode.converged else ' (That fit stalled before its end.)'}"
     )

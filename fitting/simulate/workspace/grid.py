@@ -10,8 +10,8 @@ import jax
 import numpy as np
 
 import pneusma_jax as pj
-from fitting.simulate.cautions import actuator_cautions
 from fitting.simulate.unmodelled import marked
+from fitting.specimens.cautions import actuator_cautions
 from fitting.specimens.model_objects import BASE
 from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.calibration import named_table

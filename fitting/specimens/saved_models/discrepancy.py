@@ -1,14 +1,14 @@
 """An `unmodelled` remainder as a model on disk has it: knots of a driver, and what is added at each.
 
-    [[effect]]
-    slug = "unmodelled"
-    kind = "elastomer"          # of the recordings in which it was seen
-    quantity = "stress"         # output that it adds to, or "silicone_stiffness": its relative change
-    driver = "strain"           # what it is a function of; seen from the first knot to the last one
-    [effect.parameters]
-    knot_1 = {value = 0.0, unit = "1", status = "fitted", source = "..."}
-    correction_1 = {value = 1.2, unit = "kPa", status = "fitted", source = "..."}
-    ...
+[[effect]]
+slug = "unmodelled"
+kind = "elastomer"          # of the recordings in which it was seen
+quantity = "stress"         # output that it adds to, or "silicone_stiffness": its relative change
+driver = "strain"           # what it is a function of; seen from the first knot to the last one
+[effect.parameters]
+knot_1 = {value = 0.0, unit = "1", status = "fitted", source = "..."}
+correction_1 = {value = 1.2, unit = "kPa", status = "fitted", source = "..."}
+...
 """
 
 from collections.abc import Mapping
@@ -21,8 +21,10 @@ import tomlkit
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.calibration.toml import quantity_entry, read_quantity
 from pneusma_jax.errors import InputError, nearest
-from pneusma_jax.model_discrepancy import ELEMENT, UNITS, WALL, Unmodelled, unit_of, unmodelled, wall_drivers
+from pneusma_jax.model_discrepancy import UNITS, WALL, Unmodelled, unit_of, unmodelled
 from pneusma_jax.units import UNITS as KNOWN_UNITS
+
+from ..registry import SPECIMENS, specimen_of
 
 SLUG = Unmodelled.slug
 WORDS = ("kind", "quantity", "driver")
@@ -71,7 +73,7 @@ class AddedDiscrepancy:
     def build(self) -> Unmodelled:
         """What simulations take as an effect."""
         numbers = [np.array([q.value for q in column]) for column in (self.knots, self.corrections)]
-        return unmodelled(*numbers, self.kind, self.quantity, self.driver)
+        return unmodelled(*numbers, specimen_of(self.kind).element, self.quantity, self.driver)
 
 
 def read_remainder(entry: Mapping[str, Any], where: str) -> AddedDiscrepancy:
@@ -83,13 +85,14 @@ def read_remainder(entry: Mapping[str, Any], where: str) -> AddedDiscrepancy:
     for key in entry:
         if key not in ("slug", "parameters", *WORDS):
             raise InputError(f"{where}: unknown key {key!r}, {nearest(key, ('parameters', *WORDS))}")
-    for key, known in (("kind", ELEMENT), ("quantity", UNITS), ("driver", UNITS)):
+    for key, known in (("kind", SPECIMENS), ("quantity", UNITS), ("driver", UNITS)):
         word = entry.get(key)
         if not isinstance(word, str) or (word not in known if key == "kind" else unit_of(word) is None):
             raise InputError(f"{where}: {key} is {word!r}, {nearest(str(word), known)}")
     wall = entry["quantity"] == WALL
-    if entry["driver"] == WALL or (wall and entry["driver"] not in wall_drivers(entry["kind"])):
-        known = ", ".join(wall_drivers(entry["kind"])) or "nothing"
+    follows = specimen_of(entry["kind"]).wall_drivers
+    if entry["driver"] == WALL or (wall and entry["driver"] not in follows):
+        known = ", ".join(follows) or "nothing"
         raise InputError(f"{where}: {WALL} of a {entry['kind']} may follow {known}, and nothing follows it")
     parameters = entry.get("parameters", {})
     if not isinstance(parameters, dict):

@@ -23,6 +23,7 @@ from .discrepancy import AddedDiscrepancy
 
 Base = Mapping[str, Mapping[str, Quantity]]
 """Quantities by kind of table (`alloy`, `silicone`, `actuator`) and name."""
+STIFFNESS = "silicone_stiffness"
 SLACK = 1e-6  # of the width of an effect's bounds: a fit may end a rounding error beyond one
 USUAL_UNITS = {"length": "mm", "angle": "deg"}  # of files, where the internal unit is not usual
 
@@ -99,6 +100,9 @@ class AugmentedModel:
     def table(self, kind: str, table: str | Path | Calibration, specimen: str | None = None) -> Calibration:
         """A table of constants with the model's numbers in it.
 
+        A factor on the silicone's stress is one on that of the table, as fits have it: it multiplies the
+        table's own factor.
+
         Args:
             kind: `alloy`, `silicone` or `actuator`.
             table: name, path, or a table in memory.
@@ -108,7 +112,10 @@ class AugmentedModel:
             InputError: if there is no such table.
         """
         found = load_calibration(table, kind)
-        return dataclasses.replace(found, quantities={**found.quantities, **self.quantities(kind, specimen)})
+        own, factor = self.quantities(kind, specimen), found.quantities.get(STIFFNESS)
+        if factor is not None and STIFFNESS in own:
+            own[STIFFNESS] = dataclasses.replace(own[STIFFNESS], value=factor.value * own[STIFFNESS].value)
+        return dataclasses.replace(found, quantities={**found.quantities, **own})
 
     def geometry(self, specimen: str | None = None) -> dict[str, float]:
         """The model's dimensions as a recording's `[geometry]` states them: canonical keys and units."""

@@ -6,6 +6,8 @@ import pneusma_jax as pj
 from pneusma_jax.nitinol import SpringResponse
 from pneusma_jax.silicone import PolynomialFit, RegularisedSilicone, SiliconeLaw
 
+from .silicones import Scaled
+
 CLEARANCE_DEG = 270.0  # bend past which the source saw the tip touch the clamp (Section 3.7.2)
 
 
@@ -49,6 +51,7 @@ def spring_cautions(
 
 def _tested(law: SiliconeLaw) -> tuple[float, float] | None:
     """Strains that a law was fitted to, where it knows them."""
+    law = law.law if isinstance(law, Scaled) else law
     if isinstance(law, RegularisedSilicone):
         return float(law.lower), float(law.upper)
     if isinstance(law, PolynomialFit):
@@ -90,11 +93,7 @@ def actuator_cautions(
         clearance_deg: bend angle at which the tip meets the base; the source's 270 degrees if None.
         read: the states at the resistances as measured, where `found` is at denoised ones.
     """
-    status = np.asarray(found.status)
-    if read is not None and status.ndim:
-        several = np.asarray(read.status) == pj.Status.several_equilibria
-        status = np.where((status == pj.Status.converged) & several, pj.Status.several_equilibria, status)
-    said = _unsolved(status)
+    said = _unsolved(statuses(found, read))
     source = found if read is None else read
     for number, spring, response, reading in zip(
         actuator.spring_numbers, actuator.springs, found.springs, source.springs, strict=True
@@ -108,6 +107,20 @@ def actuator_cautions(
     touching = f"bent past {limit:g} degrees, where the tip may touch the base: contact is not modelled"
     said += _say({touching: np.rad2deg(bend) > limit})
     return said
+
+
+def statuses(found: pj.Equilibrium, read: pj.Equilibrium | None = None) -> np.ndarray:
+    """Status of every state; a solved row whose measured resistances had several equilibria says so.
+
+    Args:
+        found: one state or rows.
+        read: the states at the resistances as measured, where `found` is at denoised ones.
+    """
+    status = np.asarray(found.status)
+    if read is None or not status.ndim:
+        return status
+    several = np.asarray(read.status) == pj.Status.several_equilibria
+    return np.where((status == pj.Status.converged) & several, pj.Status.several_equilibria, status)
 
 
 def _unsolved(status: np.ndarray) -> list[str]:

@@ -1,10 +1,10 @@
 """Actuators with effects: pressure in; curvature, bend angle, length and the measured resistances out.
 
-Martensite fractions are latent trajectories (`courses`), or follow resistances where a model on disk is
+Martensite fractions are latent trajectories in a diagnosis; they follow resistances where a model on disk is
 fitted.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import equinox as eqx
@@ -13,75 +13,34 @@ import numpy as np
 from jaxtyping import Array
 
 from fitting.data.recordings import Campaign, Recording
+from fitting.inference.channels import Channel
 from fitting.inference.readings import measurements
-from fitting.specimens import actuator
-from fitting.specimens.actuator_followed import FollowedPhase, settled
-from fitting.specimens.actuator_phase import BEGIN
-from fitting.specimens.actuator_rows import body_of
-from fitting.specimens.rows import Rows, numbers
-from pneusma_jax.actuator.loads import gravity_vector
 from pneusma_jax.nitinol import MartensiteFraction, SpringState
 from pneusma_jax.pipeline import Effect
 from pneusma_jax.simulate.tracking import track_history
 
-__all__ = ["OUTPUTS", "READINGS", "hidden_rows_for", "parameters_for", "predict", "rows_for", "settled"]
+from .actuator_data import undecided_rows_for
+from .actuator_followed import FollowedPhase, settled
+from .actuator_phase import BEGIN
+from .actuator_rows import body_of
+from .latent import Drivers, LatentStates
+from .rows import Rows, numbers
 
-OUTPUTS = ("curvature", "bend_angle", "length")
+EXPLAINED = ("curvature", "bend_angle", "length")
+"""Outputs that effects act on: all but the direction of the bend."""
+REMAINDER = ("unmodelled_", "beyond_")
+"""How channels begin that say what a remainder adds."""
 READINGS = ("resistance_1", "resistance_2", "resistance_3")
 """Outputs of latent trajectories."""
 FOLLOWING = ("gain", "ohms", "gamma", "sd")
 """Columns of phases that follow resistances."""
-MOST_ROWS = 128
-"""Rows of a recording: every one is an equilibrium."""
 COMPILER_OPTIONS = {"xla_cpu_use_fusion_emitters": False}
 """A run is a long loop over small arrays; the older code generation takes a fifth less time for it."""
-parameters_for = actuator.parameters_for
 
 
-def rows_for(campaign: Campaign, **options: Any) -> list[Rows]:
-    """Every recording as arrays, with what only effects ask for: currents, air temperature, gravity.
-
-    Args:
-        campaign: recordings of kind actuator, of one design.
-        **options: of the base model's `rows_for`.
-    """
-    return _with_records(campaign, actuator.rows_for(campaign, **options))
-
-
-def _with_records(campaign: Campaign, recordings: list[Rows]) -> list[Rows]:
-    members = campaign.recordings
-    shared = [
-        q for q in ("current_1", "current_2", "current_3", "temperature") if any(r.has(q) for r in members)
-    ]
-    return [
-        eqx.tree_at(lambda x: x.extra, rows, rows.extra | _recorded(recording, rows, shared))
-        for recording, rows in zip(members, recordings, strict=True)
-    ]
-
-
-def _recorded(recording: Recording, rows: Rows, names: list[str]) -> dict[str, np.ndarray]:
-    springs = len(rows.extra["xi0"])
-    found = {"gamma": tuple(np.zeros(len(rows.mask)) for _ in range(springs))}
-    found |= {
-        "gravity": np.asarray(
-            gravity_vector(recording.full_geometry().get("orientation", "vertical_base_down"))
-        )
-    }
-    for name in names:
-        nominal = 22.0 if name == "temperature" else 0.0
-        column = np.full(len(rows.mask), nominal)
-        if recording.has(name):
-            values, time = recording.si(name), recording.si("time")
-            held = np.isfinite(values) & np.isfinite(time)
-            if held.any():
-                column = np.interp(np.asarray(rows.time), time[held], values[held])
-        found[f"recorded_{name}"] = column
-    return found
-
-
-def hidden_rows_for(campaign: Campaign) -> list[Rows]:
+def hidden_rows_for(campaign: Campaign, **tables: Any) -> list[Rows]:
     """Recordings whose fractions are latent trajectories, and resistances outputs."""
-    rows = _with_records(campaign, actuator.undecided_rows_for(campaign))
+    rows = undecided_rows_for(campaign, **tables)
     return [_hidden(*pair) for pair in zip(rows, campaign.recordings, strict=True)]
 
 
@@ -107,10 +66,10 @@ def _counted(rows: Rows, recording: Recording, name: str) -> np.ndarray:
     return np.isin(np.asarray(rows.time), recording.si("time")[there & measured]).astype(float)
 
 
-def predict(
-    values: Mapping[str, Array], effects: tuple[Effect, ...], rows: Rows
+def with_effects(
+    values: Mapping[str, Array], rows: Rows, effects: tuple[Effect, ...]
 ) -> tuple[dict[str, Array], dict[str, Any]]:
-    """See `specimens.with_effects.Kind`."""
+    """All outputs under effects; see `Specimen.answer`."""
     known = numbers(values, rows)
     body = body_of(known, rows)
     extra = rows.extra
@@ -138,6 +97,38 @@ def predict(
     for number, response in zip(body.spring_numbers, track.rows.springs, strict=True):
         drivers |= {f"xi0_{number}": response.xi0, f"gamma_{number}": response.gamma}
         drivers[f"ohms_{number}"] = response.resistance
-    found = {name: track.seen[name] for name in OUTPUTS}
+    found = {name: x for name, x in track.seen.items() if name in EXPLAINED or name.startswith(REMAINDER)}
     found |= {name: drivers[f"ohms_{name[-1]}"] for name in READINGS if name in rows.measured}
     return found, drivers
+
+
+class SpringPhases(LatentStates):
+    """The martensite fractions of an actuator's springs, solved for outside of `answer`."""
+
+    readings = READINGS
+
+    def rows_for(self, campaign: Campaign, **tables: Any) -> list[Rows]:
+        """See `hidden_rows_for`."""
+        return hidden_rows_for(campaign, **tables)
+
+    def count(self, stacked: Rows) -> int:
+        """One for each spring."""
+        return len(stacked.extra["xi0"])
+
+    def prepared(
+        self, values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]] | None = None
+    ) -> Rows:
+        """The same: how fast they wander is found where they are solved for."""
+        return stacked
+
+    def begun(self, stacked: Rows, drivers: Mapping[str, Array]) -> Rows:
+        """The same: the trajectories stand in the stack."""
+        return stacked
+
+    def settled(self, recordings: list[Rows], drivers: Drivers) -> list[Rows]:
+        """Phases read anew under a model with effects; see `actuator_followed`."""
+        return settled(recordings, drivers)
+
+    def spent(self, recordings: Sequence[Rows]) -> int:
+        """None: resistances are inputs where a model on disk is fitted."""
+        return 0

@@ -1,0 +1,46 @@
+"""`pneusma control`: a curvature held by the resistance of springs, on a plant that the controller does not
+know."""
+
+from pathlib import Path
+
+import click
+
+from ._common import design_argument, done, prepare
+
+
+@click.command("control")
+@click.option(
+    "--design", default="pneusma2", show_default=True, metavar="NAME|FILE.toml", help="Two springs, planar."
+)
+@click.option(
+    "--model", type=click.Path(path_type=Path), help="A model on disk as the plant; else five effects."
+)
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the noise.")
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for results.")
+@click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
+def control_command(design: str, model: Path | None, seed: int, out: Path, force: bool) -> None:
+    """Drive an actuator to a curvature by resistances: a step, then a sine (docs/control.md).
+
+    The plant has physics that the controller's model lacks. Each is run twice: with the base model in the
+    controller, and with the found physics in it. Writes control.txt, control.csv, report.json, course.png,
+    rmse.png and step.png.
+    """
+    design = design_argument(design)
+    prepare()
+    from fitting.control.sweep import run_model, run_sweep
+    from fitting.data.publish import check_free, publish
+    from fitting.inference.progress import Steps
+    from fitting.report.control import documents as shown
+    from fitting.specimens.saved_models import load_model
+
+    check_free(out, force)
+    augmented = None if model is None else load_model(model)
+    with Steps("control") as steps:
+        if augmented is None:
+            result = run_sweep(design, seed=seed, progress=steps)
+        else:
+            result = run_model(design, augmented, seed, steps)
+    files = publish(out, lambda: shown.documents(result), force)
+    click.echo(shown.text_or_table(result))
+    click.echo()
+    done(files)

@@ -1,0 +1,112 @@
+"""`pneusma invert`: the pressure and phases that make an actuator or a chain do what is wanted."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ._common import design_argument, done, prepare, table_argument
+
+SINGLE = ("curvature_1pm", "bend_angle_deg", "length_mm")
+PLACE = ("tip_mm", "direction")
+
+
+@click.command("invert")
+@click.option(
+    "--design", default="pneusma2", show_default=True, metavar="NAME|FILE.toml", help="Actuator or chain."
+)
+@click.option("--curvature-1pm", type=float, help="Wanted curvature of an actuator.")
+@click.option("--bend-angle-deg", type=float, help="Wanted bend angle of an actuator.")
+@click.option("--length-mm", type=float, help="Wanted length of the centre line of an actuator.")
+@click.option("--tip-mm", type=float, nargs=3, metavar="X Y Z", help="Wanted place of the tip.")
+@click.option("--direction", type=float, nargs=3, metavar="X Y Z", help="Wanted direction of the tip.")
+@click.option(
+    "--targets", type=click.Path(path_type=Path), help="CSV of targets; with time_s, one after the other."
+)
+@click.option("--lumen", type=click.Path(path_type=Path), help="CSV of a centre line with a diameter.")
+@click.option(
+    "--clearance-mm", type=click.FloatRange(0.0), default=0.0, show_default=True, help="To the lumen's wall."
+)
+@click.option(
+    "--pressure-kPa-max", "most", type=float, default=50.0, show_default=True, help="Highest gauge pressure."
+)
+@click.option(
+    "--pressure-kPa-min", "least", type=float, default=0.0, show_default=True, help="Lowest gauge pressure."
+)
+@click.option(
+    "--xi0-min", type=click.FloatRange(0.0, 1.0, max_open=True), default=0.1, show_default=True,
+    help="Martensite fraction of the hottest spring.",
+)  # fmt: skip
+@click.option("--alloy", help="Name or path of an alloy table; the design's own by default.")
+@click.option("--material", help="Name or path of a silicone table; the design's own by default.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the starts of chains.")
+@click.option("--out", type=click.Path(path_type=Path), help="Folder for results.")
+@click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
+def invert_command(**options: Any) -> None:
+    """Find the pressure and the martensite fractions, resistances and currents for what is wanted.
+
+    One target by options, many by --targets, or a --lumen that a chain is to follow. The least heating is
+    chosen; other ways are listed. What cannot be reached is missed by as little as possible, and the bounds
+    that hold it are named; the exit code then is 1. Targets with time respect what heated springs lose
+    (docs/invert.md).
+    """
+    wanted = _wanted(options)
+    if not -100.0 < options["least"] <= options["most"] < 1000.0:
+        raise click.UsageError(
+            "pressures must ascend from --pressure-kPa-min to --pressure-kPa-max, from -100 to 1000"
+        )
+    design = design_argument(options["design"])
+    prepare()
+    from fitting.data.publish import check_free, publish
+    from fitting.invert import Inverse, Limits
+    from fitting.invert.lumen import pass_through, read_lumen
+    from fitting.invert.targets import read_targets, targets_of
+    from fitting.invert.trajectory import follow
+    from fitting.report.invert import documents as shown
+
+    if options["out"] is not None:
+        check_free(options["out"], options["force"])
+    lumen = read_lumen(options["lumen"]) if options["lumen"] is not None else None
+    targets = None
+    if lumen is None:
+        targets = (
+            read_targets(options["targets"])
+            if options["targets"] is not None
+            else targets_of(wanted, "targets")
+        )
+    limits = Limits((1e3 * options["least"], 1e3 * options["most"]), options["xi0_min"])
+    tables = [
+        None if name is None else table_argument(name) for name in (options["alloy"], options["material"])
+    ]
+    inverse = Inverse(design, limits, *tables, options["seed"])
+    if lumen is not None:
+        result = pass_through(inverse, lumen, 1e-3 * options["clearance_mm"])
+        text, files, good = shown.passage_text(result), shown.passage_documents, result.passes
+    elif targets.time is not None:
+        result = follow(inverse, targets.goals, targets.wanted, targets.time)
+        text, files, good = shown.trajectory_text(result), shown.documents, bool(result.inversion.met.all())
+    else:
+        result = inverse.solve(targets.goals, targets.wanted, all_ways=len(targets.wanted) <= 20)
+        text, files, good = shown.inversion_text(result), shown.documents, bool(result.met.all())
+    click.echo(text)
+    if options["out"] is not None:
+        done(publish(options["out"], lambda: files(result), options["force"]))
+    raise SystemExit(0 if good else 1)
+
+
+def _wanted(options: dict[str, Any]) -> dict[str, list[float]]:
+    """Columns of the one target that options describe; refuses what contradicts each other."""
+    columns = {name: [options[name]] for name in SINGLE if options[name] is not None}
+    for name in PLACE:
+        if options[name]:
+            stem, _, unit = name.partition("_")
+            columns |= {
+                f"{stem}_{a}" + (f"_{unit}" if unit else ""): [x]
+                for a, x in zip("xyz", options[name], strict=True)
+            }
+    ways = [bool(columns), options["targets"] is not None, options["lumen"] is not None]
+    if sum(ways) != 1:
+        raise click.UsageError(
+            "say what is wanted in one way: options such as --curvature-1pm, --targets, or --lumen"
+        )
+    return columns

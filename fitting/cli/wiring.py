@@ -1,0 +1,67 @@
+"""`pneusma wiring`: filters that select many springs on one pair of wires."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ._common import design_argument, done, prepare
+
+
+@click.command("wiring")
+@click.option(
+    "--design", default="pneusma2", show_default=True, metavar="NAME|FILE.toml", help="Whose springs."
+)
+@click.option("--springs", type=click.IntRange(2, 40), help="How many; as many as fit if left out.")
+@click.option("--from-kHz", "low", type=float, default=10.0, show_default=True, help="Lowest frequency.")
+@click.option("--to-kHz", "high", type=float, default=100.0, show_default=True, help="Highest frequency.")
+@click.option(
+    "--inductance-uH-max", "coil", type=float, default=1000.0, show_default=True, help="Largest coil."
+)
+@click.option(
+    "--crosstalk-percent",
+    "allowed",
+    type=click.FloatRange(0.0, 100.0, min_open=True, max_open=True),
+    default=1.0,
+    show_default=True,
+    help="Allowed heating of another spring.",
+)
+@click.option(
+    "--voltage", type=float, default=3.0, show_default=True, help="Of the supply, root mean square [V]."
+)
+@click.option("--out", type=click.Path(path_type=Path), help="Folder for results.")
+@click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
+def wiring_command(**options: Any) -> None:
+    """Choose coils and capacitors so that the frequency of one supply selects the spring that it heats.
+
+    Without --springs, finds how many fit between the frequencies. Exit code 1 where the crosstalk is not
+    kept.
+    """
+    design = design_argument(options["design"])
+    prepare()
+    from fitting.data.publish import check_free, publish
+    from fitting.report.wiring import documents as shown
+    from fitting.wiring.choose import Bounds, choose_filters, most_segments
+    from fitting.wiring.springs import springs_of_design
+
+    if options["out"] is not None:
+        check_free(options["out"], options["force"])
+    springs = springs_of_design(design)
+    bounds = Bounds(
+        1e3 * options["low"],
+        1e3 * options["high"],
+        (1e-6, 1e-6 * options["coil"]),
+        voltage=options["voltage"],
+    )
+    allowed = 0.01 * options["allowed"]
+    if options["springs"] is None:
+        count, result = most_segments(springs, bounds, allowed)
+        click.echo(f"{count} springs fit between {options['low']:g} and {options['high']:g} kHz.")
+        if result is None:
+            raise SystemExit(1)
+    else:
+        result = choose_filters(springs, bounds, options["springs"])
+    click.echo(shown.text(result))
+    if options["out"] is not None:
+        done(publish(options["out"], lambda: shown.documents(result), options["force"]))
+    raise SystemExit(0 if result.crosstalk <= allowed else 1)

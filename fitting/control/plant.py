@@ -1,0 +1,148 @@
+"""An actuator that is stepped in time: currents in, resistances and curvature out, with any effects.
+
+The same step serves as the plant, as the controller's own model, and as its observer. It is that of
+`pneusma_jax.simulate.history` for heating currents, one row at a time, because what comes in depends on what
+came out.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+import pneusma_jax as pj
+from pneusma_jax.actuator.balance import Problem, start
+from pneusma_jax.actuator.result import equilibrium_of
+from pneusma_jax.actuator.root_find import at_given_phases
+from pneusma_jax.nitinol import MartensiteFraction, SpringState
+from pneusma_jax.nitinol.thermal import next_temperature
+from pneusma_jax.numerics.safe import begun_as
+from pneusma_jax.pipeline import Chain, Effect, Known
+
+AMBIENT = 22.0
+"""Temperature of the air [degC]."""
+
+
+class Memory(eqx.Module):
+    """What a plant carries from row to row.
+
+    Attributes:
+        states: of the springs; memories: of the effects.
+        unknowns: of the last balance; temperatures: of the wires [degC], shape (springs,).
+        resistances: as an instrument shows them [ohm], shape (springs,).
+    """
+
+    states: tuple[SpringState, ...]
+    memories: tuple
+    unknowns: Array
+    temperatures: Float[Array, "springs"]
+    resistances: Float[Array, "springs"]
+
+
+class Seen(eqx.Module):
+    """What a row shows.
+
+    Attributes:
+        curvature: [1/m]; resistances: [ohm]; fractions: martensite [1]; temperatures: [degC]; shapes
+            (springs,).
+        slopes: of the resistances over temperature at the strain of the row [ohm/K], shape (springs,).
+        good: whether force and moment balance; else all is as in the row before.
+    """
+
+    curvature: Array
+    resistances: Array
+    fractions: Array
+    temperatures: Array
+    slopes: Array
+    good: Array
+
+
+class Plant(eqx.Module):
+    """An actuator with effects.
+
+    Attributes:
+        body: bends in a plane.
+        effects: beyond the base model.
+    """
+
+    body: pj.Actuator
+    effects: tuple[Effect, ...] = ()
+
+    def _fixed(self) -> dict:
+        return dict(actuator=self.body, fibres=self.body.fibres()) if self.effects else {}
+
+    def begin(self, pressure: Array) -> Memory:
+        """At rest, cold, under a pressure [Pa]."""
+        states = jax.tree.map(lambda x: jnp.asarray(x, dtype=float), self.body.fresh_states())
+        chain = Chain.begin(self.effects, pressure=pressure, states=states, **self._fixed())
+        cold = jnp.full(len(self.body.springs), AMBIENT)
+        resistances = jnp.stack(
+            [
+                s.alloy.resistivity(jnp.asarray(1.0), s.shear_strain(jnp.zeros(()))) * s.geometry.wire_length
+                for s in self.body.springs
+            ]
+        )
+        first = Memory(states, chain.memories, start(self.body), cold, resistances)
+        return begun_as(first, (self.body, self.effects, pressure))
+
+    def step(
+        self, memory: Memory, pressure: Array, currents: Float[Array, "springs"], time: Array, interval: Array
+    ) -> tuple[Memory, Seen]:
+        """The next row.
+
+        Args:
+            memory: of the row before.
+            pressure: as the sensor reads it [Pa]; currents: root mean square [A], shape (springs,).
+            time: of the row; interval: since the row before [s].
+        """
+        body, springs = self.body, self.body.springs
+        warmer = jnp.stack(
+            [
+                next_temperature(s.alloy, s.geometry, t, interval, i, r, jnp.asarray(AMBIENT))
+                for s, t, i, r in zip(springs, memory.temperatures, currents, memory.resistances, strict=True)
+            ]
+        )
+        fractions = jnp.stack(
+            [s.alloy.martensite_fraction_at(t) for s, t in zip(springs, warmer, strict=True)]
+        )
+        known = Known(dict(time=time, interval=interval, recorded_pressure=pressure) | self._fixed())
+        chain = Chain(self.effects, memory.memories, known)
+        inside = chain.through("pressure", pressure)
+        chain = chain.knowing(pressure=inside)
+        drives = tuple(MartensiteFraction(x) for x in fractions)
+        problem = Problem(body, inside, drives, memory.states, chain)
+        root, steps, good = at_given_phases(problem, memory.unknowns)
+        found = equilibrium_of(problem, jnp.where(good, root, memory.unknowns), steps)
+        calm = jax.tree.map(
+            lambda x: jnp.where(found.converged, x, 0.0) if eqx.is_inexact_array(x) else x, found
+        )
+        return self._after(memory, problem, calm, warmer, found.converged)
+
+    def _after(
+        self, memory: Memory, problem: Problem, found: pj.Equilibrium, warmer: Array, good: Array
+    ) -> tuple[Memory, Seen]:
+        """Memory after a row, and what it shows."""
+        springs = self.body.springs
+        keep = lambda new, old: jax.tree.map(lambda a, b: jnp.where(good, a, b), new, old)  # noqa: E731
+        states = tuple(
+            s.remember(state, response)
+            for s, state, response in zip(springs, memory.states, found.springs, strict=True)
+        )
+        shown = dict(curvature=found.curvature, bend_angle=found.bend_angle, length=found.length)
+        later = problem.chain.remembered(solved=found, seen=shown) if self.effects else ()
+        resistances = jnp.stack([r.resistance for r in found.springs])
+        after = Memory(
+            keep(states, memory.states), keep(later, memory.memories), keep(found.unknowns, memory.unknowns),
+            warmer, keep(resistances, memory.resistances),
+        )  # fmt: skip
+        slopes = jnp.stack(
+            [
+                jax.grad(lambda t, s=s, r=r: s.alloy.resistivity(s.alloy.martensite_fraction_at(t), r.gamma))(
+                    t
+                )
+                * s.geometry.wire_length
+                for s, r, t in zip(springs, found.springs, warmer, strict=True)
+            ]
+        )
+        fractions = jnp.stack([r.xi0 for r in found.springs])
+        return after, Seen(found.curvature, after.resistances, fractions, warmer, slopes, good)

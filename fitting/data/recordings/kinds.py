@@ -1,0 +1,189 @@
+"""The kinds of recording of the project: their columns, the geometry that they take as nominal, and how a
+file without a sidecar shows which one it is.
+
+A further kind is registered by the module that models it (`docs/new_kind.md`).
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from . import schema
+from .nominal import STANDARD_DESIGN, design_geometry, wound
+from .schema import Columns, Kind, Told, register
+
+WIRE_STRAIN_LIMIT = 0.15  # no nitinol wire strains further, and a coupon of rubber is rarely pulled less
+WIRE_STRAIN_FRACTION_LIMIT = 0.5  # nitinol breaks at a fraction of that: such numbers are percent
+WIRE_ALLOY = "niti_wire"
+"""Nominal alloy of a wire: the source's springs have no constants of a wire in tension."""
+METAL_UNITS = ("MPa", "GPa", "ksi")
+PERCENT = "if these are percent, name the column strain_percent (on import: --unit strain=percent)"
+PHASE = ("xi0", "resistance", "temperature", "current", "duty")
+"""Channels of a protocol that say how warm a spring is: one of them for each spring."""
+_SPRING_KEYS = ("alloy", "wire_diameter_mm", "mandrel_diameter_mm", "initial_pitch_mm", "active_coils")
+_TUBE_KEYS = ("material", "outer_diameter_mm", "wall_thickness_mm", "length_mm")
+
+
+def _of_spring(stated: Mapping[str, Any]) -> dict[str, Any]:
+    standard = design_geometry(STANDARD_DESIGN)
+    nominal = {key: standard[key] for key in _SPRING_KEYS}
+    coils = stated.get("active_coils", nominal["active_coils"])
+    pitch = stated.get("initial_pitch_mm", nominal["initial_pitch_mm"])
+    return {**nominal, "free_length_mm": coils * pitch, "prestrain": 0.0, "cycles_before": 0.0}
+
+
+def _of_wire(stated: Mapping[str, Any]) -> dict[str, Any]:
+    return {"alloy": WIRE_ALLOY, "prestrain": 0.0, "cycles_before": 0.0}
+
+
+def _of_elastomer(stated: Mapping[str, Any]) -> dict[str, Any]:
+    material = design_geometry(STANDARD_DESIGN)["material"]
+    return {"material": material, "law": schema.LAWS[0], "cycles_before": 0.0}
+
+
+def _of_tube(stated: Mapping[str, Any]) -> dict[str, Any]:
+    standard = design_geometry(STANDARD_DESIGN)
+    return {**{key: standard[key] for key in _TUBE_KEYS}, "cycles_before": 0.0}
+
+
+def _of_actuator(stated: Mapping[str, Any]) -> dict[str, Any]:
+    nominal = dict(design_geometry(stated.get("design", STANDARD_DESIGN)))
+    if "attached_length_mm" in nominal and "length_mm" in stated:
+        nominal["attached_length_mm"] = stated["length_mm"]
+    nominal |= wound(nominal, stated)
+    return {**nominal, "cycles_before": 0.0}
+
+
+def _spring_told(told: Told) -> str | None:
+    return "elongation and force" if {"elongation", "force"} <= told.held else None
+
+
+def _bends(held: frozenset[str]) -> bool:
+    bending = held & {"curvature", "bend_angle", "bend_direction"}
+    return bool(bending) or any(quantity.startswith("resistance") for quantity in held)
+
+
+def _actuator_told(told: Told) -> str | None:
+    if _spring_told(told) or "pressure" not in told.held or not _bends(told.held):
+        return None
+    return "pressure with bending or resistance"
+
+
+def _tube_told(told: Told) -> str | None:
+    if _spring_told(told) or not {"pressure", "length"} <= told.held or _bends(told.held):
+        return None
+    return "pressure and length"
+
+
+def _strained(told: Told) -> tuple[str, str] | None:
+    """Wire or elastomer, which share strain and stress, with the reason; None for recordings of neither.
+
+    Temperature or resistance makes it a wire; no clock or a `cycle` column an elastomer; then the unit of
+    stress and, for that of a metal, the size of the strain decide.
+    """
+    if (
+        _spring_told(told)
+        or _tube_told(told)
+        or _actuator_told(told)
+        or not {"strain", "stress"} <= told.held
+    ):
+        return None
+    if told.held & {"temperature", "resistance"}:
+        return "wire", "strain and stress with temperature or resistance"
+    if "time" not in told.held or "cycle" in told.held:
+        return "elastomer", "strain and stress without a clock, or with a cycle count"
+    unit = told.unit("stress") or "MPa"
+    if unit not in METAL_UNITS:
+        return "elastomer", f"stress in {unit}"
+    if told.largest("strain") > WIRE_STRAIN_LIMIT:
+        return "elastomer", f"strain beyond {WIRE_STRAIN_LIMIT:g}"
+    return "wire", f"stress in {unit} and strain within {WIRE_STRAIN_LIMIT:g}"
+
+
+def _wire_told(told: Told) -> str | None:
+    kind, reason = _strained(told) or ("", None)
+    return reason if kind == "wire" else None
+
+
+def _elastomer_told(told: Told) -> str | None:
+    kind, reason = _strained(told) or ("", None)
+    return reason if kind == "elastomer" else None
+
+
+SPRING = register(
+    Kind(
+        "spring",
+        Columns(
+            required=("time_s", "elongation_mm", "force_N"),
+            one_of=("resistance_ohm", "temperature_degC"),  # either tells the phase
+            optional=("current_A", "setpoint_ohm"),
+            outputs=("force_N", "resistance_ohm"),
+        ),
+        _of_spring,
+        _spring_told,
+        channels=("elongation", "xi0", "resistance", "temperature"),
+        needed="elongation_mm",
+    )
+)
+WIRE = register(
+    Kind(
+        "wire",
+        Columns(
+            required=("time_s", "strain", "stress_MPa"),
+            optional=("temperature_degC", "resistance_ohm"),
+            outputs=("strain", "stress_MPa"),
+        ),
+        _of_wire,
+        _wire_told,
+        either=("stress_MPa", "strain"),
+        ranges=(
+            (
+                "strain",
+                lambda strain: np.abs(strain) > WIRE_STRAIN_FRACTION_LIMIT,
+                f"no wire strains that far; {PERCENT}",
+            ),
+        ),
+    )
+)
+ELASTOMER = register(
+    Kind(
+        "elastomer",
+        Columns(required=("strain", "stress_kPa"), optional=("time_s", "cycle"), outputs=("stress_kPa",)),
+        _of_elastomer,
+        _elastomer_told,
+        zeros=("strain", "stress_kPa"),
+        ranges=(("strain", lambda strain: strain <= -1.0, f"engineering strain stays above -1; {PERCENT}"),),
+    )
+)
+TUBE = register(
+    Kind(
+        "tube",
+        Columns(required=("time_s", "pressure_kPa", "length_mm"), outputs=("length_mm",)),
+        _of_tube,
+        _tube_told,
+        channels=("pressure",),
+        needed="pressure_kPa",
+    )
+)
+ACTUATOR = register(
+    Kind(
+        "actuator",
+        Columns(
+            required=("time_s", "pressure_kPa"),
+            one_of=("curvature_1pm", "bend_angle_deg", "length_mm"),
+            optional=(
+                *(f"resistance_{k}_ohm" for k in (1, 2, 3)),
+                *(f"current_{k}_A" for k in (1, 2, 3)),
+                "temperature_degC",
+                "bend_direction_deg",
+            ),
+            outputs=("curvature_1pm", "bend_angle_deg", "length_mm", "bend_direction_deg"),
+        ),
+        _of_actuator,
+        _actuator_told,
+        channels=("pressure", "ambient", *PHASE),
+        needed="pressure_kPa",
+        numbered=True,
+    )
+)

@@ -1,0 +1,7 @@
+"""Inverse problems: which pressure and phases make an actuator or a chain do what is wanted. See
+docs/invert.md."""
+
+from .goals import GOALS, Goal
+from .run import Inverse, Inversion, Limits
+
+__all__ = ["GOALS", "Goal", "Inverse", "Inversion", "Limits"]

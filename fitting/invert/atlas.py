@@ -1,0 +1,149 @@
+"""States all over what the drives can do, from which searches start."""
+
+import itertools
+from dataclasses import dataclass
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy.spatial import cKDTree
+from scipy.stats import qmc
+
+from fitting.design.bodies import Body, Solved
+from pneusma_jax.serial_chain.segments import chain_shape
+
+from .forward import denser, fresh, springs_of, states_of
+from .goals import GOALS, sizes
+
+PRESSURES = 9
+ALONE, TOGETHER = 25, 12
+"""Number of fractions of a spring that is heated alone, and of each of two that are heated together."""
+MANY = 512
+"""Number of random fractions where three or more springs are heated."""
+COMBINATIONS = 40_000
+"""Number of random combinations of segments' states of a chain: a target in space then has one about 5 mm
+from it."""
+LOADED = 2_000
+"""The same of a loaded chain, every one of which has to be solved."""
+
+
+@dataclass(frozen=True)
+class Atlas:
+    """States of a body without memory of heat.
+
+    Attributes:
+        drives: pressure [Pa] and fractions [1], shape (states, drives).
+        unknowns: of the segments, shape (states, segments, freedoms).
+        solved: all states, arrays with a leading axis.
+    """
+
+    drives: np.ndarray
+    unknowns: np.ndarray
+    solved: Solved
+
+    def values(self, goals: tuple[str, ...]) -> np.ndarray:
+        """Values of goals in all states, SI, shape (states, columns)."""
+        return np.asarray(_values(self.solved, goals))
+
+    @property
+    def lean(self) -> np.ndarray:
+        """Whether at most one spring is heated in every segment, shape (states,)."""
+        warm, at = self.drives[:, 1:] < 1.0, 0
+        good = np.ones(len(warm), bool)
+        for segment in self.solved.body.segments:
+            count = len(segment.springs)
+            good &= warm[:, at : at + count].sum(axis=1) <= 1
+            at += count
+        return good
+
+    def nearest(
+        self, goals: tuple[str, ...], wanted: np.ndarray, count: int, lean: bool = False
+    ) -> np.ndarray:
+        """Indices of the states nearest to targets, of `lean` ones alone if wanted, shape (targets,
+        count)."""
+        values, scale = self.values(goals), np.asarray(sizes(goals))
+        good = np.flatnonzero(np.all(np.isfinite(values), axis=1) & (self.lean if lean else True))
+        count = min(count, good.size)
+        _, found = cKDTree(values[good] / scale).query(wanted / scale, k=list(range(1, count + 1)))
+        return good[found]
+
+
+@eqx.filter_jit
+def _values(solved: Solved, goals: tuple[str, ...]) -> jax.Array:
+    def one(part: tuple) -> jax.Array:
+        pressure, segments, end_pose, chain = part
+        state = Solved(solved.body, pressure, segments, end_pose, chain)
+        return jnp.concatenate([GOALS[name].function(state) for name in goals])
+
+    return jax.vmap(one)((solved.pressure, solved.segments, solved.end_pose, solved.chain))
+
+
+def fractions_grid(springs: int, xi0_min: float, seed: int) -> np.ndarray:
+    """Fractions of the springs of one segment, shape (states, springs): each alone, every two, all."""
+    rows = [np.ones((1, springs))]
+    span = 1.0 - xi0_min
+    for k in range(springs):
+        alone = np.ones((ALONE, springs))
+        alone[:, k] = 1.0 - span * (1.0 - denser(ALONE))
+        rows.append(alone[1:])
+    for i, j in itertools.combinations(range(springs), 2):
+        axis = 1.0 - span * (1.0 - denser(TOGETHER))
+        both = np.ones((TOGETHER**2, springs))
+        both[:, i], both[:, j] = (x.ravel() for x in np.meshgrid(axis, axis, indexing="ij"))
+        rows.append(both)
+    if springs > 2:
+        rows.append(1.0 - span * qmc.Sobol(springs, seed=np.random.default_rng(seed)).random(MANY))
+    return np.concatenate(rows)
+
+
+def atlas_of(body: Body, pressure: tuple[float, float], xi0_min: float, seed: int) -> Atlas:
+    """States of a body: a grid for an actuator, random combinations for a chain."""
+    levels = np.linspace(*pressure, PRESSURES)
+    if body.chain is None:
+        return _single(body, levels, xi0_min, seed)
+    if body.chain.loaded:
+        return _loaded(body, pressure, xi0_min, seed)
+    return _chain(body, levels, xi0_min, seed)
+
+
+def _grid(body: Body, levels: np.ndarray, xi0_min: float, seed: int) -> tuple[np.ndarray, Solved]:
+    fractions = fractions_grid(len(body.segments[0].springs), xi0_min, seed)
+    loads = np.repeat(levels, len(fractions))
+    rows = np.tile(fractions, (len(levels), 1))
+    found = states_of(body, jnp.asarray(loads), jnp.asarray(rows), fresh(body))
+    return np.column_stack([loads, rows]), found
+
+
+def _single(body: Body, levels: np.ndarray, xi0_min: float, seed: int) -> Atlas:
+    drives, found = _grid(body, levels, xi0_min, seed)
+    return Atlas(drives, np.asarray(found.only.unknowns)[:, None], found)
+
+
+def _chain(body: Body, levels: np.ndarray, xi0_min: float, seed: int) -> Atlas:
+    """Random combinations of states of the segments, each solved alone."""
+    random = np.random.default_rng(seed)
+    at = random.integers(len(levels), size=COMBINATIONS)
+    drives, picked = [levels[at]], []
+    for segment in body.segments:
+        own, found = _grid(Body((segment,), None), levels, xi0_min, seed)
+        each = len(own) // len(levels)
+        index = at * each + random.integers(each, size=COMBINATIONS)
+        picked.append(jax.tree.map(lambda x, i=index: x[i], found.only))
+        drives += list(own[index, 1:].T)
+    bends = jnp.stack([x.bend for x in picked], axis=1)
+    lengths = jnp.stack([x.length for x in picked], axis=1)
+    shape = jax.jit(chain_shape)(body.chain, bends, lengths)
+    unknowns = np.stack([np.asarray(x.unknowns) for x in picked], axis=1)
+    solved = Solved(body, jnp.asarray(drives[0]), tuple(picked), shape.end_pose, None)
+    return Atlas(np.column_stack(drives), unknowns, solved)
+
+
+def _loaded(body: Body, pressure: tuple[float, float], xi0_min: float, seed: int) -> Atlas:
+    count = len(springs_of(body))
+    even = qmc.Sobol(count + 1, seed=np.random.default_rng(seed)).random(LOADED)
+    loads = pressure[0] + even[:, 0] * (pressure[1] - pressure[0])
+    fractions = 1.0 - (1.0 - xi0_min) * even[:, 1:] ** 2
+    found = states_of(body, jnp.asarray(loads), jnp.asarray(fractions), fresh(body))
+    unknowns = np.stack([np.asarray(x.unknowns) for x in found.segments], axis=1)
+    return Atlas(np.column_stack([loads, fractions]), unknowns, found)

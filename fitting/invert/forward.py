@@ -1,0 +1,108 @@
+"""From drives to a state, quickly: Newton's method from a state nearby, exact derivatives."""
+
+from collections.abc import Sequence
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+import pneusma_jax as pj
+from fitting.design.bodies import Body, Solved
+from pneusma_jax.actuator.balance import Problem, start
+from pneusma_jax.actuator.result import equilibrium_of
+from pneusma_jax.actuator.root_find import attached, newton
+from pneusma_jax.nitinol import SpringState
+from pneusma_jax.serial_chain.kinematics import arc_frame
+from pneusma_jax.serial_chain.segments import chain_shape
+
+Memories = tuple[tuple[SpringState, ...], ...]  # of every segment, of every spring
+
+
+def springs_of(body: Body) -> tuple[tuple[int, int], ...]:
+    """Segment (from 1) and number of every spring."""
+    return tuple((k, n) for k, segment in enumerate(body.segments, 1) for n in segment.spring_numbers)
+
+
+def fresh(body: Body) -> Memories:
+    """Memories of newly attached springs."""
+    states = tuple(segment.fresh_states() for segment in body.segments)
+    return jax.tree.map(lambda x: jnp.asarray(x, dtype=float), states)
+
+
+def first_guess(body: Body) -> Array:
+    """Where Newton's method starts in every segment, shape (segments, freedoms)."""
+    return jnp.stack([start(segment) for segment in body.segments])
+
+
+def state_of(body: Body, pressure: Array, fractions: Array, memories: Memories, guess: Array) -> Solved:
+    """State of a body without loads between its segments; NaN where Newton's method finds none.
+
+    Args:
+        body: what is driven.
+        pressure: gauge [Pa].
+        fractions: of all springs, segment by segment, shape (springs,).
+        memories: of the springs.
+        guess: scaled unknowns of every segment, shape (segments, freedoms).
+    """
+    if body.chain is not None and body.chain.loaded:
+        drives = _apart(body, fractions)
+        whole = pj.solve_chain(body.chain, pressure, drives, memories, throw=False)
+        return Solved(body, pressure, whole.segments, whole.end_pose, whole)
+    rows = list(zip(body.segments, _apart(body, fractions), memories, guess, strict=True))
+    found = _alike(rows, pressure)
+    if body.chain is None:
+        return Solved(body, pressure, (found[0],), arc_frame(found[0].bend, found[0].length), None)
+    bends, lengths = jnp.stack([x.bend for x in found]), jnp.stack([x.length for x in found])
+    shape = chain_shape(body.chain, bends, lengths)
+    return Solved(body, pressure, tuple(found), shape.end_pose, pj.ChainEquilibrium(tuple(found), shape))
+
+
+def _apart(body: Body, fractions: Array) -> list[tuple[pj.MartensiteFraction, ...]]:
+    drives, at = [], 0
+    for segment in body.segments:
+        count = len(segment.springs)
+        drives.append(tuple(pj.MartensiteFraction(fractions[at + i]) for i in range(count)))
+        at += count
+    return drives
+
+
+def _one(pressure: Array, row: tuple) -> pj.Equilibrium:
+    segment, drive, memory, guess = row
+    problem = Problem(segment, pressure, drive, memory)
+    root, steps, good = newton(problem, guess)
+    return equilibrium_of(problem, attached(problem, jnp.where(good, root, jnp.nan)), steps)
+
+
+def _alike(rows: Sequence[tuple], pressure: Array) -> list[pj.Equilibrium]:
+    """Segments, all in one batch where they are alike in structure."""
+    rows = [jax.tree.map(jnp.asarray, row) for row in rows]
+    kinds = {(jax.tree.structure(row), *(leaf.shape for leaf in jax.tree.leaves(row))) for row in rows}
+    if len(rows) == 1 or len(kinds) > 1:
+        return [_one(pressure, row) for row in rows]
+    stacked = jax.tree.map(lambda *leaves: jnp.stack(leaves), *rows)
+    found = jax.vmap(_one, (None, 0))(pressure, stacked)
+    return [jax.tree.map(lambda leaf, k=k: leaf[k], found) for k in range(len(rows))]
+
+
+def unknowns_of(solved: Solved) -> Array:
+    """Scaled unknowns of every segment, shape (segments, freedoms)."""
+    return jnp.stack([segment.unknowns for segment in solved.segments])
+
+
+@eqx.filter_jit
+def states_of(body: Body, pressure: Array, fractions: Array, memories: Memories) -> Solved:
+    """Many states, each from rest; arrays of the result have a leading axis of rows."""
+
+    def one(p: Array, x: Array) -> tuple:
+        found = state_of(body, p, x, memories, first_guess(body))
+        return found.segments, found.end_pose, found.chain
+
+    rows = jax.lax.map(lambda row: one(*row), (pressure, fractions), batch_size=64)
+    return Solved(body, pressure, *rows)
+
+
+def denser(count: int) -> np.ndarray:
+    """Fractions of a grid, from 1 down to 0, closer together where a spring is cold [1]."""
+    return 1.0 - np.linspace(0.0, 1.0, count) ** 1.5

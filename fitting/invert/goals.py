@@ -1,0 +1,70 @@
+"""What can be wanted of a state, and how far from it counts as one."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import jax.numpy as jnp
+from jaxtyping import Array
+
+from fitting.design.bodies import Solved
+from pneusma_jax.numerics.safe import safe_norm
+
+DEGREE = 0.017453292519943295
+
+
+@dataclass(frozen=True)
+class Goal:
+    """One thing that can be wanted.
+
+    Attributes:
+        columns: of a table of targets; their suffix is the unit.
+        function: of a solved state, shape (columns,), in SI.
+        size: miss that counts as one, in SI; by these misses of different kinds are weighed.
+        tolerance: miss up to which a target counts as met, in SI.
+        chain: whether a chain can have it; single: whether one actuator can.
+    """
+
+    columns: tuple[str, ...]
+    function: Callable[[Solved], Array]
+    size: float
+    tolerance: float
+    chain: bool
+    single: bool = True
+
+
+def _direction(solved: Solved) -> Array:
+    return solved.end_pose[:3, 2]
+
+
+GOALS: dict[str, Goal] = {
+    "curvature": Goal(("curvature_1pm",), lambda s: s.only.curvature[None], 1.0, 0.1, False),
+    "bend_angle": Goal(("bend_angle_deg",), lambda s: s.only.bend_angle[None], DEGREE, 0.5 * DEGREE, False),
+    "length": Goal(("length_mm",), lambda s: s.only.length[None], 1e-3, 0.1e-3, False),
+    "bend": Goal(
+        ("bend_x_deg", "bend_y_deg"), lambda s: s.only.bend, DEGREE, 0.5 * DEGREE, False
+    ),
+    "tip": Goal(("tip_x_mm", "tip_y_mm", "tip_z_mm"), lambda s: s.end_pose[:3, 3], 1e-3, 0.5e-3, True),
+    "direction": Goal(("direction_x", "direction_y", "direction_z"), _direction, 2.0 * DEGREE, DEGREE, True),
+}  # fmt: skip
+"""By name. `bend` is the bend angle vector of an actuator that bends in any direction, `direction` the unit
+vector along the tip."""
+
+
+def misses(goals: tuple[str, ...], found: Array, wanted: Array) -> dict[str, Array]:
+    """Distance from each goal, in SI.
+
+    Args:
+        goals: names.
+        found, wanted: what is and what should be, shape (..., columns).
+    """
+    misses, at = {}, 0
+    for name in goals:
+        width = len(GOALS[name].columns)
+        misses[name] = safe_norm(found[..., at : at + width] - wanted[..., at : at + width])
+        at += width
+    return misses
+
+
+def sizes(goals: tuple[str, ...]) -> Array:
+    """Size of every column, shape (columns,)."""
+    return jnp.asarray([GOALS[name].size for name in goals for _ in GOALS[name].columns])

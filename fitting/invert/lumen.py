@@ -1,0 +1,274 @@
+"""A chain along the centre line of a lumen: as close to it as it can be, with its wall clear of the
+lumen's."""
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+from scipy.stats import qmc
+
+import pneusma_jax as pj
+from fitting.design.bodies import Solved
+from fitting.design.log import Evaluation
+from fitting.design.optimise import ALLOWED, Outcome, Problem, best_of, optimise
+from fitting.design.quantities import QUANTITIES
+from pneusma_jax.errors import InputError
+from pneusma_jax.units import to_si, unit_of_column
+
+from .forward import Memories, first_guess, fresh, state_of
+from .run import Inverse
+
+POINTS = 12
+"""Number of points on every segment that are held clear: 5 mm apart on a segment of 56 mm."""
+STARTS = 8
+PICKED = 8_000
+"""Number of the atlas' states of which the nearest to the line are searched from."""
+
+
+@dataclass(frozen=True)
+class Lumen:
+    """A tube to pass through, in the frame of the chain's base: z along the straight chain.
+
+    Attributes:
+        name: of the file.
+        points: of its centre line [m], shape (points, 3); the chain begins at the first.
+        diameter: at these [m], shape (points,).
+    """
+
+    name: str
+    points: np.ndarray
+    diameter: np.ndarray
+
+    @property
+    def lengths(self) -> np.ndarray:
+        """Distance along the centre line at every point [m]."""
+        return np.append(0.0, np.cumsum(np.linalg.norm(np.diff(self.points, axis=0), axis=1)))
+
+    @property
+    def tortuosity(self) -> float:
+        """Length of the centre line over the distance of its ends [1]."""
+        return float(self.lengths[-1] / np.linalg.norm(self.points[-1] - self.points[0]))
+
+
+@dataclass(frozen=True)
+class Passage:
+    """A chain in a lumen.
+
+    Attributes:
+        lumen: passed through.
+        springs: segment and number of every spring.
+        pressure: gauge [Pa]; fractions: of all springs [1].
+        offset: root mean square distance of the chain's centre line from the lumen's [m].
+        clearance: least distance between the walls [m], negative where they would overlap.
+        line: of the chain's centre line [m], shape (points, 3).
+        solved: the state.
+    """
+
+    lumen: Lumen
+    springs: tuple[tuple[int, int], ...]
+    pressure: float
+    fractions: np.ndarray
+    offset: float
+    clearance: float
+    line: np.ndarray
+    solved: Solved
+
+    @property
+    def passes(self) -> bool:
+        """Whether the chain is clear of the lumen's wall everywhere."""
+        return self.clearance >= -1e-9
+
+
+def read_lumen(path: str | Path) -> Lumen:
+    """Read a centre line from a CSV with columns `x_mm, y_mm, z_mm, diameter_mm`, any unit of length.
+
+    Raises:
+        InputError: one line with file, row and column.
+    """
+    path = Path(path)
+    try:
+        with open(path, newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({(error.strerror or str(error)).lower()})") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: cannot be read as a text file") from None
+    if len(rows) < 2:
+        raise InputError(f"{path}: a centre line needs at least two points")
+    columns = {}
+    for wanted in ("x", "y", "z", "diameter"):
+        named = [n for n in rows[0] if n and n.rpartition("_")[0] == wanted]
+        if not named:
+            raise InputError(f"{path}: column {wanted}_mm is missing")
+        _, unit = unit_of_column(named[0])
+        columns[wanted] = [
+            _number(row[named[0]], unit, f"{path}: row {k}, column {named[0]}")
+            for k, row in enumerate(rows, 2)
+        ]
+    points = np.column_stack([columns[n] for n in "xyz"])
+    if np.any(np.linalg.norm(np.diff(points, axis=0), axis=1) <= 0.0):
+        raise InputError(f"{path}: two points of the centre line that follow each other are the same")
+    if np.any(np.array(columns["diameter"]) <= 0.0):
+        raise InputError(f"{path}: every diameter must be positive")
+    return Lumen(path.stem, points, np.array(columns["diameter"]))
+
+
+def _number(text: str | None, unit: str, where: str) -> float:
+    try:
+        value = float(text)
+    except (TypeError, ValueError):
+        raise InputError(f"{where} must be a number, but it is {text!r}") from None
+    if not np.isfinite(value):
+        raise InputError(f"{where} must be finite, but it is {text!r}")
+    return to_si(value, unit)
+
+
+def distances(points: Array, lumen: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Distance of points from a centre line, and the lumen's radius where each is nearest [m].
+
+    Args:
+        points: shape (points, 3).
+        lumen: the centre line's points and diameters.
+    """
+    line, diameter = lumen
+    begin, along = line[:-1], jnp.diff(line, axis=0)
+    share = jnp.einsum("psk,sk->ps", points[:, None] - begin, along) / jnp.sum(along**2, axis=1)
+    share = jnp.clip(share, 0.0, 1.0)
+    away = jnp.sqrt(jnp.sum((points[:, None] - begin - share[..., None] * along) ** 2, axis=-1) + 1e-18)
+    nearest = jnp.argmin(away, axis=1)
+    rows = jnp.arange(points.shape[0])
+    local = diameter[:-1] + share * jnp.diff(diameter)
+    return away[rows, nearest], 0.5 * local[rows, nearest]
+
+
+class _Numbers:
+    """Mean square distance, and violations of the clearances, of drives of a chain."""
+
+    def __init__(self, inverse: Inverse, lumen: Lumen, clearance: float):
+        body, box = inverse.body, inverse.box()
+        self.model = None
+        given = (jnp.asarray(lumen.points), jnp.asarray(lumen.diameter))
+        radius = jnp.max(jnp.stack([s.section.radius for s in body.segments]))
+        scale = float(radius)
+
+        def numbers(place: Array, memories: Memories) -> Array:
+            drives = box.drives(place)
+            solved = state_of(body, drives[0], drives[1:], memories, first_guess(body))
+            away, room = distances(_line(solved), given)
+            own = QUANTITIES["clearance"].function(solved, 0)
+            return jnp.concatenate(
+                [
+                    jnp.mean(away**2)[None] / scale**2,
+                    (away + radius + clearance - room) / scale,
+                    -own[None] / scale,
+                ]
+            )
+
+        @eqx.filter_jit
+        def evaluate(places: Array, memories: Memories) -> tuple[Array, Array]:
+            def one(place: Array) -> tuple[Array, Array]:
+                values, push = jax.linearize(lambda u: numbers(u, memories), place)
+                return values, jax.vmap(push)(jnp.eye(place.size)).T
+
+            return jax.lax.map(one, places, batch_size=STARTS)
+
+        self._evaluate, self._memories = evaluate, fresh(body)
+
+    def __call__(self, places: list[np.ndarray]) -> list[Evaluation]:
+        filled = np.stack([*places, *[places[-1]] * (-len(places) % STARTS)])
+        found = [np.asarray(x) for x in self._evaluate(jnp.asarray(filled), self._memories)]
+        return [Evaluation(np.array(p), found[0][k], found[1][k]) for k, p in enumerate(places)]
+
+
+def _line(solved: Solved) -> Array:
+    """Points along a chain [m]."""
+    if solved.chain is not None:
+        return solved.chain.shape.polyline(POINTS)
+    one = solved.only
+    share = jnp.linspace(0.0, 1.0, POINTS)
+    return pj.serial_chain.kinematics.arc_points(one.bend, one.length, share)
+
+
+def pass_through(inverse: Inverse, lumen: Lumen, clearance: float = 0.0) -> Passage:
+    """Drives that keep a chain along a lumen.
+
+    The mean square distance of the centre lines is minimised by SLSQP from several starts, with the
+    clearances of all points as inequalities. Where they cannot be kept, the least overlap is looked for.
+
+    Args:
+        inverse: of a chain, or of one actuator.
+        lumen: to pass through; the chain begins at its first point, along z.
+        clearance: to keep between the walls [m].
+    """
+    evaluate = _Numbers(inverse, lumen, clearance)
+    starts = _starts(inverse, lumen)
+    size = evaluate(starts[:1])[0].values.size
+    rows = np.arange(1, size)
+    problem = Problem(np.eye(size)[0], rows, np.zeros(rows.size), np.ones(rows.size))
+    outcomes: list[Outcome] = optimise([problem] * len(starts), starts, evaluate)
+    best = best_of(outcomes)
+    if not best.kept:
+        slack = Problem(np.eye(size)[0], rows, np.zeros(rows.size), np.ones(rows.size), slack=True)
+        best = best_of(optimise([slack] * len(starts), starts, evaluate))
+        if best.objective <= ALLOWED:  # it can be kept after all: from there
+            again = optimise([problem] * STARTS, [best.evaluation.place] * STARTS, evaluate)
+            best = best_of([*again, *([] if best_of(again).kept else [best])])
+    drives = np.asarray(inverse.box().drives(jnp.asarray(best.evaluation.place)))
+    solved = jax.tree.map(lambda x: x[0], _parts(inverse.verified(drives[None])))
+    state = Solved(inverse.body, *solved)
+    if inverse.body.chain is not None:
+        activations = _activations(inverse, drives)
+        state = Solved(
+            inverse.body, *(lambda c: (jnp.asarray(drives[0]), c.segments, c.end_pose, c))(
+                pj.solve_chain(inverse.body.chain, drives[0], activations)
+            )
+        )  # fmt: skip
+    line = np.asarray(_line(state))
+    away, room = distances(jnp.asarray(line), (jnp.asarray(lumen.points), jnp.asarray(lumen.diameter)))
+    radius = max(float(s.section.radius) for s in inverse.body.segments)
+    return Passage(
+        lumen, inverse.springs, float(drives[0]), drives[1:], float(np.sqrt(np.mean(np.asarray(away) ** 2))),
+        float(np.min(np.asarray(room - away)) - radius), line, state,
+    )  # fmt: skip
+
+
+def _activations(inverse: Inverse, drives: np.ndarray) -> list[tuple]:
+    activations, at = [], 1
+    for segment in inverse.body.segments:
+        count = len(segment.springs)
+        activations.append(tuple(pj.MartensiteFraction(x) for x in drives[at : at + count]))
+        at += count
+    return activations
+
+
+def _parts(solved: Solved) -> tuple:
+    return solved.pressure, solved.segments, solved.end_pose, solved.chain
+
+
+def _starts(inverse: Inverse, lumen: Lumen) -> list[np.ndarray]:
+    """Places in the box: states of the atlas whose segments' ends lie nearest to the line, spread out."""
+    atlas, box = inverse.atlas, inverse.box()
+    some = np.linspace(0, len(atlas.drives) - 1, min(PICKED, len(atlas.drives))).astype(int)
+    given = (jnp.asarray(lumen.points), jnp.asarray(lumen.diameter))
+    part = jax.tree.map(lambda x: x[some], (atlas.solved.segments, atlas.solved.end_pose))
+
+    def offset(segments: tuple, end_pose: Array) -> Array:
+        if inverse.body.chain is None:
+            points = _line(Solved(inverse.body, jnp.zeros(()), segments, end_pose, None))
+        else:
+            bends = jnp.stack([x.bend for x in segments])
+            lengths = jnp.stack([x.length for x in segments])
+            shape = pj.serial_chain.segments.chain_shape(inverse.body.chain, bends, lengths)
+            points = shape.polyline(4)
+        return jnp.mean(distances(points, given)[0] ** 2)
+
+    away = np.asarray(jax.jit(lambda p: jax.lax.map(lambda row: offset(*row), p, batch_size=256))(part))
+    order = some[np.argsort(np.where(np.isfinite(away), away, np.inf))]
+    places = [np.asarray(box.place(jnp.asarray(atlas.drives[k]))) for k in order[: STARTS - 2]]
+    even = qmc.Sobol(len(places[0]), seed=np.random.default_rng(inverse.seed)).random(2)
+    return [*(np.clip(p, 0.0, 1.0) for p in places), *even]

@@ -1,0 +1,316 @@
+"""Inverse problems of one body: targets to drives, many at once."""
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.design.bodies import Body, Solved, build_body, plan_of
+from fitting.design.quantities import AMBIENT, temperature
+from pneusma_jax.errors import InputError
+from pneusma_jax.units import from_si
+
+from .atlas import Atlas, atlas_of
+from .forward import Memories, fresh, springs_of, states_of
+from .goals import GOALS, misses
+from .search import Box, Found, search_all
+
+STARTS, MORE_STARTS = 2, 12
+"""Number of starts of a target, and of one that no start has met."""
+APART = 0.02
+"""Least difference of two ways to the same target, as part of a drive's range [1]."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Ranges of the drives.
+
+    Attributes:
+        pressure: gauge [Pa], lowest and highest; equal ends hold it.
+        xi0_min: martensite fraction of the hottest spring [1].
+    """
+
+    pressure: tuple[float, float] = (0.0, 50e3)
+    xi0_min: float = 0.1
+
+
+@dataclass(frozen=True)
+class Inversion:
+    """Drives for targets; arrays have a leading axis of targets.
+
+    Attributes:
+        goals: names; wanted: their values in SI, shape (targets, columns).
+        springs: segment and number of every spring.
+        pressure: gauge [Pa]; fractions: shape (targets, springs); resistances [ohm] and currents [A] that
+            hold them in still air, the same.
+        values: of the goals, as the model has them with these drives, shape (targets, columns).
+        misses: by goal [SI].
+        met: whether every goal is met within its tolerance.
+        held: which ends of which drives hold an unmet target, in words.
+        ways: for each target, the drives of every other way that was found, shape (ways, drives).
+    """
+
+    goals: tuple[str, ...]
+    wanted: np.ndarray
+    springs: tuple[tuple[int, int], ...]
+    pressure: np.ndarray
+    fractions: np.ndarray
+    resistances: np.ndarray
+    currents: np.ndarray
+    values: np.ndarray
+    misses: Mapping[str, np.ndarray]
+    met: np.ndarray
+    held: tuple[str, ...]
+    ways: tuple[np.ndarray, ...]
+
+    def spring_name(self, k: int) -> str:
+        """Name of a spring's column: `2`, or `1.2` in a chain."""
+        return spring_name(self.springs, k)
+
+
+def spring_name(springs: Sequence[tuple[int, int]], k: int) -> str:
+    """Name of a spring: its number, in a chain after that of its segment."""
+    several = len({segment for segment, _ in springs}) > 1
+    return f"{springs[k][0]}.{springs[k][1]}" if several else str(springs[k][1])
+
+
+class Inverse:
+    """The inverse of one design.
+
+    Args:
+        design, alloy, material: names or paths of tables; the design's own where None.
+        limits: of the drives.
+        seed: of random combinations.
+
+    Raises:
+        InputError: for a design that cannot be used, or without springs under a held pressure.
+    """
+
+    def __init__(
+        self,
+        design: str,
+        limits: Limits = Limits(),
+        alloy: str | None = None,
+        material: str | None = None,
+        seed: int = 0,
+    ):
+        plan = plan_of(design, alloy, material)
+        self.body: Body = build_body(plan, {}, plan.materials())
+        self.limits, self.seed, self.springs = limits, seed, springs_of(self.body)
+        if not self.springs and limits.pressure[0] == limits.pressure[1]:
+            raise InputError(f"{design}: without springs and with a held pressure there is nothing to drive")
+        self.names = tuple(spring_name(self.springs, k) for k in range(len(self.springs)))
+
+    @cached_property
+    def atlas(self) -> Atlas:
+        """States to start from."""
+        return atlas_of(self.body, self.limits.pressure, self.limits.xi0_min, self.seed)
+
+    def box(self, heated: Sequence[int] | None = None) -> Box:
+        """Ranges of the drives; springs beyond those of `heated` (indices) stay cold."""
+        count = len(self.springs)
+        low = np.full(count, self.limits.xi0_min)
+        if heated is not None:
+            low[[k for k in range(count) if k not in heated]] = 1.0
+        ends = self.limits.pressure
+        rest = np.append(np.clip(0.0, *ends), np.ones(count))
+        return Box(
+            *(jnp.asarray(x) for x in (np.append(ends[0], low), np.append(ends[1], np.ones(count)), rest))
+        )
+
+    def check(self, goals: Sequence[str]) -> None:
+        """Refuse goals that this body cannot have.
+
+        Raises:
+            InputError: naming the goal.
+        """
+        for name in goals:
+            if self.body.chain is not None and not GOALS[name].chain:
+                raise InputError(f"a chain has no {name} of its own; want its tip or direction instead")
+            planar = self.body.chain is None and self.body.segments[0].planar
+            if name in ("curvature", "bend_angle") and not planar:
+                raise InputError(
+                    f"{name} has a sign only where bending is held in a plane; want a bend instead"
+                )
+
+    def solve(self, goals: Sequence[str], wanted: np.ndarray, all_ways: bool = False) -> Inversion:
+        """Drives for targets, with springs that are new to heat.
+
+        Args:
+            goals: names of `GOALS`.
+            wanted: values in SI, shape (targets, columns).
+            all_ways: look for other ways, too: with every set of heated springs of an actuator, from more
+                starts of a chain.
+        """
+        goals, wanted = tuple(goals), np.atleast_2d(np.asarray(wanted, dtype=float))
+        self.check(goals)
+        lean = self.atlas.nearest(goals, wanted, 1, lean=True)
+        near = np.concatenate([lean, self.atlas.nearest(goals, wanted, STARTS - 1)], axis=1)
+        best = _best(self._searched(goals, wanted, near))
+        lost = np.flatnonzero(~self._met(goals, np.asarray(best.values), wanted))
+        if lost.size:
+            again = self.atlas.nearest(goals, wanted[lost], MORE_STARTS)
+            better = _best(self._searched(goals, wanted[lost], again))
+            best = jax.tree.map(lambda a, b: _replaced(a, b, lost), best, better)
+        ways = (
+            self._ways(goals, wanted, best)
+            if all_ways
+            else [np.zeros((0, 1 + len(self.springs)))] * len(wanted)
+        )
+        return self._inversion(goals, wanted, best, ways)
+
+    def _searched(
+        self,
+        goals: tuple[str, ...],
+        wanted: np.ndarray,
+        near: np.ndarray,
+        heated: Sequence[int] | None = None,
+    ) -> Found:
+        """Searches from states of the atlas, arrays of shape (targets, starts, ...)."""
+        targets, starts = near.shape
+        box = self.box(heated)
+        flat = near.ravel()
+        begin = jax.vmap(box.place)(jnp.asarray(self.atlas.drives[flat]))
+        many = jax.tree.map(lambda x: jnp.broadcast_to(x, (flat.size, *x.shape)), box)
+        rows = jnp.asarray(np.repeat(wanted, starts, axis=0))
+        guess = jnp.asarray(self.atlas.unknowns[flat])
+        padded, size = _padded((many, rows, begin, guess))
+        found = search_all(self.body, goals, *padded[:3], fresh(self.body), padded[3])
+        return jax.tree.map(lambda x: np.asarray(x)[:size].reshape(targets, starts, *x.shape[1:]), found)
+
+    def _met(self, goals: tuple[str, ...], values: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+        found = misses(goals, jnp.asarray(values), jnp.asarray(wanted))
+        return np.all([np.asarray(m) <= GOALS[name].tolerance for name, m in found.items()], axis=0)
+
+    def _ways(self, goals: tuple[str, ...], wanted: np.ndarray, best: Found) -> list[np.ndarray]:
+        """Other ways to each target, least heating first."""
+        count = len(self.springs)
+        candidates: list[Found] = []
+        if self.body.chain is None:
+            for size in range(1, count + 1):
+                for heated in itertools.combinations(range(count), size):
+                    near = self.atlas.nearest(goals, wanted, 1, lean=True)
+                    candidates.append(self._searched(goals, wanted, near, heated))
+        else:
+            candidates.append(self._searched(goals, wanted, self.atlas.nearest(goals, wanted, MORE_STARTS)))
+        box, ways = self.box(), []
+        scale = np.where(np.asarray(box.high > box.low), np.asarray(box.high - box.low), 1.0)
+        for t, target in enumerate(wanted):
+            taken = [np.asarray(box.drives(best.place[t]))]
+            options = []
+            for k, many in enumerate(candidates):
+                own = self.box(self._subset(k)) if self.body.chain is None else box
+                for s in range(many.place.shape[1]):
+                    if self._met(goals, many.values[t, s][None], target[None])[0]:
+                        options.append((float(many.effort[t, s]), np.asarray(own.drives(many.place[t, s]))))
+            for _, drives in sorted(options, key=lambda pair: pair[0]):
+                if all(np.max(np.abs(drives - other) / scale) > APART for other in taken):
+                    taken.append(drives)
+            ways.append(np.array(taken[1:]).reshape(-1, count + 1))
+        return ways
+
+    def _subset(self, k: int) -> tuple[int, ...]:
+        count = len(self.springs)
+        every = [h for size in range(1, count + 1) for h in itertools.combinations(range(count), size)]
+        return every[k]
+
+    def _inversion(
+        self, goals: tuple[str, ...], wanted: np.ndarray, best: Found, ways: list[np.ndarray]
+    ) -> Inversion:
+        box = self.box()
+        drives = np.asarray(jax.vmap(box.drives)(jnp.asarray(best.place)))
+        solved = self.verified(drives)
+        values = _goal_values(solved, goals)
+        found = {
+            name: np.asarray(m) for name, m in misses(goals, jnp.asarray(values), jnp.asarray(wanted)).items()
+        }
+        met = np.all([m <= GOALS[name].tolerance for name, m in found.items()], axis=0)
+        held = tuple("" if ok else self._held(best, k) for k, ok in enumerate(met))
+        resistances, currents = electrical(solved)
+        return Inversion(
+            goals, wanted, self.springs, drives[:, 0], drives[:, 1:], resistances, currents, values, found,
+            met,
+            held, tuple(ways),
+        )  # fmt: skip
+
+    def verified(self, drives: np.ndarray, memories: Memories | None = None) -> Solved:
+        """States of drives on the exact model, each solved from rest, shape (targets, drives)."""
+        memories = fresh(self.body) if memories is None else memories
+        (pressure, fractions), size = _padded((jnp.asarray(drives[:, 0]), jnp.asarray(drives[:, 1:])))
+        found = states_of(self.body, pressure, fractions, memories)
+        parts = (found.pressure, found.segments, found.end_pose, found.chain)
+        return Solved(self.body, *jax.tree.map(lambda x: x[:size], parts))
+
+    def _held(self, best: Found, k: int) -> str:
+        """Which bounds hold an unmet target, in words."""
+        box, place, slope = self.box(), best.place[k], best.slope[k]
+        words = []
+        for j, name in enumerate(["pressure", *(f"xi0_{n}" for n in self.names)]):
+            if not float(box.high[j]) > float(box.low[j]):
+                continue
+            ends = [float(from_si(float(x[j]), "kPa" if j == 0 else "1")) for x in (box.low, box.high)]
+            unit = " kPa" if j == 0 else ""
+            if place[j] <= 1e-6 and slope[j] > 0.0:
+                words.append(f"{name} at its lowest, {ends[0]:.4g}{unit}")
+            if place[j] >= 1.0 - 1e-6 and slope[j] < 0.0:
+                words.append(f"{name} at its highest, {ends[1]:.4g}{unit}")
+        return "; ".join(words) or "the goals contradict each other"
+
+
+def _replaced(old: np.ndarray, new: np.ndarray, where: np.ndarray) -> np.ndarray:
+    old = np.array(old)
+    old[where] = new
+    return old
+
+
+def _best(found: Found) -> Found:
+    """The best start of every target: the least miss, then the least heating."""
+    miss = np.where(found.miss < 1e-3, 0.0, found.miss)
+    which = np.lexsort((found.effort, miss), axis=1)[:, 0]
+    rows = np.arange(len(which))
+    return jax.tree.map(lambda x: np.asarray(x)[rows, which], found)
+
+
+def _padded(tree: tuple) -> tuple[tuple, int]:
+    """Rows filled up to a power of two with the last one, so that few programs serve all numbers; their
+    number."""
+    size = jax.tree.leaves(tree)[0].shape[0]
+    wanted = 1 << max(size - 1, 0).bit_length()
+    fill = lambda x: jnp.concatenate([x, jnp.broadcast_to(x[-1:], (wanted - size, *x.shape[1:]))])  # noqa: E731
+    return jax.tree.map(fill, tree), size
+
+
+def _goal_values(solved: Solved, goals: tuple[str, ...]) -> np.ndarray:
+    return Atlas(np.zeros((0, 0)), np.zeros(0), solved).values(goals)
+
+
+def electrical(solved: Solved) -> tuple[np.ndarray, np.ndarray]:
+    """Resistance of every spring [ohm], and the current that holds its temperature in air of 22 degC [A].
+
+    Args:
+        solved: states, arrays with a leading axis of rows.
+    """
+
+    def one(part: tuple) -> tuple[jax.Array, jax.Array]:
+        state = Solved(solved.body, *part)
+        resistances, currents = [], []
+        for k, segment in enumerate(state.body.segments):
+            if not segment.springs:
+                continue
+            for spring, found, degrees in zip(
+                segment.springs, state.segments[k].springs, temperature(state, k), strict=True
+            ):
+                geometry = spring.geometry
+                surface = jnp.pi * geometry.wire_diameter * geometry.wire_length
+                power = spring.alloy.convection * surface * jnp.maximum(degrees - AMBIENT, 0.0)
+                resistances.append(found.resistance)
+                currents.append(jnp.where(found.xi0 < 1.0, jnp.sqrt(power / found.resistance), 0.0))
+        blank = jnp.zeros(0)
+        return (jnp.stack(resistances), jnp.stack(currents)) if resistances else (blank, blank)
+
+    found = jax.jit(jax.vmap(one))((solved.pressure, solved.segments, solved.end_pose, solved.chain))
+    return tuple(np.asarray(x) for x in found)

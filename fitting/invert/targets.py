@@ -1,0 +1,103 @@
+"""Targets from a CSV: columns of goals with their units, and perhaps time."""
+
+import csv
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.units import to_si, unit_of_column
+
+from .goals import GOALS
+
+
+@dataclass(frozen=True)
+class Targets:
+    """What is wanted, row by row.
+
+    Attributes:
+        goals: names; wanted: values in SI, shape (rows, columns).
+        time: [s], shape (rows,), where the rows follow each other; else None.
+    """
+
+    goals: tuple[str, ...]
+    wanted: np.ndarray
+    time: np.ndarray | None = None
+
+
+def read_targets(path: str | Path) -> Targets:
+    """Read targets from a CSV whose columns are those of goals, in any unit of the right kind, and `time_s`.
+
+    Raises:
+        InputError: one line with file, row and column.
+    """
+    path = Path(path)
+    try:
+        with open(path, newline="", encoding="utf-8") as file:
+            rows = list(csv.reader(file))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({(error.strerror or str(error)).lower()})") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: cannot be read as a text file") from None
+    if len(rows) < 2:
+        raise InputError(f"{path}: there is no target: a header and at least one row are needed")
+    header, body = [name.strip() for name in rows[0]], rows[1:]
+    columns = {}
+    for k, name in enumerate(header):
+        columns[name] = np.array(
+            [_number(row, k, f"{path}: row {n}, column {name}") for n, row in enumerate(body, 2)]
+        )
+    return targets_of(columns, str(path))
+
+
+def _number(row: list[str], k: int, where: str) -> float:
+    try:
+        value = float(row[k])
+    except (IndexError, ValueError):
+        raise InputError(f"{where} must be a number, but it is {row[k] if k < len(row) else ''!r}") from None
+    if not np.isfinite(value):
+        raise InputError(f"{where} must be finite, but it is {row[k]!r}")
+    return value
+
+
+def targets_of(columns: Mapping[str, np.ndarray], where: str) -> Targets:
+    """Targets of named columns in the units that their names say.
+
+    Raises:
+        InputError: for a column that is no goal's, a goal whose columns are not all there, or time going
+            backwards.
+    """
+    columns = dict(columns)
+    time = columns.pop("time_s", None)
+    known = {c: name for name, goal in GOALS.items() for c in goal.columns}
+    stems = {_stem(c): c for c in known}
+    found: dict[str, np.ndarray] = {}
+    for name, values in columns.items():
+        usual = stems.get(_stem(name))
+        if usual is None:
+            raise InputError(f"{where}: unknown column {name!r}, {nearest(name, [*known, 'time_s'])}")
+        unit = "1" if usual.startswith("direction") else unit_of_column(name)[1]
+        found[usual] = to_si(np.asarray(values, dtype=float), unit)
+    goals = tuple(n for n, g in GOALS.items() if any(c in found for c in g.columns))
+    if not goals:
+        raise InputError(f"{where}: nothing is wanted: name at least one of {', '.join(known)}")
+    for name in goals:
+        for column in GOALS[name].columns:
+            if column not in found:
+                raise InputError(f"{where}: {name} needs column {column!r} too")
+    wanted = np.column_stack([found[c] for n in goals for c in GOALS[n].columns])
+    if "direction" in goals:
+        at = sum(len(GOALS[n].columns) for n in goals[: goals.index("direction")])
+        size = np.linalg.norm(wanted[:, at : at + 3], axis=1, keepdims=True)
+        if np.any(size <= 0.0):
+            raise InputError(f"{where}: a direction must not be zero")
+        wanted[:, at : at + 3] /= size
+    if time is not None and np.any(np.diff(time) < 0.0):
+        raise InputError(f"{where}: column time_s goes backwards")
+    return Targets(goals, wanted, time)
+
+
+def _stem(column: str) -> str:
+    return column if column.startswith("direction") else column.rpartition("_")[0]

@@ -1,0 +1,1 @@
+"""Springs on one pair of wires, on paper."""

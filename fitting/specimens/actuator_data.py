@@ -1,0 +1,139 @@
+"""Recordings of an actuator as arrays, with what only effects ask for: currents, air temperature, gravity."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import equinox as eqx
+import numpy as np
+
+import pneusma_jax as pj
+from fitting.data.recordings import Campaign, Recording
+from fitting.inference.readings import noise_found
+from pneusma_jax.actuator.designs import GEOMETRY_KEYS
+from pneusma_jax.actuator.loads import gravity_vector
+from pneusma_jax.errors import InputError
+
+from . import actuator_phase, priors, silicones
+from .actuator_rows import ALLOY
+from .model_objects import geometry_of
+from .row_builders import columns_of, measured_and_weight, smooth
+from .rows import Rows
+from .specimen import FITTED, RowOptions
+
+OUTPUTS = ("curvature", "bend_angle", "length", "bend_direction")
+FIXED = ("gamma_max", "poisson_ratio", "T_mid", "T_width", "density", "heat_capacity", "convection")
+"""Constants that a pressurised actuator does not identify: conventions, and those of heating."""
+TUBE = ("outer_diameter", "wall_thickness", "length")
+RECORDED = ("current_1", "current_2", "current_3", "temperature")
+"""Quantities that only effects ask for."""
+AIR = 22.0
+"""Temperature of the air that nobody recorded [degC]."""
+
+
+def layout_of(campaign: Campaign) -> pj.Layout:
+    """The one arrangement of a campaign's actuators.
+
+    Raises:
+        InputError: if there are several designs.
+    """
+    named = {str(r.full_geometry()["design"]): r.name for r in campaign.recordings}
+    if len(named) > 1:
+        words = " and ".join(f"{design} ({name})" for design, name in list(named.items())[:2])
+        raise InputError(f"{campaign.path}: recordings are of different designs: {words}; fit one at a time")
+    return pj.layout(next(iter(named)))
+
+
+def dimensions(recording: Recording) -> dict[str, float]:
+    """Every dimension of a recording's actuator in SI, and the factor on its silicone."""
+    geometry = geometry_of(recording)
+    return {name: float(getattr(geometry, name)) for name in GEOMETRY_KEYS} | {silicones.FACTOR: 1.0}
+
+
+def undecided_rows_for(
+    campaign: Campaign,
+    base: str | Path | None = None,
+    material: str | Path | None = None,
+    options: RowOptions = FITTED,
+) -> list[Rows]:
+    """Every recording of a campaign as arrays, in its order; every spring cold.
+
+    Args:
+        campaign: recordings of kind actuator, of one design.
+        options: which rows are taken.
+        base: alloy to start from where `alloy = "fit"`; see `specimens.priors.alloy_quantities`.
+        material: silicone to start from, instead of the one that is named.
+
+    Raises:
+        InputError: if they name several designs, alloys or materials, or one has too few complete rows.
+    """
+    layout = layout_of(campaign)
+    law, _ = silicones.law_of(campaign, material)
+    common = silicones.constants(law)
+    if layout.spring_numbers:
+        quantities, _ = priors.alloy_quantities(campaign, ALLOY, base)
+        common |= {name: quantity.value for name, quantity in quantities.items()}
+    number = {specimen: k for k, specimen in enumerate(campaign.specimens(), start=1)}
+    extra = {"layout": layout, "law": silicones.packed(law)}
+    wired = tuple(
+        n for n in layout.spring_numbers if any(r.has(f"resistance_{n}") for r in campaign.recordings)
+    )
+    members = campaign.recordings
+    rows = [_rows_of(r, common, wired, extra, number[r.specimen], options) for r in members]
+    shared = [name for name in RECORDED if any(r.has(name) for r in members)]
+    return [
+        eqx.tree_at(lambda x: x.extra, one, one.extra | _recorded(recording, one, shared))
+        for recording, one in zip(members, rows, strict=True)
+    ]
+
+
+def _rows_of(
+    recording: Recording,
+    common: Mapping[str, float],
+    wired: tuple[int, ...],
+    extra: Mapping[str, object],
+    specimen: int,
+    options: RowOptions,
+) -> Rows:
+    there = [f"resistance_{n}" for n in wired if recording.has(f"resistance_{n}")]
+    columns, block = columns_of(recording, ("pressure", *there), OUTPUTS, options)
+    measured, weight = measured_and_weight(recording, OUTPUTS, columns, block, options)
+    inputs = {"pressure": smooth(columns, "pressure", options)}
+    noise = {}
+    for name in (f"resistance_{n}" for n in wired):
+        inputs[name] = columns.get(name, np.ones(len(columns["time"])))
+        noise[f"noise_{name}"] = np.asarray(0.0)  # not measured: taken as cold
+        if name in there:
+            sigma = recording.noise_si(name) or noise_found(recording, name)
+            noise[f"noise_{name}"] = np.asarray(max(sigma, 1e-12) / np.sqrt(block))
+    base = dimensions(recording) | dict(common)
+    rows = Rows(
+        mask=np.ones(len(columns["time"]), bool),
+        time=columns["time"],
+        inputs=inputs,
+        measured=measured,
+        weight=weight,
+        base={name: np.asarray(float(value)) for name, value in base.items()},
+        extra={**extra, **noise},
+        specimen=np.asarray(specimen),
+    )
+    return actuator_phase.undecided(rows, len(extra["layout"].spring_numbers))
+
+
+def _recorded(recording: Recording, rows: Rows, names: list[str]) -> dict[str, np.ndarray]:
+    springs = len(rows.extra["xi0"])
+    found = {"gamma": tuple(np.zeros(len(rows.mask)) for _ in range(springs))}
+    found |= {
+        "gravity": np.asarray(
+            gravity_vector(recording.full_geometry().get("orientation", "vertical_base_down"))
+        )
+    }
+    for name in names:
+        nominal = AIR if name == "temperature" else 0.0
+        column = np.full(len(rows.mask), nominal)
+        if recording.has(name):
+            values, time = recording.si(name), recording.si("time")
+            held = np.isfinite(values) & np.isfinite(time)
+            if held.any():
+                column = np.interp(np.asarray(rows.time), time[held], values[held])
+        found[f"recorded_{name}"] = column
+    return found

@@ -1,0 +1,102 @@
+"""The forward model at every row of one recording: what simulations show, and synthetic campaigns measure."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.data.recordings import Campaign, Recording
+from pneusma_jax.calibration import Calibration
+from pneusma_jax.calibration.records import Quantity
+from pneusma_jax.pipeline import Effect
+
+from .model_objects import BASE, named_table
+from .rows import Rows, stack, with_numbers
+from .saved_models import AugmentedModel
+from .silicones import FACTOR
+from .specimen import Courses, RowOptions, Specimen
+
+TABLES = {"base": ("alloy", "alloy"), "material": ("material", "silicone")}
+"""Key of `[geometry]` that names the table of an option, and the kind of that table."""
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """One recording as the forward model has it; all courses in SI, of shape (rows,).
+
+    Attributes:
+        rows: the recording as arrays, with the numbers of the model.
+        outputs: by quantity, as instruments show them; NaN where there is no answer.
+        drivers: what drives them, by name.
+    """
+
+    rows: Rows
+    outputs: Courses
+    drivers: Courses
+
+
+def simulated(
+    specimen: Specimen,
+    recording: Recording,
+    model: AugmentedModel = BASE,
+    smooth: bool = True,
+    values: Mapping[str, float] | None = None,
+) -> Simulation:
+    """The answer of the forward model in every row of a recording that has all drivers.
+
+    Args:
+        specimen: what is recorded.
+        recording: its inputs; outputs need not be there.
+        model: numbers in place of the tables', and effects.
+        smooth: noisy drivers are smoothed, of kinds that smooth any.
+        values: numbers in place of those, by name, SI.
+
+    Raises:
+        InputError: if the recording leaves its alloy or material open, or no row has all drivers.
+    """
+    options = RowOptions(most=None, fewest=1, smooth=smooth, compared=False)
+    campaign = Campaign(recording.name, [recording], recording.path or Path(recording.name))
+    tables = {name: _table(recording, name, model) for name in specimen.options}
+    (rows,) = specimen.rows_for(campaign, options, **tables)
+    rows = with_numbers(rows, numbers_of(specimen, model, recording.specimen))
+    given = {name: jnp.asarray(float(value)) for name, value in (values or {}).items()}
+    outputs, drivers = jax.device_get(_answer(specimen, given, stack([rows]), model.effects))
+    count = len(rows.mask)
+    cut = lambda courses: {name: np.asarray(x)[0, :count] for name, x in courses.items()}  # noqa: E731
+    return Simulation(rows, cut(outputs), cut(drivers))
+
+
+@eqx.filter_jit
+def _answer(
+    specimen: Specimen, values: Mapping[str, jax.Array], stacked: Rows, effects: tuple[Effect, ...]
+) -> Any:
+    return jax.vmap(lambda rows: specimen.answer(values, rows, effects))(stacked)
+
+
+def numbers_of(specimen: Specimen, model: AugmentedModel, name: str | None = None) -> dict[str, Quantity]:
+    """A model's own numbers by the name that they have in rows.
+
+    Args:
+        specimen: what is recorded.
+        model: as it was loaded.
+        name: of the specimen whose own numbers count, if any.
+    """
+    found: dict[str, Quantity] = {}
+    for kind in specimen.tables:
+        for key, quantity in model.quantities(kind, name).items():
+            found.setdefault(key, quantity)
+    return found
+
+
+def _table(recording: Recording, option: str, model: AugmentedModel) -> Calibration:
+    """A recording's table with the model's numbers, but for the factor on a silicone: rows have that."""
+    key, kind = TABLES[option]
+    name = named_table(recording, key)
+    table, plain = model.table(kind, name, recording.specimen), BASE.table(kind, name).quantities
+    quantities = {n: q for n, q in table.quantities.items() if n != FACTOR}
+    return replace(table, quantities=quantities | {n: q for n, q in plain.items() if n == FACTOR})

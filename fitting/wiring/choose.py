@@ -1,0 +1,232 @@
+"""Filters for so many springs between two frequencies, by the optimiser of design studies."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.design.log import Evaluation
+from fitting.design.optimise import Outcome, Problem, best_of, optimise
+from pneusma_jax.errors import InputError
+
+from .circuit import Circuit, crosstalk
+
+E24 = (
+    1.0, 1.1, 1.2, 1.3, 1.5, 1.6, 1.8, 2.0, 2.2, 2.4, 2.7, 3.0, 3.3, 3.6, 3.9, 4.3, 4.7, 5.1, 5.6, 6.2,
+    6.8, 7.5, 8.2, 9.1,
+)  # fmt: skip
+"""Values in which capacitors are sold, to a power of ten (IEC 60063)."""
+NEIGHBOURS = 2
+"""How far apart in the order of resonances pairs are constraints; the check afterwards takes all pairs."""
+MOST = 40
+"""Maximum of segments that are tried."""
+
+
+@dataclass(frozen=True)
+class Springs:
+    """What is to be heated.
+
+    Attributes:
+        resistance: of a spring [ohm]; inductance: of it [H].
+    """
+
+    resistance: float
+    inductance: float
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """What filters may be.
+
+    Attributes:
+        low, high: ends of the band [Hz].
+        inductance: smallest and largest coil [H].
+        coil_time: see `Circuit`; lead_resistance: [ohm]; voltage: [V].
+    """
+
+    low: float
+    high: float
+    inductance: tuple[float, float] = (10e-6, 1e-3)
+    coil_time: float = 1e-3
+    lead_resistance: float = 0.1
+    voltage: float = 3.0
+
+    def check(self) -> None:
+        """Refuse a band or coils that cannot be.
+
+        Raises:
+            InputError: in one line.
+        """
+        if not 0.0 < self.low < self.high:
+            raise InputError(
+                f"frequencies must ascend and be positive, but they are {self.low:g} and {self.high:g} Hz"
+            )
+        if not 0.0 < self.inductance[0] < self.inductance[1]:
+            raise InputError("inductances must ascend and be positive")
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """Filters that were chosen.
+
+    Attributes:
+        circuit: with the best values; made: the same with capacitors that are sold, the coils trimmed to
+            keep the resonances; spread: with the capacitors that are sold and coils as they were.
+        crosstalk: worst, over all pairs [1], of `circuit`; made_crosstalk: of `made`; spread_crosstalk: of
+            `spread`.
+        even: worst crosstalk of evenly spaced resonances with the largest coils, before the search [1].
+    """
+
+    circuit: Circuit
+    made: Circuit
+    spread: Circuit
+    crosstalk: float
+    made_crosstalk: float
+    spread_crosstalk: float
+    even: float
+
+
+def worst(circuit: Circuit) -> float:
+    """Largest crosstalk between two different branches [1]; 0 for a single one."""
+    table = np.array(crosstalk(circuit))
+    np.fill_diagonal(table, 0.0)
+    return float(table.max())
+
+
+def circuit_of(springs: Springs, bounds: Bounds, resonance: np.ndarray, inductance: np.ndarray) -> Circuit:
+    """Branches with given resonances [Hz] and coils [H]."""
+    count = len(resonance)
+    whole = inductance + springs.inductance
+    return Circuit(
+        jnp.full(count, springs.resistance),
+        jnp.full(count, springs.inductance),
+        jnp.asarray(inductance),
+        1.0 / ((2.0 * jnp.pi * jnp.asarray(resonance)) ** 2 * whole),
+        bounds.coil_time,
+        bounds.lead_resistance,
+        bounds.voltage,
+    )
+
+
+class _Numbers:
+    """Bound of the crosstalk, and how far every pair is above it: places in the box are resonances, coils,
+    the bound.
+
+    Resonances ascend: each is a share of the way that is left to the end of the band.
+    """
+
+    def __init__(self, springs: Springs, bounds: Bounds, count: int):
+        low, high = bounds.inductance
+        apart = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
+        near = (apart > 0) & (apart <= NEIGHBOURS)
+
+        def numbers(place):
+            spot, coils, bound = place[:count], place[count : 2 * count], place[-1]
+            resonance = bounds.low * (bounds.high / bounds.low) ** spot
+            inductance = low * (high / low) ** coils
+            table = crosstalk(circuit_of(springs, bounds, resonance, inductance))
+            level = -10.0 * bound  # natural logarithm of the worst crosstalk, from 1 down to 5e-5
+            return jnp.concatenate([level[None], jnp.log(table[near]) - level, spot[:-1] - spot[1:] + 1e-3])
+
+        def one(place):
+            values, push = jax.linearize(numbers, place)
+            return values, jax.vmap(push)(jnp.eye(place.size)).T
+
+        self.both = eqx.filter_jit(jax.vmap(one))
+
+    def __call__(self, places: Sequence[np.ndarray]) -> list[Evaluation]:
+        values, slopes = (np.asarray(x) for x in self.both(jnp.asarray(np.stack(places))))
+        return [Evaluation(np.array(p), v, s) for p, v, s in zip(places, values, slopes, strict=True)]
+
+
+def choose_filters(springs: Springs, bounds: Bounds, count: int) -> Wiring:
+    """Filters with the least of the worst crosstalk.
+
+    The logarithm of the worst crosstalk is minimised, every pair a constraint.
+
+    Args:
+        springs: to be heated, all alike.
+        bounds: of the filters.
+        count: number of springs.
+
+    Raises:
+        InputError: for bounds that cannot be, or less than two springs.
+    """
+    bounds.check()
+    if count < 2:
+        raise InputError("a choice of filters needs at least two springs")
+    numbers = _Numbers(springs, bounds, count)
+    even = np.linspace(bounds.low, bounds.high, count)
+    ratio = np.log(even / bounds.low) / np.log(bounds.high / bounds.low)
+    geometric = np.linspace(0.0, 1.0, count)
+    starts = [
+        np.concatenate([s, np.full(count, coil), [0.1]]) for s in (ratio, geometric) for coil in (1.0, 0.9)
+    ]
+    size = numbers(starts[:1])[0].values.size
+    rows = np.arange(1, size)
+    problem = Problem(np.eye(size)[0], rows, np.zeros(rows.size), np.ones(rows.size))
+    best: Outcome = best_of(optimise([problem] * len(starts), starts, numbers))
+    place = best.evaluation.place
+    low, high = bounds.inductance
+    resonance = bounds.low * (bounds.high / bounds.low) ** place[:count]
+    circuit = circuit_of(springs, bounds, resonance, low * (high / low) ** place[count : 2 * count])
+    made, spread = _sold(circuit)
+    return Wiring(
+        circuit,
+        made,
+        spread,
+        worst(circuit),
+        worst(made),
+        worst(spread),
+        worst(_even(springs, bounds, count)),
+    )
+
+
+def _sold(circuit: Circuit) -> tuple[Circuit, Circuit]:
+    """The circuit with capacitors of the series E24: coils trimmed to the resonances, and coils left."""
+    wanted = np.asarray(circuit.capacitance)
+    decade = 10.0 ** np.floor(np.log10(wanted))
+    series = np.array([*E24, 10.0])
+    near = (
+        series[np.argmin(np.abs(np.log(series[None] * decade[:, None] / wanted[:, None])), axis=1)] * decade
+    )
+    whole = np.asarray(circuit.inductance + circuit.spring_inductance) * wanted / near
+    trimmed = whole - np.asarray(circuit.spring_inductance)
+    made = eqx.tree_at(
+        lambda c: (c.capacitance, c.inductance), circuit, (jnp.asarray(near), jnp.asarray(trimmed))
+    )
+    return made, eqx.tree_at(lambda c: c.capacitance, circuit, jnp.asarray(near))
+
+
+def most_segments(springs: Springs, bounds: Bounds, allowed: float = 0.01) -> tuple[int, Wiring | None]:
+    """Largest number of springs whose worst crosstalk is allowed, and their filters.
+
+    Args:
+        springs: to be heated.
+        bounds: of the filters.
+        allowed: crosstalk [1].
+
+    Returns:
+        The number, at most `MOST`, and the filters; (1, None) where not even two fit.
+    """
+    bounds.check()
+    count = 1
+    while count < MOST and worst(_even(springs, bounds, count + 1)) <= allowed:
+        count += 1
+    found = choose_filters(springs, bounds, count) if count > 1 else None
+    while count < MOST:
+        better = choose_filters(springs, bounds, count + 1)
+        if better.crosstalk > allowed:
+            break
+        count, found = count + 1, better
+    return count, found
+
+
+def _even(springs: Springs, bounds: Bounds, count: int) -> Circuit:
+    """Evenly spaced resonances with the largest coils."""
+    return circuit_of(
+        springs, bounds, np.linspace(bounds.low, bounds.high, count), np.full(count, bounds.inductance[1])
+    )

@@ -1,0 +1,51 @@
+"""PneuSMA2 driven to curvatures: reachable, out of reach, and over time."""
+
+import numpy as np
+import pytest
+
+import pneusma_jax as pj
+from fitting.invert import Inverse, Limits
+from fitting.invert.trajectory import follow
+
+LIMITS = Limits((0.0, 50e3), 0.1)
+
+
+@pytest.fixture(scope="module")
+def inverse():
+    return Inverse("pneusma2", LIMITS)
+
+
+def test_reachable_curvatures_are_met_and_the_rest_is_held_by_bounds(inverse):
+    random = np.random.default_rng(3)
+    drives = np.column_stack([random.uniform(0.0, 50e3, 60), random.uniform(0.1, 1.0, (60, 2))])
+    reachable = np.asarray(inverse.verified(drives).only.curvature)
+    wanted = np.concatenate([reachable, [75.0, -90.0, 120.0, -300.0]])[:, None]
+    found = inverse.solve(("curvature",), wanted)
+    assert found.met[:60].all() and not found.met[60:].any()
+    assert np.max(found.misses["curvature"][:60]) < 1e-2
+    assert all("xi0_" in words and "pressure" in words for words in found.held[60:])
+    # the nearest point, by the atlas: nothing of it lies nearer
+    seen = inverse.atlas.values(("curvature",))[:, 0]
+    for k in range(60, 64):
+        assert abs(found.values[k, 0] - wanted[k, 0]) <= np.min(np.abs(seen - wanted[k, 0])) * 1.01
+
+
+def test_drives_reproduce_the_curvature_in_the_plain_solver(inverse):
+    found = inverse.solve(("curvature",), np.array([[25.0]]))
+    given = tuple(pj.MartensiteFraction(x) for x in found.fractions[0])
+    state = pj.solve(pj.make_actuator("pneusma2"), found.pressure[0], given)
+    assert float(state.curvature) == pytest.approx(25.0, abs=1e-2)
+    np.testing.assert_allclose([float(s.resistance) for s in state.springs], found.resistances[0], rtol=1e-8)
+
+
+@pytest.mark.slow
+def test_what_heat_has_taken_is_said(inverse):
+    # bent as far as it goes to one side, and then straight and long: the heated spring does not let go again
+    held = Inverse("pneusma2", Limits((30e3, 30e3), 0.1))
+    cold = float(held.verified(np.array([[30e3, 1.0, 1.0]])).only.length[0])
+    hot = held.verified(np.array([[30e3, 1.0, 0.12]])).only
+    wanted = np.array([[float(hot.curvature[0]), float(hot.length[0])], [0.0, cold]])
+    found = follow(held, ("curvature", "length"), wanted, np.array([0.0, 10.0]))
+    assert found.without_memory.all() and found.lost.tolist() == [False, True]
+    assert found.disagreement < 1e-6
+    assert "only stretching the spring again brings it back" in found.warnings()[0]

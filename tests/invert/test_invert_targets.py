@@ -1,0 +1,73 @@
+"""Targets and lumens from files, and distances from a centre line."""
+
+import re
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from fitting.cli import main
+from fitting.invert.lumen import distances, read_lumen
+from fitting.invert.targets import read_targets
+from pneusma_jax.errors import InputError
+
+
+def test_columns_in_any_unit_become_goals(tmp_path):
+    path = tmp_path / "targets.csv"
+    path.write_text("time_s,length_cm,curvature_1pm\n0,6.0,10\n1,6.1,20\n")
+    found = read_targets(path)
+    assert found.goals == ("curvature", "length")
+    np.testing.assert_allclose(found.wanted, [[10.0, 0.06], [20.0, 0.061]])
+    np.testing.assert_allclose(found.time, [0.0, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("curvature_1pm\n", "there is no target"),
+        ("curvatur_1pm\n1\n", "did you mean 'curvature_1pm'"),
+        ("curvature_1pm\nten\n", "row 2, column curvature_1pm must be a number"),
+        ("curvature_1pm\nnan\n", "must be finite"),
+        ("tip_x_mm,tip_y_mm\n1,2\n", "tip needs column 'tip_z_mm' too"),
+        ("time_s,curvature_1pm\n1,1\n0,1\n", "time_s goes backwards"),
+        ("direction_x,direction_y,direction_z\n0,0,0\n", "a direction must not be zero"),
+    ],
+)
+def test_bad_targets_are_refused_in_one_line(text, words, tmp_path):
+    path = tmp_path / "targets.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=re.escape(words)):
+        read_targets(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("x_mm,y_mm,z_mm\n0,0,0\n0,0,1\n", "column diameter_mm is missing"),
+        ("x_mm,y_mm,z_mm,diameter_mm\n0,0,0,5\n", "at least two points"),
+        ("x_mm,y_mm,z_mm,diameter_mm\n0,0,0,5\n0,0,0,5\n", "are the same"),
+        ("x_mm,y_mm,z_mm,diameter_mm\n0,0,0,5\n0,0,9,0\n", "must be positive"),
+        ("x_mm,y_mm,z_mm,diameter_mm\n0,0,0,5\n0,x,9,5\n", "row 3, column y_mm must be a number"),
+    ],
+)
+def test_bad_lumens_are_refused_in_one_line(text, words, tmp_path):
+    path = tmp_path / "lumen.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=re.escape(words)):
+        read_lumen(path)
+
+
+def test_distances_from_a_bent_line():
+    line = jnp.asarray([[0.0, 0.0, 0.0], [0.0, 0.0, 2.0], [0.0, 2.0, 2.0]])
+    diameter = jnp.asarray([2.0, 4.0, 4.0])
+    points = jnp.asarray([[1.0, 0.0, 1.0], [0.0, 1.0, 2.5], [0.0, 0.0, -1.0]])
+    away, room = distances(points, (line, diameter))
+    np.testing.assert_allclose(away, [1.0, 0.5, 1.0])
+    np.testing.assert_allclose(room, [1.5, 2.0, 1.0])
+
+
+def test_the_command_wants_one_thing(tmp_path):
+    for arguments in ([], ["--curvature-1pm", "3", "--lumen", "x.csv"]):
+        done = CliRunner().invoke(main, ["invert", *arguments])
+        assert done.exit_code == 2 and "in one way" in done.stderr and done.stderr.count("\n") == 1
