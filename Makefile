@@ -118,8 +118,7 @@ docs: $(DOCS_READY) $(LINT_READY) $(NOTEBOOKS)
 	@echo "Look at  out/site/index.html"
 
 out/notebooks/%.ipynb: notebooks/%.ipynb $(DOCS_READY)
-	@mkdir -p out/notebooks
-	$(BIN)/python -m nbconvert --to notebook --execute --ExecutePreprocessor.timeout=1800 --output-dir out/notebooks $<
+	PNEUSMA_RECORDINGS="$(PNEUSMA_RECORDINGS)" $(BIN)/python docs/_execute.py $< $@
 
 .PHONY: fuzz soak
 FUZZ ?= 20000

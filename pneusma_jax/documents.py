@@ -1,11 +1,15 @@
 """TOML documents that say their schema: chains, protocols, models."""
 
 import tomllib
+from collections.abc import Iterator
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
 from .errors import InputError, nearest
+
+LARGEST = 2**63
+"""TOML's integers have 64 bits; Python's parser takes any, and arithmetic ends with those."""
 
 
 def parse_toml(text: str, path: Path | str) -> dict[str, Any]:
@@ -19,11 +23,29 @@ def parse_toml(text: str, path: Path | str) -> dict[str, Any]:
         InputError: if it is not TOML, or is nested more deeply than any document of ours.
     """
     try:
-        return tomllib.loads(text.removeprefix("\ufeff"))
+        document = tomllib.loads(text.removeprefix("\ufeff"))
     except ValueError as error:  # also of an integer with thousands of digits
         raise InputError(f"{path}: not a TOML file: {error}") from None
     except RecursionError:
         raise InputError(f"{path}: not a TOML file of ours: it is nested too deeply") from None
+    for key, number in _integers(document):
+        if not -LARGEST <= number < LARGEST:
+            raise InputError(
+                f"{path}: key {key!r}: an integer of {len(str(abs(number)))} digits is none of TOML's"
+            )
+    return document
+
+
+def _integers(value: Any, key: str = "") -> Iterator[tuple[str, int]]:
+    """Integers of a document, each with the key that it stands at."""
+    if isinstance(value, dict):
+        for inner, entry in value.items():
+            yield from _integers(entry, inner)
+    elif isinstance(value, list):
+        for entry in value:
+            yield from _integers(entry, key)
+    elif isinstance(value, int):
+        yield key, value
 
 
 def read_document(

@@ -61,6 +61,8 @@ def publish(
         try:
             for name, body in content.items():
                 (draft / name).write_bytes(body.encode() if isinstance(body, str) else body)
+            if folder.exists() and MARK in content:
+                (folder / MARK).unlink(missing_ok=True)  # a kill after this leaves no results, not a mixture
             if not folder.exists():
                 os.chmod(draft, 0o777 & ~_umask())
                 os.rename(draft, folder)

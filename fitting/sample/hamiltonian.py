@@ -38,8 +38,8 @@ SAME_MODEL = 1e-6
 """Maximum relative difference of a log-density that is computed again, for a stored chain to be of this
 model."""
 ACCEPTANCE = 0.9
-"""Mean acceptance along trajectories that the warm-up aims at. Curved valleys want more than the usual 0.8: there a
-banana's transitions diverged in 0.6 % of all cases."""
+"""Mean acceptance along trajectories that the warm-up aims at. Curved valleys want more than the usual 0.8:
+there a banana's transitions diverged in 0.6 % of all cases."""
 TRIES = 40
 """Number of draws of a starting point for one chain before the target is given up."""
 ENERGY = 0.3

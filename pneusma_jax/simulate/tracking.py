@@ -129,7 +129,7 @@ def _settled(problem: Problem, guess: Array) -> Equilibrium:
     held = tuple(getattr(a, "held", lambda a=a: a)() for a in problem.activations)
     frozen = eqx.tree_at(lambda p: p.activations, frozen, jax.lax.stop_gradient(held))
     guess = jax.lax.stop_gradient(guess)
-    found = optx.root_find(residual, METHOD, guess, frozen, max_steps=MOST_STEPS, throw=False)
+    found = optx.root_find(residual, METHOD, guess, frozen, max_steps=MOST_STEPS, throw=False)  # type: ignore[var-annotated]
     root, slope = jax.lax.stop_gradient((found.value, found.stats["slope"]))
     size = jnp.max(jnp.abs(residual(root, frozen)))
     if any(hasattr(a, "held") for a in problem.activations):

@@ -28,6 +28,21 @@ def test_importing_the_command_line_loads_nothing_heavy():
     assert done.stdout.strip() == "[]"
 
 
+def test_the_command_line_imports_click_and_its_own_two_modules_only():
+    code = (
+        "import sys; before = set(sys.modules); import fitting.cli; print(*sorted(set(sys.modules) - before))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-S", "-c", f"import sys; sys.path += {sys.path!r}; {code}"],
+        capture_output=True,
+        text=True,
+    )
+    assert done.stderr == ""
+    foreign = {name for name in done.stdout.split() if name.split(".")[0] not in sys.stdlib_module_names}
+    own = {name for name in foreign if name.split(".")[0] != "click"}
+    assert own == {"fitting", "fitting.cli", "fitting.cli._lock"}
+
+
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_loads_and_explains_itself(run, name):
     result = run(name, "--help")

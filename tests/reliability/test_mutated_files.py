@@ -9,6 +9,7 @@ from fuzz import campaign, one, wrong_numbers
 from mutations import workbook
 
 from fitting.data.importers import import_tests, make_options, raw
+from fitting.data.protocols.reading import load_protocol
 from fitting.data.recordings import read_recording
 from pneusma_jax import InputError, load_calibration
 
@@ -73,3 +74,20 @@ def test_toml_that_is_nested_to_exhaust_the_stack_is_refused(tmp_path, nest):
     (tmp_path / "deep.toml").write_text(nest + "\n")
     with pytest.raises(InputError, match="nested too deeply"):
         load_calibration(tmp_path / "deep.toml")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("repeat = 2", "repeat = 100000000"), "are too many"),
+        (("repeat = 2", f"repeat = {'9' * 400}"), "an integer of 400 digits"),
+        (("interval_s = 0.5", "interval_s = 1e-300"), "rows are too many"),
+        (("duration_s = 40.0", f"duration_s = {'9' * 400}"), "an integer of 400 digits"),
+    ],
+)
+def test_a_protocol_without_end_is_refused(tmp_path, change, words):
+    text = 'schema = "pneusma-protocol/1"\ninterval_s = 0.5\nrepeat = 2\n[start]\npressure_kPa = 20.0\nxi0_2 = 1.0\n'
+    text += "[[step]]\nduration_s = 40.0\nxi0_2 = 0.4\n"
+    (tmp_path / "long.toml").write_text(text.replace(*change))
+    with pytest.raises(InputError, match=words):
+        load_protocol(tmp_path / "long.toml")

@@ -5,6 +5,7 @@ import errno
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import jax
@@ -111,6 +112,37 @@ def test_a_damaged_cache_is_thrown_away_and_not_believed(tmp_path, damage):
         assert stored.read_bytes() != damaged and program_cache._checked(stored.read_bytes())
     finally:
         jax.config.update("jax_compilation_cache_dir", before)
+
+
+PUBLISH = """
+import importlib.util, sys, types
+errors = types.ModuleType("pneusma_jax.errors")
+errors.InputError = ValueError
+sys.modules["pneusma_jax"], sys.modules["pneusma_jax.errors"] = types.ModuleType("pneusma_jax"), errors
+spec = importlib.util.spec_from_file_location("publish", sys.argv[1])
+publish = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(publish)
+print("ready", flush=True)
+for version in range(10**6):
+    publish.publish(sys.argv[2], {name: str(version) for name in ("a.png", "b.csv", "report.json")}, True)
+"""
+
+
+def test_a_kill_leaves_whole_results_of_one_version_or_none(tmp_path):
+    rng, out = np.random.default_rng(1), tmp_path / "out"
+    whole = 0
+    for _ in range(40):
+        with subprocess.Popen(
+            [sys.executable, "-c", PUBLISH, ROOT / "fitting" / "data" / "publish.py", out],
+            stdout=subprocess.PIPE,
+        ) as process:
+            assert process.stdout.readline() == b"ready\n"
+            time.sleep(rng.uniform(0.0, 0.02))
+            process.kill()
+        if (out / "report.json").exists():
+            whole += 1
+            assert len({path.read_text() for path in out.iterdir()}) == 1
+    assert whole > 5
 
 
 @pytest.mark.parametrize("name", ["Prüfung 1", "测试", "a" * 200, "with 'quotes' & <signs>", "-leading"])

@@ -131,6 +131,10 @@ def _protocol(document: dict[str, Any], path: Path) -> Protocol:
     repeat = document.get("repeat", 1)
     if isinstance(repeat, bool) or not isinstance(repeat, int) or repeat < 1:
         raise InputError(f"{path}: repeat must be a whole number from 1, but it is {repeat!r}")
+    if len(steps) * repeat > MOST_ROWS:
+        raise InputError(
+            f"{path}: {len(steps)} steps, {repeat} times, are too many, at most {MOST_ROWS} are taken"
+        )
     supply = _supply(document.get("supply", {}), path)
     corners, values = _corners(document.get("start", {}), steps * repeat, kind, path)
     if corners[-1] == 0.0:
@@ -251,9 +255,13 @@ def _clock(document: dict[str, Any], total: float, supply: dict[str, float], pat
             f"{path}: interval_s is {interval:g}, but pulses of {supply['period']:g} s need a tenth of that"
             " or less; leave out [supply] period_s to take the mean heat"
         )
-    rows = int(np.ceil(total / interval - 1e-9)) + 1
-    if rows > MOST_ROWS:
-        raise InputError(f"{path}: {rows} rows are too many, at most {MOST_ROWS} are taken: widen interval_s")
+    with np.errstate(over="ignore"):
+        wanted = np.ceil(np.divide(total, interval) - 1e-9) + 1.0
+    if not wanted <= MOST_ROWS:
+        raise InputError(
+            f"{path}: {wanted:.6g} rows are too many, at most {MOST_ROWS} are taken: widen interval_s"
+        )
+    rows = int(wanted)
     return np.minimum(interval * np.arange(rows), total)
 
 
