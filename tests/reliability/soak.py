@@ -123,9 +123,9 @@ def main() -> int:
             name = names[k % len(names)]
             wrong = one(name, folder, seconds[name], rng)
             counts[f"{name}: {'failed' if wrong else 'well'}"] += 1
+            print(f"{k + 1} of {given.kills}, {name}: {wrong or 'well'}", flush=True)
             if wrong:
                 failures.append({"command": name, "said": wrong})
-                print(f"{name}: {wrong}", flush=True)
     for outcome, count in sorted(counts.items()):
         print(f"{outcome:30s} {count:4d}")
     if given.out:
