@@ -2,9 +2,10 @@
 
 Tracing a program with the laws of every effect takes several times as long as loading its compiled form, and
 JAX's own cache keeps only the latter. A kept program is found by everything that it depends on: the source
-of both packages, the structure and shapes of its arguments, and JAX's version.
+of both packages, the structure and shapes of its arguments, the kind of device and JAX's version.
 """
 
+import contextlib
 import functools
 import hashlib
 import os
@@ -67,12 +68,14 @@ def _program(
     path = folder / f"{key.hexdigest()[:32]}.stablehlo"
     try:
         program = export.deserialize(bytearray(_checked(path.read_bytes())))
-        os.utime(path)
+        with contextlib.suppress(OSError):  # a file of another user
+            os.utime(path)
         return program
     except FileNotFoundError:
         pass
     except Exception:  # a damaged file is written again
-        path.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            path.unlink(missing_ok=True)
     flat = lambda *leaves: function(*jax.tree.unflatten(structure, leaves))  # noqa: E731
     program = export.export(jax.jit(flat))(*(jax.ShapeDtypeStruct(s.shape, s.dtype) for s in shapes))
     content = bytes(program.serialize())

@@ -57,9 +57,7 @@ class Candidate:
         return f"{pulls}, {where}"
 
 
-def candidates(
-    steps: tuple[float, ...] = STEPS, shares: Sequence[float] = SHARES
-) -> list[Candidate]:
+def candidates(steps: tuple[float, ...] = STEPS, shares: Sequence[float] = SHARES) -> list[Candidate]:
     """At every phase: single pulls to each step, stepwise ones, and these with the last step repeated.
 
     Args:

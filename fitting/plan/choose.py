@@ -4,8 +4,8 @@ What is known after some tests is Gaussian: prior and information add up. A test
 of the log-volume of the wanted constants' uncertainty, the others integrated out (D_s-optimality), averaged
 over alloys that the priors allow, so that the protocol suits an alloy that nobody knows yet.
 
-A repeat adds what `told[:, test, r]` says of `r + 1` repeats together: it averages the instruments' errors,
-but the law errs in every repeat alike.
+`told[:, test, r]` is the information of `r + 1` repeats together. Repeats average the instruments' errors, but not
+the error of the model, which is the same in every repeat.
 """
 
 from collections import Counter
@@ -15,8 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 WANTED = ("beta_1", "beta_2", "beta_3", "ka_1", "ka_2", "ka_3", "km_1", "km_2", "km_3", "a", "b")
-LEAST_GAIN = 0.3  # nats; a test that tells less is not worth its set-up
+LEAST_GAIN = 0.3
+"""Minimum information of a test for its set-up to be worth while [nats]; the first test may have less."""
 MOST_ROUNDS = 20
+"""Maximum number of rounds of exchanges; a round without an exchange ends them earlier."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +27,8 @@ class Choice:
 
     Attributes:
         index: of the candidate.
-        gain: about the wanted constants after those chosen before it [nats], mean over the alloys.
+        gain: information gained about the wanted constants, given the tests chosen earlier [nats]; mean over
+            the alloys.
     """
 
     index: int
@@ -70,9 +73,11 @@ class _Worth:
                 break
             more = np.stack([self._next(k, done) for k in left], axis=1)
             gain = log_volume(known, self.rows) - log_volume(known[:, None] + more, self.rows)
-            best = int(np.argmax(gain / self.minutes[left]))
-            if chosen and gain[best] < least:
+            enough = gain >= least
+            if chosen and not enough.any():
                 break
+            per_minute = gain / self.minutes[left]
+            best = int(np.argmax(np.where(enough, per_minute, -np.inf) if enough.any() else per_minute))
             chosen.append(Choice(left[best], float(gain[best])))
             known = known + more[:, best]
             done[left[best]] += 1
@@ -89,9 +94,7 @@ class _Worth:
                 time = self.minutes[others].sum()
                 done = Counter(others)
                 able = [
-                    j
-                    for j in everything
-                    if done[j] < self.told.shape[2] and time + self.minutes[j] <= limit
+                    j for j in everything if done[j] < self.told.shape[2] and time + self.minutes[j] <= limit
                 ]
                 known = _prior(self.told) + sum(self.told[:, j, n - 1] for j, n in done.items())
                 more = np.stack([self._next(j, done) for j in able], axis=1)

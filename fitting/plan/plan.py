@@ -228,9 +228,7 @@ def _validation(
     return PlannedTest(pool[best], 1, 0.0, rates[best], "validation")
 
 
-def _check(
-    tests: int, wanted: Sequence[str], noise: Mapping[str, float], misfit: float, draws: int
-) -> None:
+def _check(tests: int, wanted: Sequence[str], noise: Mapping[str, float], misfit: float, draws: int) -> None:
     if not 1 <= tests <= 50:
         raise InputError(f"--tests {tests}: must be 1 to 50")
     if not 1 <= draws <= 200:

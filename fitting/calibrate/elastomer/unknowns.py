@@ -13,7 +13,7 @@ RATE_PER_DECADE = 0.05
 LEAST_DOUBT = 1e-6
 """Least variance of a rival's share: a law with no probability stays out."""
 EDGE = 0.1
-"""Strain past the tested range over which that error grows to its size."""
+"""Strain past the tested range over which the extrapolation error grows to its size."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,8 @@ class Unknowns:
 
     Attributes:
         covariance: of all of them, shape (unknowns, unknowns).
-        slices: which of them are `constants`, `law`, `specimen` and `rate`.
+        slices: which of them are `constants`, `law` (shares of rivals and the two extrapolation errors),
+            `specimen` (the batch) and `rate`.
         fit: the law that a simulation uses.
         rivals: laws that may be right instead.
         tested: least and largest strain that was fitted.
@@ -97,7 +98,7 @@ def _given_the_tests(samples: Samples, fit: LawFit, rivals: list[LawFit], doubt:
     """Covariance of the constants and of each rival's share, after the samples that were fitted.
 
     Where the tests were made, they have already settled which law is right; a rival stays possible only as
-    far as it agrees with them. Constants start out unknown, a rival's share with the variance of its
+    far as it agrees with them. Constants start out unknown; the variance of a rival's share is its
     probability.
     """
     mask = fit.mask

@@ -1,10 +1,11 @@
 """The source's stages (Section 2.4): each looks at the tests and branches that its constants show up in.
 
 1. Cold and hot tests, loading: moduli, gamma_L, both detwinning curves, both resistivities.
-2. Tests between, loading: the interpolation of the resistivity, a and b.
+2. Tests at intermediate fractions, loading: the interpolation of the resistivity, a, b and c.
 3. Unloading: residual strain.
 
-What a stage finds is only a start for the joint fit, which fits everything to everything.
+The loading stages give starts for the joint fit, which fits everything to everything. The unloading stage is only
+reported: its numbers mislead while a and b are rough.
 """
 
 from dataclasses import dataclass
@@ -56,12 +57,12 @@ def run_stages(problem: Problem, progress=lambda _: None) -> tuple[dict[str, flo
     stages = []
     plan = [
         ("cold and hot tests, loading", ("cold", "hot"), True, (*COLD, *HOT)),
-        ("tests between, loading", ("intermediate",), True, BETWEEN),
+        ("tests at intermediate fractions, loading", ("intermediate",), True, BETWEEN),
         ("unloading", ("cold", "hot", "intermediate"), False, UNLOADING),
     ]
     for name, phases, loading, wanted in plan:
         stage = _run(problem.at(values), name, phases, loading, wanted)
-        if stage.result is not None and loading:  # what unloading gives while a and b are rough misleads
+        if stage.result is not None and loading:
             values |= {k: stage.result.values[k] for k in stage.parameters}
         stages.append(stage)
         progress(name)
@@ -76,7 +77,7 @@ def _run(
         tests = [k for k in tests if problem.tests[k].unloads]
     there = {problem.tests[k].phase for k in tests}
     if not tests:
-        what = "comes back" if not loading else "is " + " or ".join(phases)
+        what = "unloads" if not loading else "is " + " or ".join(phases)
         return Stage(name, (), (), None, f"no test {what}")
     if loading and "cold" in phases:
         wanted = (*(COLD if "cold" in there else ()), *(HOT if "hot" in there else ()))
@@ -99,7 +100,7 @@ def _better(one: FitResult, other: FitResult) -> bool:
 
 
 def _other_shapes(found: tuple[str, ...]) -> list[dict[str, float]]:
-    """Curves of the published alloys to start from too; a sigmoid far from the data does not find back."""
+    """Curves of the published alloys to start from too; a fit does not recover from a sigmoid far from the data."""
     wanted = [name for name in SHAPES if name in found]
     tables = [load_calibration(name, "alloy").values() for name in available("alloy")] if wanted else []
     return [{n: table[n] for n in wanted} for table in tables if set(found) <= set(table)]
@@ -120,10 +121,12 @@ def rough_values(problem: Problem) -> dict[str, float]:
     slopes = slopes or [test.slope for test in cold if np.isfinite(test.slope)]
     if slopes:
         found["G_m"] = float(np.median(slopes))
-    if hot and np.isfinite(hot[0].slope):
-        found["G_a"] = float(np.median([test.slope for test in hot]))
-    if hot and np.isfinite(hot[0].resistivity):
-        found["alpha_1"] = hot[0].resistivity
+    hot_slopes = [test.slope for test in hot if np.isfinite(test.slope)]
+    hot_resistivities = [test.resistivity for test in hot if np.isfinite(test.resistivity)]
+    if hot_slopes:
+        found["G_a"] = float(np.median(hot_slopes))
+    if hot_resistivities:
+        found["alpha_1"] = float(np.median(hot_resistivities))
     furthest = max(cold, key=lambda test: test.gamma, default=None)
     if furthest is not None and np.isfinite(furthest.resistivity):
         rest, stretched = furthest.resistivity, _stretched_resistivity(furthest)
@@ -139,7 +142,7 @@ def _strain_and_stress(test: StandTest) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _unloading_slope(test: StandTest) -> float:
-    """Median slope of stress over strain on the way back [Pa], over the upper half of each way."""
+    """Median slope of stress over strain on the way back [Pa], one slope for each way."""
     gamma, stress = _strain_and_stress(test)
     down = np.flatnonzero((np.diff(gamma) < 0.0) & np.isfinite(np.diff(stress)))
     if len(down) < 10:
@@ -150,7 +153,7 @@ def _unloading_slope(test: StandTest) -> float:
 
 
 def _stretched_resistivity(test: StandTest) -> float:
-    """Resistivity at the largest strain [ohm/m]."""
+    """Resistance per length of wire at the largest strain [ohm/m], which the source calls resistivity."""
     gamma, _ = _strain_and_stress(test)
     resistance = test.recording.si("resistance")
     known = np.isfinite(gamma) & np.isfinite(resistance)

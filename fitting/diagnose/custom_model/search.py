@@ -87,7 +87,11 @@ def _inflation(problem: Problem, best: OwnFit) -> float:
 def _weighed(
     problem: Problem, current: OwnFit, name: str, fit: OwnFit, gain: float, inflation: float
 ) -> Candidate:
-    """Log Bayes factor by Laplace's approximation, flat priors of terms within their bounds."""
+    """Log Bayes factor by Laplace's approximation, with flat priors of terms within their bounds.
+
+    The price of a term's unknowns is never a gain, however wide its error. The logarithm of the number of
+    terms pays for the choice among them.
+    """
     term, occam = problem.model.term(name), 0.0
     for key, spec in term.specs.items():
         error = fit.result.standard_errors[term.full(key)]
@@ -101,10 +105,10 @@ def _weighed(
 
 
 def _pruned(problem: Problem, fit: OwnFit) -> OwnFit:
-    """The model without terms that later ones made redundant."""
+    """The model without terms that later ones made redundant; the last one that entered stays."""
     for name in fit.present[:-1]:
         rest = tuple(n for n in fit.present if n != name)
         without = problem.fit(rest, fit.result.values)
         if (without.objective - fit.objective) / _inflation(problem, fit) < CUSTOM_MODEL.minimum_evidence:
-            return without
+            fit = without
     return fit

@@ -1,4 +1,4 @@
-"""A propagated study as text: the verdict first, then tables."""
+"""The sentences of a report on a propagated study, and the preview of its plan."""
 
 import numpy as np
 
