@@ -4,8 +4,8 @@
 2. Tests at intermediate fractions, loading: the interpolation of the resistivity, a, b and c.
 3. Unloading: residual strain.
 
-The loading stages give starts for the joint fit, which fits everything to everything. The unloading stage is only
-reported: its numbers mislead while a and b are rough.
+The loading stages give starts for the joint fit, which fits everything to everything. The unloading stage is
+only reported: its numbers mislead while a and b are rough.
 """
 
 from dataclasses import dataclass
@@ -100,7 +100,7 @@ def _better(one: FitResult, other: FitResult) -> bool:
 
 
 def _other_shapes(found: tuple[str, ...]) -> list[dict[str, float]]:
-    """Curves of the published alloys to start from too; a fit does not recover from a sigmoid far from the data."""
+    """Curves of the published alloys to start from too: no fit recovers from a curve far from the data."""
     wanted = [name for name in SHAPES if name in found]
     tables = [load_calibration(name, "alloy").values() for name in available("alloy")] if wanted else []
     return [{n: table[n] for n in wanted} for table in tables if set(found) <= set(table)]
