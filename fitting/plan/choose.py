@@ -4,8 +4,8 @@ What is known after some tests is Gaussian: prior and information add up. A test
 of the log-volume of the wanted constants' uncertainty, the others integrated out (D_s-optimality), averaged
 over alloys that the priors allow, so that the protocol suits an alloy that nobody knows yet.
 
-`told[:, test, r]` is the information of `r + 1` repeats together. Repeats average the instruments' errors, but
-not the error of the model, which is the same in every repeat.
+`told[:, test, r]` is the information of `r + 1` repeats together. Repeats average the instruments' errors,
+but not the error of the model, which is the same in every repeat.
 """
 
 from collections import Counter
