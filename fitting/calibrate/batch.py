@@ -1,25 +1,20 @@
 """Many campaigns: a table over specimens and what they say together.
 
-A campaign that cannot be used, or whose fit fails in any way, is reported beside the others and stops none.
-With
-a store each campaign is a task of the engine: what is done stays after a kill, and other processes may help.
+A campaign that cannot be used, or whose fit fails in any way, is reported beside the others and stops none. With a
+store each campaign is a task of the engine: what is done stays after a kill, and other processes may help.
 """
 
-import copyreg
 import hashlib
-import importlib
-import pickle
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from fitting.data.recordings import read_campaign, schema
-from fitting.engine import Scheduler, Store, Task, in_this_process, run_tasks
+from fitting.engine import Scheduler, Store, Task, in_this_process, objects, run_tasks
 from fitting.inference.results import Result
 from fitting.specimens.priors import quantity_of
 from fitting.specimens.rows import MARK
@@ -121,10 +116,6 @@ def _told_of(finished: Callable[[Member], None], member: Member) -> Member:
     return member
 
 
-# results name modules of their kind
-copyreg.pickle(ModuleType, lambda module: (importlib.import_module, (module.__name__,)))
-
-
 @dataclass(frozen=True)
 class BatchJob:
     """Fits campaigns by number; small enough to be sent to any worker, who must see the same paths."""
@@ -154,10 +145,18 @@ class BatchJob:
 def _packed(member: Member) -> bytes:
     """A member as bytes; one whose result cannot be kept says so, and is fitted again by a later run."""
     try:
-        return pickle.dumps(member)
-    except (pickle.PicklingError, TypeError, AttributeError) as error:
+        return objects.dump(member)
+    except InputError as error:
         problem = f"its fit cannot be kept or sent: {_line(error)}"
-        return pickle.dumps(replace(member, result=None, problem=problem))
+        return objects.dump(replace(member, result=None, problem=problem))
+
+
+def _stored(store: Store, task: Task) -> Member | None:
+    """The member of a task's file; None where the file is damaged, so that it is fitted again."""
+    try:
+        return objects.load(store.read(task))
+    except InputError:
+        return None
 
 
 def _from_store(
@@ -173,10 +172,11 @@ def _from_store(
     missing, members = set(store.missing(tasks)), {}
     for number, task in enumerate(tasks):
         if number not in missing:
-            member = replace(pickle.loads(store.read(task)), name=job.names[number], path=job.paths[number])
-            if member.result is None:
+            member = _stored(store, task)
+            if member is None or member.result is None:
                 store.path(task).unlink()
             else:
+                member = replace(member, name=job.names[number], path=job.paths[number])
                 members[number] = _told_of(kept, member)
 
     fitted: dict[int, Member] = {}
@@ -187,7 +187,7 @@ def _from_store(
 
     def watched(work: Callable[[int], bytes], numbers: Sequence[int]) -> Iterator[tuple[int, bytes]]:
         for number, content in scheduler(work, numbers):
-            member = fitted[number] if number in fitted else pickle.loads(content)
+            member = fitted[number] if number in fitted else objects.load(content)
             members[number] = _told_of(finished, member)
             progress(f"{job.names[number]} done")
             yield number, content

@@ -115,17 +115,15 @@ class Posterior:
                 f"NOT CONVERGED after {state.steps} steps: {'; '.join(reasons)}. "
                 "Do not quote these numbers; resume with a larger budget of steps."
             ]
-        if self.why:
-            sentences.append(f"Sampler: {self.why}")
         if self.settings.sampler == "nuts":
-            return [*sentences, *self._of_gradients()]
-        if self.failures:
+            sentences += self._of_gradients()
+        elif self.failures:
             share = 100.0 * self.failures / self.evaluations
             sentences.append(
                 f"The model had no finite answer at {self.failures} of {self.evaluations} proposed points "
                 f"({share:.2g} %); they count as impossible."
             )
-        return sentences
+        return [*sentences, *([f"Sampler: {self.why}"] if self.why else [])]
 
     @property
     def _who(self) -> str:

@@ -133,7 +133,7 @@ def test_refusals(refused, arguments, words):
         ("[geometry]\nwall_thicknes_mm = 1.0\n", "did you mean 'wall_thickness_mm'?"),
         ("[geometry]\nwall_thickness_kPa = 1.0\n", "unit"),
         ('[geometry]\nwall_thickness_mm = "thin"\n', "finite number"),
-        ("[geometry\n", "not TOML"),
+        ("[geometry\n", "not a TOML file"),
         ("[noise]\ncurvature_1pm = 1.0\n", "[geometry]"),
         ('[geometry]\nalloy = "fit"\n', "to be fitted"),
     ],

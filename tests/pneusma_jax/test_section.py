@@ -94,4 +94,4 @@ def test_sines_of_the_nodes_are_computed_once_for_all_directions():
     integral = lambda at: section.integrate_in_plane(law, at[0], at[1])  # noqa: E731
     along = lambda at, steps: jax.vmap(lambda step: jax.jvp(integral, (at,), (step,)))(steps)  # noqa: E731
     program = jax.jit(along).lower(jnp.asarray([0.1, 5.0]), jnp.ones((16, 2))).compile()
-    assert program.as_text().count(" sine(") == len(section.shapes)
+    assert program.as_text().count(" sine(") == 1  # both discs are alike: one trace serves them

@@ -2,7 +2,9 @@
 
 import ast
 import errno
+import importlib
 import os
+import pickle
 import subprocess
 import sys
 import time
@@ -15,9 +17,10 @@ import pytest
 
 from fitting.data.publish import publish
 from fitting.data.recordings import read_recording
+from fitting.engine import objects
 from fitting.inference import program_cache
 from fitting.inference.parameters.ties import evaluate, names_in
-from pneusma_jax import InputError
+from pneusma_jax import InputError, enable_float64
 
 ROOT = Path(__file__).resolve().parents[2]
 CODE_FROM_FILES = {
@@ -50,7 +53,31 @@ def test_nothing_that_runs_code_from_a_file_is_used(kind):
                 found += [(path.name, name) for name in names if name.split(".")[0] in CODE_FROM_FILES]
             if isinstance(node, ast.keyword) and node.arg in ("allow_pickle", "shell"):
                 found.append((path.name, node.arg))
+    if kind == "imports":  # it reads an allow-list of classes only, as the next test shows
+        found.remove(("objects.py", "pickle"))
     assert not found
+
+
+@pytest.mark.parametrize(
+    "hostile",
+    [os.system, eval, exec, getattr, print, subprocess.run, importlib.import_module, np.load, enable_float64],
+)
+def test_a_stored_result_runs_nothing(hostile):
+    class Trap:
+        def __reduce__(self):
+            return hostile, ("1",)
+
+    with pytest.raises(InputError, match="no result is made of"):
+        objects.load(pickle.dumps(Trap()))
+
+
+def test_a_stored_result_names_no_module_of_others():
+    class Trap:
+        def __reduce__(self):
+            return objects._own_module, ("os",)
+
+    with pytest.raises(InputError, match="none of this project's"):
+        objects.load(pickle.dumps(Trap()))
 
 
 @pytest.mark.parametrize(

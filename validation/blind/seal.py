@@ -6,12 +6,11 @@ guessed by trying the catalogue nor be changed afterwards.
 
 import hashlib
 import json
+import os
 import shutil
 from pathlib import Path
 
 import numpy as np
-
-from pneusma_jax.files import write_whole
 
 from .cases import truth_of, write_case
 
@@ -27,7 +26,10 @@ def _read(path):
 
 
 def _write(path, content):
-    write_whole(path, json.dumps(content, indent=1, sort_keys=True) + "\n")
+    """Whole or not at all; without the tool's own writer, since the trial shares no code with it."""
+    draft = path.with_name(f".{path.name}.part")
+    draft.write_text(json.dumps(content, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+    os.replace(draft, path)
 
 
 def seal(cases, directory):
