@@ -5,9 +5,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[1]
 
 
+@pytest.mark.slow
 def test_a_tiny_run_leaves_table_figures_and_plot(tmp_path):
     command = [sys.executable, "-m", "benchmarks.core_speed", "--tiny", "--only", "coupon", "nelder_mead"]
     done = subprocess.run([*command, "--out", tmp_path], cwd=ROOT, capture_output=True, text=True)

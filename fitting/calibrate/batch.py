@@ -1,7 +1,8 @@
 """Many campaigns: a table over specimens and what they say together.
 
-A campaign that cannot be used, or whose fit fails in any way, is reported beside the others and stops none. With a
-store each campaign is a task of the engine: what is done stays after a kill, and other processes may help.
+A campaign that cannot be used, or whose fit fails in any way, is reported beside the others and stops none.
+With a store each campaign is a task of the engine: what is done stays after a kill, and other processes may
+help.
 """
 
 import hashlib

@@ -1,8 +1,8 @@
 """Results as bytes, and back without running code from a file.
 
-A pickled file can name any function of any package and have it called. Reading allows classes of this project,
-and the few constructors of NumPy, JAX, Equinox, jaxtyping and the standard library that results hold. Everything
-else is refused, functions of this project included.
+A pickled file can name any function of any package and have it called. Reading allows classes of this
+project, and the few constructors of NumPy, JAX, Equinox, jaxtyping and the standard library that results
+hold. Everything else is refused, functions of this project included.
 """
 
 import copyreg
@@ -36,7 +36,7 @@ CONSTRUCTORS = {
     ("types", "MappingProxyType"),
     ("fitting.calibrate.elastomer.laws", "_named"),  # a law by its name
 }
-"""Functions and classes of other packages that a result is rebuilt with; none of them runs what a file says."""
+"""Functions and classes that a result is rebuilt with beside its own classes; none runs what a file says."""
 MODULE = "_own_module"
 
 

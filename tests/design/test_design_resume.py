@@ -49,7 +49,8 @@ def killed_and_resumed(study: Path, out: Path, kills: int, seed: int, whole: int
     return hits
 
 
-@pytest.mark.parametrize(("kills", "seed"), [(1, 1), pytest.param(10, 2, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("kills", "seed"), [(1, 1), (10, 2)])
 def test_a_killed_study_ends_with_the_same_bytes(kills, seed, tmp_path):
     study = write_study(tmp_path)
     end(begin(study, tmp_path / "whole"))

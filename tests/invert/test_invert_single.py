@@ -15,6 +15,7 @@ def inverse():
     return Inverse("pneusma2", LIMITS)
 
 
+@pytest.mark.slow
 def test_reachable_curvatures_are_met_and_the_rest_is_held_by_bounds(inverse):
     random = np.random.default_rng(3)
     drives = np.column_stack([random.uniform(0.0, 50e3, 60), random.uniform(0.1, 1.0, (60, 2))])
