@@ -132,6 +132,7 @@ def test_the_posterior_samples_the_effect_too(fit):
     assert np.isfinite(best) and best - worse > 5.0
 
 
+@pytest.mark.slow
 def test_the_commands_take_a_model(pulls, tmp_path, capsys):
     path = save_model(softening(), tmp_path / "model.toml")
     with pytest.raises(SystemExit) as left:

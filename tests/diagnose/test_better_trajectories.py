@@ -40,6 +40,7 @@ def test_each_recording_is_taken_from_where_it_fits_better():
     assert found.drivers["xi0"][2, 0] == 0.1  # padding has no misfit to go by
 
 
+@pytest.mark.slow
 def test_a_search_that_begins_badly_is_begun_where_a_fit_was():
     """From half-way fractions the search of two recordings ends in a false optimum; what a fit had found before
     is kept."""

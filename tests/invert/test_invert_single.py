@@ -31,6 +31,7 @@ def test_reachable_curvatures_are_met_and_the_rest_is_held_by_bounds(inverse):
         assert abs(found.values[k, 0] - wanted[k, 0]) <= np.min(np.abs(seen - wanted[k, 0])) * 1.01
 
 
+@pytest.mark.slow
 def test_drives_reproduce_the_curvature_in_the_plain_solver(inverse):
     found = inverse.solve(("curvature",), np.array([[25.0]]))
     given = tuple(pj.MartensiteFraction(x) for x in found.fractions[0])

@@ -6,7 +6,6 @@ guessed by trying the catalogue nor be changed afterwards.
 
 import hashlib
 import json
-import os
 import shutil
 from pathlib import Path
 
@@ -29,7 +28,7 @@ def _write(path, content):
     """Whole or not at all; without the tool's own writer, since the trial shares no code with it."""
     draft = path.with_name(f".{path.name}.part")
     draft.write_text(json.dumps(content, indent=1, sort_keys=True) + "\n", encoding="utf-8")
-    os.replace(draft, path)
+    draft.replace(path)
 
 
 def seal(cases, directory):
