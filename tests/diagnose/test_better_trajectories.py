@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from fitting.data.recordings import read_campaign
 from fitting.diagnose.evaluate.evaluation import Evaluation
