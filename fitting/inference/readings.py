@@ -17,7 +17,7 @@ from .between_readings import Taken, readings_between
 from .driven import measured, predicted
 from .full_scale import LONG, saturated
 from .noise import robust_noise, rounding_noise
-from .repeated_readings import copied, regular, slower
+from .repeated_readings import copied, everywhere, regular, slower
 
 UNEVEN = 0.5
 """Usual steps of the clock by which it may be off an even one and still be one with few digits."""
@@ -246,6 +246,6 @@ def _not_copied(recording: Recording, rows: np.ndarray) -> np.ndarray:
         return fresh
     table = np.stack([recording.columns[name][rows] for name in _channels(recording)])
     moves = np.abs(np.nan_to_num(np.diff(table, axis=1))).max(axis=0)
-    if copied(moves) and len(table) > 1 and regular(moves):
+    if copied(moves) and len(table) > 1 and regular(moves) and everywhere(moves):
         fresh[1:] = moves > 0.0
     return fresh

@@ -67,6 +67,12 @@ def regular(moves: np.ndarray) -> bool:
     return bool(np.mean(stands == np.median(stands)) >= AS_OFTEN)
 
 
+def everywhere(moves: np.ndarray) -> bool:
+    """Whether hardly any row comes alone: a logger that writes rows again does so all the way, while a slow
+    channel leaves whole rows equal only where everything else stands still."""
+    return bool(np.mean(standing(moves) > 1.0) >= EVEN)
+
+
 def copied(moves: np.ndarray) -> bool:
     """Whether most readings come more than once in a row, by what each moved from the one before."""
     stands = standing(moves)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fitting.data.recordings import Recording
+from fitting.data.recordings import Recording, read_recording
 from fitting.inference.between_readings import readings_between
 from fitting.inference.channels import correlation_by_lags, serial_correlation
 from fitting.inference.noise import common_step, least_step, robust_noise, rounding_noise
@@ -243,3 +243,17 @@ def test_a_stated_noise_far_below_the_step_stays_and_is_said():
     assert "stated noise of 0.05 kPa" in text and "steps of 4 kPa" in text and "1.15 kPa" in text
     assert recording.noise_si("stress") == pytest.approx(50.0)
     assert cautions([coupon(strain, 4.0 * np.round(stress / 4.0), noise={"stress_kPa": 1.2})]) == []
+
+
+def test_a_slow_channel_is_told_where_its_inputs_stand_still_most_of_the_time(tmp_path):
+    """A short ramp and a long hold: whole rows come twice in the hold only, the slow channel's all the way."""
+    rng = np.random.default_rng(4)
+    strain = np.concatenate([np.linspace(0.0, 0.7, 10), np.full(110, 0.7)])
+    stress = 150.0 * strain + 0.1 * rng.standard_normal(len(strain))
+    stress = stress[2 * (np.arange(len(strain)) // 2)]
+    rows = [f"{2.0 * k:.6g},{e:.7g},{s:.7g}" for k, (e, s) in enumerate(zip(strain, stress, strict=True))]
+    (tmp_path / "pull.csv").write_text("\n".join(["time_s,strain,stress_kPa", *rows]) + "\n")
+    (tmp_path / "pull.toml").write_text('kind = "elastomer"\nspecimen = "E"\nreal = false\n')
+    told = readings_of(read_recording(tmp_path / "pull.csv"), "stress")
+    assert told.repeated == 60
+    np.testing.assert_array_equal(np.flatnonzero(told.counted), np.arange(0, 120, 2))
