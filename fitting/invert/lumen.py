@@ -20,6 +20,7 @@ from fitting.design.quantities import QUANTITIES
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import to_si, unit_of_column
 
+from .csv_file import number, records
 from .forward import Memories, first_guess, fresh, state_of
 from .run import Inverse
 
@@ -91,13 +92,7 @@ def read_lumen(path: str | Path) -> Lumen:
         InputError: one line with file, row and column.
     """
     path = Path(path)
-    try:
-        with open(path, newline="", encoding="utf-8") as file:
-            rows = list(csv.DictReader(file))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({(error.strerror or str(error)).lower()})") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: cannot be read as a text file") from None
+    rows = records(path, csv.DictReader)
     if len(rows) < 2:
         raise InputError(f"{path}: a centre line needs at least two points")
     columns = {}
@@ -107,7 +102,7 @@ def read_lumen(path: str | Path) -> Lumen:
             raise InputError(f"{path}: column {wanted}_mm is missing")
         _, unit = unit_of_column(named[0])
         columns[wanted] = [
-            _number(row[named[0]], unit, f"{path}: row {k}, column {named[0]}")
+            to_si(number(row[named[0]], f"{path}: row {k}, column {named[0]}"), unit)
             for k, row in enumerate(rows, 2)
         ]
     points = np.column_stack([columns[n] for n in "xyz"])
@@ -116,16 +111,6 @@ def read_lumen(path: str | Path) -> Lumen:
     if np.any(np.array(columns["diameter"]) <= 0.0):
         raise InputError(f"{path}: every diameter must be positive")
     return Lumen(path.stem, points, np.array(columns["diameter"]))
-
-
-def _number(text: str | None, unit: str, where: str) -> float:
-    try:
-        value = float(text)
-    except (TypeError, ValueError):
-        raise InputError(f"{where} must be a number, but it is {text!r}") from None
-    if not np.isfinite(value):
-        raise InputError(f"{where} must be finite, but it is {text!r}")
-    return to_si(value, unit)
 
 
 def distances(points: Array, lumen: tuple[Array, Array]) -> tuple[Array, Array]:

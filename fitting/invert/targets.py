@@ -1,6 +1,5 @@
 """Targets from a CSV: columns of goals with their units, and perhaps time."""
 
-import csv
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +9,7 @@ import numpy as np
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.units import to_si, unit_of_column
 
+from .csv_file import number, records
 from .goals import GOALS
 
 
@@ -34,32 +34,19 @@ def read_targets(path: str | Path) -> Targets:
         InputError: one line with file, row and column.
     """
     path = Path(path)
-    try:
-        with open(path, newline="", encoding="utf-8") as file:
-            rows = list(csv.reader(file))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({(error.strerror or str(error)).lower()})") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: cannot be read as a text file") from None
+    rows = records(path)
     if len(rows) < 2:
         raise InputError(f"{path}: there is no target: a header and at least one row are needed")
     header, body = [name.strip() for name in rows[0]], rows[1:]
     columns = {}
     for k, name in enumerate(header):
         columns[name] = np.array(
-            [_number(row, k, f"{path}: row {n}, column {name}") for n, row in enumerate(body, 2)]
+            [
+                number(row[k] if k < len(row) else "", f"{path}: row {n}, column {name}")
+                for n, row in enumerate(body, 2)
+            ]
         )
     return targets_of(columns, str(path))
-
-
-def _number(row: list[str], k: int, where: str) -> float:
-    try:
-        value = float(row[k])
-    except (IndexError, ValueError):
-        raise InputError(f"{where} must be a number, but it is {row[k] if k < len(row) else ''!r}") from None
-    if not np.isfinite(value):
-        raise InputError(f"{where} must be finite, but it is {row[k]!r}")
-    return value
 
 
 def targets_of(columns: Mapping[str, np.ndarray], where: str) -> Targets:
