@@ -90,7 +90,7 @@ def cma_way(values, size, budget, seed):
             known[place.tobytes()] = seen[-1]
         return known[place.tobytes()]
 
-    lagrangian = cma.ConstrainedFitnessAL(lambda x: -both(x)[0] / 1000.0, lambda x: [both(x)[1]])
+    lagrangian = cma.ConstrainedFitnessAL(lambda x: -both(x)[0] / 1000.0, lambda x: [both(x)[1]], logging=0)
     options = {"bounds": [0, 1], "maxfevals": budget, "seed": seed, "verbose": -9, "verb_log": 0}
     strategy = cma.CMAEvolutionStrategy(size * [0.5], 0.25, options)
     while not strategy.stop() and len(seen) < budget:
