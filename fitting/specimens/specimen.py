@@ -38,6 +38,8 @@ from .thermal_runs import FirstHeating
 
 FEWEST = 4
 """Minimum number of complete rows for a fit."""
+EVERY = 1_000
+"""Number of parameters to profile that no campaign has: all of them."""
 ASTRAY = 30.0
 """Standard deviations for which a row counts in which the model has no answer."""
 

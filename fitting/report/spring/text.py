@@ -5,13 +5,16 @@ from fitting.calibrate.spring.joint import MISFIT, lead
 from fitting.calibrate.spring.modes import Mode
 from fitting.calibrate.spring.pipeline import SpringCharacterisation
 from fitting.calibrate.spring.scores import Score, overall
+from fitting.calibrate.spring.stand_tests import SOFTER
 
 from .. import profile_likelihood
-from ..general.text import lasting_sentence, overstated_sentence
+from ..characterisation import limits
+from ..general.text import lasting_sentence, lasting_zeros, overstated_sentence
 
 OTHER_RULE = (
     " If the alloy is no nitinol, its phases' resistances may mix by another rule: --base new_sma opens it."
 )
+ORDER = " The tests were read with {} as the softer phase; --softer {} reads them the other way."
 CLOSE_CALL = 4.0
 """Chi-square by which a best fit that only one start found is ahead, up to which nobody need know."""
 BLIND_SHARE = 0.5
@@ -32,6 +35,7 @@ def verdict(result: SpringCharacterisation) -> list[str]:
             f"The law leaves more than noise (reduced chi-square {reduced:.2g}). The numbers are the nearest "
             f"that it comes, and standard errors were multiplied by {result.joint.inflation:.2g}."
             + (OTHER_RULE if result.identify and "c" not in result.fitted else "")
+            + (ORDER.format(result.softer, _other(result)) if result.softer else "")
         )
     elif result.joint.inflation > 1.0:
         said.append(lasting_sentence(result.joint.correlation_time, result.joint.inflation))
@@ -43,6 +47,11 @@ def verdict(result: SpringCharacterisation) -> list[str]:
     else:
         said.append("These tests determine every constant that was free, each better than was known before.")
     return said
+
+
+def _other(result: SpringCharacterisation) -> str:
+    """The phase that was not taken as the softer one."""
+    return next(phase for phase in SOFTER if phase != result.softer)
 
 
 def _errors(measures: dict[str, float] | None) -> str:
@@ -86,7 +95,7 @@ def warnings(result: SpringCharacterisation) -> list[str]:
             f"chi-square larger by {ahead:.3g}. There may be a better fit; --starts tries more. Standard "
             "errors span the fits that were found."
         )
-    said += profile_likelihood.warnings(result)
+    said += lasting_zeros(result.lasting) + limits(result.parameters) + profile_likelihood.warnings(result)
     said += [blind_sentence(score) for score in result.scores if score.blind > BLIND_SHARE]
     return said
 
