@@ -1,4 +1,4 @@
-"""Closed loops as text, figures and files."""
+"""Closed-loop control as text, figures and files."""
 
 import json
 
@@ -21,7 +21,7 @@ def _cell(value: float) -> str:
 
 
 def rows(result: Sweep) -> list[list[str]]:
-    """A line for every case."""
+    """Table rows, one for every case."""
     found = []
     for case in result.cases:
         cells = [case.name]
@@ -45,7 +45,7 @@ HEADER = (
 
 
 def text(result: Sweep) -> str:
-    """The table, and what it says."""
+    """The table and the conclusions."""
     known = [c for c in result.cases if c.known is not None]
     worst = max(known, key=lambda c: c.without.rmse(SINCE))
     gain = max(known, key=lambda c: c.without.rmse(SINCE) - c.known.rmse(SINCE))
@@ -59,7 +59,7 @@ def text(result: Sweep) -> str:
 
 
 def course_figure(result: Sweep) -> Figure:
-    """Wanted and real curvature of every case."""
+    """Figure of target and actual curvature of every case."""
     cases, count = result.cases, len(result.cases)
     with style():
         figure = Figure(figsize=(11.0, 1.0 + 2.1 * ((count + 1) // 2)), layout="constrained")
@@ -94,7 +94,7 @@ def course_figure(result: Sweep) -> Figure:
 
 
 def step_figure(run: Run) -> Figure:
-    """The step of one run: curvature, resistances, currents, phases."""
+    """Figure of the step of one run: curvature, resistances, currents, phases."""
     rows_of = run.time <= HOLD
     time = run.time[rows_of]
     with style():
@@ -119,7 +119,7 @@ def step_figure(run: Run) -> Figure:
 
 
 def rmse_figure(result: Sweep) -> Figure:
-    """Errors side by side."""
+    """Figure of the errors of all cases."""
     with style():
         figure = Figure(figsize=(7.2, 1.2 + 0.5 * len(result.cases)), layout="constrained")
         axes = figure.subplots()
@@ -176,7 +176,7 @@ def documents(result: Sweep) -> dict[str, str | bytes]:
 
 
 def text_or_table(result: Sweep) -> str:
-    """The whole text where anything can be known, the table alone elsewhere."""
+    """The whole text where a conclusion is possible, the table alone elsewhere."""
     return (
         text(result)
         if any(c.known is not None for c in result.cases)

@@ -48,7 +48,7 @@ def _unit(column: str) -> str:
 
 
 def miss_words(name: str, miss: float) -> str:
-    """How far a goal is missed, in words."""
+    """Distance from a goal, in words."""
     unit = _unit(GOALS[name].columns[0]) if name != "direction" else "1"
     return f"{name} by {from_si(miss, unit):.3g} {unit}".removesuffix(" 1")
 
@@ -92,7 +92,7 @@ def inversion_text(result: Inversion, notes: list[str] | None = None) -> str:
 
 
 def trajectory_text(result: Trajectory) -> str:
-    """A trajectory as plain text: first what cannot be undone."""
+    """A trajectory as plain text, with irreversible steps first."""
     notes = [f"WARNING: {w}." for w in result.warnings()]
     notes.append(f"The exact history agrees with the search to {result.disagreement:.2g} of a goal's size.")
     return inversion_text(result.inversion, notes)

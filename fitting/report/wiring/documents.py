@@ -15,7 +15,7 @@ COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 
 
 def text(result: Wiring) -> str:
-    """The filters, what they heat, and how well resistances can be sensed."""
+    """Sentences on the filters, the springs that they heat, and the sensing of resistances."""
     circuit, made = result.circuit, result.made
     power = np.diagonal(np.asarray(heating(circuit, circuit.resonance)))
     errors = np.linalg.norm(np.asarray(sensing(circuit, circuit.resonance)), axis=1)
@@ -52,7 +52,7 @@ def text(result: Wiring) -> str:
 
 
 def wiring_figure(circuit: Circuit) -> Figure:
-    """Heating of every spring over frequency, and the crosstalk of every pair."""
+    """Figure of the heating of every spring over frequency, and the crosstalk of every pair."""
     ends = np.log10([float(circuit.resonance.min()) * 0.7, float(circuit.resonance.max()) * 1.4])
     frequency = np.unique(np.concatenate([np.logspace(*ends, 1500), np.asarray(circuit.resonance)]))
     power, table = np.asarray(heating(circuit, frequency)), np.asarray(crosstalk(circuit))
