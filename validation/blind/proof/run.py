@@ -1,4 +1,5 @@
-"""Seal the cases of a plan and have every one diagnosed: in pieces, with a budget, resumable after any interruption."""
+"""Sealing and diagnosis of all cases of a plan: in pieces, with a budget, resumable after any
+interruption."""
 
 import hashlib
 import multiprocessing
@@ -18,13 +19,13 @@ from . import worker
 from .places import commit, read, write
 
 CHUNK = 24
-"""Cases that are sealed and diagnosed together; within a chunk, one kind after the other."""
+"""Number of cases that are sealed and diagnosed together; within a chunk, one kind after the other."""
 PER_PROCESS = 80
-"""Cases after which a worker process makes room for a new one."""
+"""Maximum number of cases of one worker process."""
 
 
 def chosen_cases(plan, seed, limit=None, kinds=None, groups=None):
-    """Cases of a plan: the first `limit` of the kinds and groups asked for."""
+    """Cases of a plan: the first `limit` of the requested kinds and groups."""
     cases = case_list(plan, seed)
     for what, asked, there in (("kind", kinds, KINDS), ("group", groups, sorted({case.group for case in cases}))):
         unknown = sorted(set(asked or ()) - set(there))
@@ -34,7 +35,7 @@ def chosen_cases(plan, seed, limit=None, kinds=None, groups=None):
 
 
 def keep_plan(places, plan, seed):
-    """Remember which cases a run began with, as a hash; ValueError where the plan's cases have changed since.
+    """Store a hash of the cases of a run; ValueError where the plan's cases have changed since.
 
     Raises:
         ValueError: the generator's plan is another one than that of the campaigns on disk.
@@ -47,19 +48,19 @@ def keep_plan(places, plan, seed):
 
 
 def run(cases, places, seed=1, workers=1, minutes=None, diagnose=worker.diagnose_folder, compare=None):
-    """Seal and diagnose cases; whatever is on disk already is kept.
+    """Seal and diagnose cases. Existing results on disk are kept.
 
     Args:
-        cases: from `chosen_cases`.
+        cases: cases from `chosen_cases`.
         places: files of the run.
-        seed: of the diagnoses.
-        workers: processes; 1 works in this one.
-        minutes: no case is begun later than this.
-        diagnose: (folder, seed) -> report.
-        compare: (folder, report, seed) -> answers of other methods; None for none.
+        seed: seed of the diagnoses.
+        workers: number of processes; 1 runs in this one.
+        minutes: time after which no case is begun [min].
+        diagnose: function from (folder, seed) to a report.
+        compare: function from (folder, report, seed) to answers of other methods; None for none.
 
     Returns:
-        the cases that have everything that was asked for.
+        Cases with all requested results.
     """
     deadline = time.monotonic() + 60.0 * minutes if minutes else float("inf")
     task = partial(worker.work, places, seed=seed, commit=commit(), diagnose=diagnose, compare=compare)
@@ -86,7 +87,7 @@ def run(cases, places, seed=1, workers=1, minutes=None, diagnose=worker.diagnose
 
 
 def _sealed(cases, places, workers):
-    """Seal cases; one that cannot be made is noted and left out, which says nothing about the tool."""
+    """Seal cases. One that cannot be made is noted and left out, which says nothing about the tool."""
     book, unmade_book = places.campaigns / "seals.json", places.folder / "unmade.json"
     unmade, seals = read(unmade_book, {}), read(book, {})
     there = [case for case in cases if case.name in seals and (places.campaigns / case.name).is_dir()]
@@ -112,7 +113,8 @@ def _apart(places, case):
 
 
 def _seal_apart(places, case):
-    """Seal one case in a folder of its own, so that several can be sealed at a time; returns why it cannot be made."""
+    """Seal one case in a folder of its own, so that several can be sealed at a time; returns the reason of a
+    failure."""
     try:
         seal([case], _apart(places, case))
     except ArithmeticError as problem:
@@ -121,7 +123,7 @@ def _seal_apart(places, case):
 
 
 def truths(cases, places, workers=1):
-    """Open the seals of cases that all have a report; the truths, found again from the seeds, by name.
+    """Open the seals of cases that all have a report. Returns the truths by name, recomputed from the seeds.
 
     Raises:
         ValueError: a report is missing, or a truth does not match its seal.
@@ -139,7 +141,7 @@ def truths(cases, places, workers=1):
 
 
 def _side_by_side(function, items, workers):
-    """Results in order, as they come; in processes where there is more than one worker."""
+    """Results in order, as they become available; in processes where there is more than one worker."""
     if workers == 1 or len(items) < 2:
         yield from map(function, items)
         return
@@ -156,7 +158,7 @@ def _here(task, names, deadline, bar):
 
 
 def _in_processes(task, names, workers, deadline, bar):
-    """Work on names in order; a pool that broke is made again, and what broke it is counted by the worker."""
+    """Work on names in order. A broken pool is made again, and the worker counts the cause."""
     # the processes fill the cores by themselves: no threads of their own, and none of XLA's, which would wait for
     # work by turning round and round
     for threads in ("PNEUSMA_THREADS", "NPROC"):

@@ -1,6 +1,6 @@
 """One sealed case: its report and the other methods' answers. Nothing here can reach a truth.
 
-What a worker is given is a folder as a laboratory would hand it in, and a place for the report.
+A worker gets a folder as from a laboratory, and a place for the report.
 """
 
 import time
@@ -16,15 +16,15 @@ from .baselines import answers
 from .places import read, write
 
 ERROR = "pneusma-blind-error/1"
-"""Schema of what stands for a report where there is none."""
+"""Schema of the replacement of a missing report."""
 MOST_MAPS = 20_000
-"""Memory maps of this process from which compiled programs are dropped (Linux allows 65530)."""
+"""Maximum number of memory maps of this process before compiled programs are dropped (Linux allows 65530)."""
 MOST_ATTEMPTS = 3
-"""Times that a case may take its process down before that is recorded as its result."""
+"""Maximum number of attempts of a case that kills its process, before that is recorded as its result."""
 
 
 def diagnose_folder(folder, seed):
-    """The report of `pneusma diagnose` on a folder, and how long reading and diagnosing took."""
+    """The report of `pneusma diagnose` on a folder, and the durations of reading and diagnosis."""
 
     enable_float64()
 
@@ -38,7 +38,7 @@ def compare_folder(folder, report, seed):
 
 
 def work(places, name, seed, commit, diagnose=diagnose_folder, compare=None):
-    """Write what is missing of a case; every error becomes its result. Returns the case's name."""
+    """Write the missing results of a case. Every error becomes its result. Returns the case's name."""
     folder = places.campaigns / name
     if not places.report(name).exists():
         _attempt(places, name)
@@ -68,7 +68,7 @@ def _timed(answer, path, timing, commit):
 
 
 def _attempt(places, name):
-    """Count attempts on disk: a case that kills its process several times is an error, too."""
+    """Count attempts on disk. A case that kills its process several times is an error, too."""
     book = places.reports / name / "attempts.json"
     before = read(book, 0)
     if before >= MOST_ATTEMPTS:
