@@ -1,8 +1,9 @@
-"""Choosing tests: one after another the one that tells most per minute, then exchanging while that helps.
+"""Choice of tests: greedily by information per minute, followed by exchanges that improve it.
 
-What is known after some tests is Gaussian: prior and information add up. A test's worth is the expected fall
-of the log-volume of the wanted constants' uncertainty, the others integrated out (D_s-optimality), averaged
-over alloys that the priors allow, so that the protocol suits an alloy that nobody knows yet.
+The knowledge after some tests is Gaussian: precisions of prior and tests add up. The worth of a test is the
+expected decrease of the log-volume of the wanted constants' uncertainty, the others integrated out
+(D_s-optimality). It is averaged over alloys that the priors allow, so that the protocol suits an
+uncharacterised alloy.
 
 `told[:, test, r]` is the information of `r + 1` repeats together. Repeats average the instruments' errors,
 but not the error of the model, which is the same in every repeat.
@@ -16,7 +17,7 @@ import numpy as np
 
 WANTED = ("beta_1", "beta_2", "beta_3", "ka_1", "ka_2", "ka_3", "km_1", "km_2", "km_3", "a", "b")
 LEAST_GAIN = 0.3
-"""Minimum information of a test for its set-up to be worth while [nats]; the first test may have less."""
+"""Minimum information of a test to justify its set-up [nats]; the first test may have less."""
 MOST_ROUNDS = 20
 """Maximum number of rounds of exchanges; a round without an exchange ends them earlier."""
 
@@ -26,7 +27,7 @@ class Choice:
     """One chosen test, or one more repeat of it.
 
     Attributes:
-        index: of the candidate.
+        index: index of the candidate.
         gain: information gained about the wanted constants, given the tests chosen earlier [nats]; mean over
             the alloys.
     """
@@ -38,15 +39,15 @@ class Choice:
 def choose(
     told: np.ndarray, minutes: np.ndarray, names: Sequence[str], wanted: Sequence[str], most: int
 ) -> list[Choice]:
-    """The tests of a campaign, in the order in which they are best done.
+    """The chosen tests of a campaign, in their recommended order.
 
     Args:
-        told: information of 1, 2, ... repeats of each test in units of the prior, shape
-            (alloys, tests, repeats, unknowns, unknowns).
-        minutes: each test takes, with its set-up, shape (tests,).
-        names: of the unknowns.
-        wanted: those that the campaign is for.
-        most: tests to choose at most, repeats counted.
+        told: Fisher information of 1, 2, ... repeats of each test in units of the prior, shape (alloys,
+            tests, repeats, unknowns, unknowns).
+        minutes: duration of each test with its set-up [min], shape (tests,).
+        names: names of the unknowns.
+        wanted: unknowns that the campaign is to determine.
+        most: maximum number of tests, repeats included.
     """
     rows = [list(names).index(name) for name in wanted]
     worth = _Worth(told, minutes, rows)
@@ -57,14 +58,14 @@ def choose(
 
 @dataclass(frozen=True)
 class _Worth:
-    """Arguments of `choose`, with the wanted rows."""
+    """Arguments of `choose`, with the rows of the wanted unknowns."""
 
     told: np.ndarray
     minutes: np.ndarray
     rows: list[int]
 
     def greedy(self, pool: Counter, most: int, least: float) -> list[Choice]:
-        """Tests one by one, each as often as `pool` has it."""
+        """Tests one by one, each at most as often as in `pool`."""
         known, done = _prior(self.told), Counter()
         chosen: list[Choice] = []
         while len(chosen) < most:
@@ -84,7 +85,8 @@ class _Worth:
         return chosen
 
     def exchanged(self, tests: list[int]) -> list[int]:
-        """Tests after single exchanges that tell more in no more time, until none does (Fedorov)."""
+        """Tests after single exchanges that give more information in no more time, until none does
+        (Fedorov)."""
         tests, limit = list(tests), self.minutes[tests].sum() + 1e-9
         everything = range(self.told.shape[1])
         for _ in range(MOST_ROUNDS):
@@ -116,8 +118,8 @@ def covariances(told: np.ndarray, order: Sequence[int]) -> np.ndarray:
     """Covariance after 0, 1, 2, ... tests in units of the prior.
 
     Args:
-        told: as for `choose`.
-        order: indices of the tests, repeats and all.
+        told: Fisher information as for `choose`.
+        order: indices of the tests, repeats included.
 
     Returns:
         Shape (1 + tests done, alloys, unknowns, unknowns).
@@ -131,7 +133,8 @@ def covariances(told: np.ndarray, order: Sequence[int]) -> np.ndarray:
 
 
 def expected_sd(told: np.ndarray, order: Sequence[int]) -> np.ndarray:
-    """1-sigma of every unknown in units of the prior's, shape (1 + tests done, alloys, unknowns)."""
+    """Standard deviation of every unknown in units of the prior's, shape (1 + tests done, alloys,
+    unknowns)."""
     return np.sqrt(np.diagonal(covariances(told, order), axis1=2, axis2=3))
 
 
@@ -140,7 +143,7 @@ def log_volume(known: np.ndarray, rows: list[int]) -> np.ndarray:
 
     Args:
         known: precision, shape (alloys, ..., unknowns, unknowns).
-        rows: of the unknowns.
+        rows: indices of the unknowns.
     """
     covariance = np.linalg.inv(known)[..., rows, :][..., rows]
     return np.mean(0.5 * np.linalg.slogdet(covariance)[1], axis=0)

@@ -1,9 +1,9 @@
-"""What a test would tell about an alloy: Fisher information from the model's own sensitivities.
+"""Expected information of a test about an alloy: Fisher information from the model's own sensitivities.
 
-A test yields force and resistance at known elongations. The phase is not known: the controller holds it as
-well as it can, and every few readings deviate by an unknown amount, which resistance and force must settle
+A test yields force and resistance at known elongations. The phase is unknown. The controller holds it as well
+as it can. Every few readings it deviates by an unknown amount, which resistance and force must determine
 together with the constants. These deviations are Gaussian unknowns and are integrated out (a Schur
-complement), so that a test in which resistance does not tell the phase is worth as little as it is.
+complement). A test whose resistance does not determine the phase therefore gets its low true worth.
 """
 
 from collections.abc import Mapping
@@ -21,13 +21,13 @@ from .candidates import COLD, HEATED, HOT, LATENT_ROWS, Courses
 def held_phase(alloy: pj.Alloy, gamma: Array, share: Array) -> Array:
     """Martensite fraction of a wire whose resistance a slow, ideal controller holds, shape (rows,).
 
-    A set-point above what the cold wire shows turns the heater off; one below what the hot wire shows turns
-    it on fully (Section 2.4.5: at high strain the set-point is lost).
+    A set-point above the resistance of the cold wire turns the heater off. One below that of the hot wire
+    turns it on fully (Section 2.4.5: at high strain the set-point is lost).
 
     Args:
-        alloy: of the wire.
+        alloy: alloy of the wire.
         gamma: shear strain, shape (rows,).
-        share: of the way from the hot resistance at rest to the cold one.
+        share: position of the set-point between the hot (0) and the cold resistance (1) at rest.
     """
     zero = jnp.asarray(0.0)
     rest = alloy.rho_a(zero) + share * (alloy.rho_m(zero) - alloy.rho_a(zero))
@@ -55,18 +55,18 @@ def information(
     misfit: Float[Array, ""],
     repeats: Float[Array, ""],
 ) -> Float[Array, "draws tests unknowns unknowns"]:
-    """Information of each test at each alloy about unknown constants, in units of their scales.
+    """Fisher information of each test at each alloy about unknown constants, in units of their scales.
 
     Args:
-        constants: of the alloys, SI.
-        names: of the unknown constants.
-        scale: prior 1-sigma of each, SI.
-        geometry: of the spring.
-        tests: what is done.
-        noise: 1-sigma of force [N] and of resistance [ohm].
-        misfit: 1-sigma by which the law itself errs, as a share of the force and of the contrast in
-            resistance between both phases at rest [1]; in every repeat alike.
-        repeats: of each test, averaged.
+        constants: constants of the alloys by name, SI, shape (draws,).
+        names: names of the unknown constants.
+        scale: prior standard deviation of each, SI, shape (unknowns,).
+        geometry: geometry of the spring.
+        tests: tests as arrays.
+        noise: standard deviations of force [N] and of resistance [ohm].
+        misfit: standard deviation of the law's own error, as a share of the force and of the contrast in
+            resistance between both phases at rest [1]; equal in every repeat.
+        repeats: number of averaged repeats of each test.
     """
     tests = eqx.tree_at(lambda t: t.phase_sd, tests, tests.phase_sd / jnp.sqrt(repeats))
     noise = noise / jnp.sqrt(repeats)
@@ -87,7 +87,7 @@ def _information(
     noise: Array,
     misfit: Array,
 ) -> Array:
-    """Information of one test at one alloy, shape (unknowns, unknowns)."""
+    """Fisher information of one test at one alloy, shape (unknowns, unknowns)."""
     elongation = geometry.free_length * test.strain
     nominal = pj.Spring(geometry, pj.Alloy(**constants), geometry.free_length)
     course = phase_course(nominal.alloy, nominal.shear_strain(elongation), test)

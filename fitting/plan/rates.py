@@ -1,4 +1,4 @@
-"""How fast to pull: the fastest rate at which a controller still holds a spring's resistance."""
+"""Choice of the rate of pulling: the fastest at which a controller still holds a spring's resistance."""
 
 from collections.abc import Sequence
 
@@ -31,7 +31,7 @@ HEATING_S = 120.0  # of a test that heats at constant length, there and back
 
 
 def minutes(test: Candidate, rate: float) -> float:
-    """Time that a test takes with its set-up [min], at a rate in spring strain per second."""
+    """Duration of a test with its set-up [min], at a rate in spring strain per second."""
     travel = 2.0 * sum(test.strains) / rate
     return SETUP_MIN + (travel + (HEATING_S if test.hold == HEATED else 0.0)) / 60.0
 
@@ -39,14 +39,15 @@ def minutes(test: Candidate, rate: float) -> float:
 def choose_rates(spring: pj.Spring, tests: Sequence[Candidate], seed: int, read_noise: float) -> list[float]:
     """Spring strain per second for each test.
 
-    Tests that hold a resistance get the fastest rate at which it is held wherever heating can hold it, by a
-    simulation of controller and heat balance over the longest of them; the others the median of these.
+    Tests that hold a resistance get the fastest rate at which it is held wherever heating can hold it. A
+    simulation of controller and heat balance over the longest of them decides. The others get the median of
+    these rates.
 
     Args:
-        spring: as far as it is known.
-        tests: what can be done.
-        seed: of the controller's readings.
-        read_noise: their 1-sigma [ohm].
+        spring: spring with its presumed constants.
+        tests: candidate tests.
+        seed: seed of the controller's readings.
+        read_noise: standard deviation of these readings [ohm].
     """
     held = [test for test in tests if test.hold == HELD]
     shares = sorted({test.share for test in held})
@@ -57,7 +58,7 @@ def choose_rates(spring: pj.Spring, tests: Sequence[Candidate], seed: int, read_
 
 
 def _rates(tests: Sequence[Candidate]) -> list[float]:
-    """Rates that are compared, the fastest first [1/s]."""
+    """Candidate rates, the fastest first [1/s]."""
     first = min(strain for test in tests for strain in test.strains)
     return [first / seconds for seconds in SECONDS]
 

@@ -1,4 +1,4 @@
-"""What a person sees while chains grow: steps, effective samples, time left."""
+"""Progress display of sampling: steps, effective samples, time left."""
 
 import time
 from types import TracebackType
@@ -11,12 +11,12 @@ from .convergence import BURN_LENGTHS, LENGTHS, Convergence
 
 
 class SamplingBar:
-    """A progress bar over steps whose end moves with what is known of the autocorrelation time.
+    """A progress bar over steps. Its end moves with the estimate of the autocorrelation time.
 
     Args:
-        shown: True or False, or None to show it at a terminal, and plain lines now and then elsewhere.
-        budget: steps at most.
-        done: steps that were there already.
+        shown: true or false, or None to show it at a terminal, and occasional plain lines elsewhere.
+        budget: maximum number of steps.
+        done: number of stored steps.
     """
 
     def __init__(self, shown: bool | None, budget: int, done: int = 0):
@@ -36,13 +36,13 @@ class SamplingBar:
         self._bar.close()
 
     def moved(self, steps: int) -> None:
-        """All ensembles have made this many steps."""
+        """Record the number of steps of all ensembles."""
         self._lines.say(f"{steps} steps of at most {self._budget}{self._judged}")
         self._bar.total = max(self._bar.total, steps)
         self._bar.update(steps - self._bar.n)
 
     def judged(self, state: Convergence) -> None:
-        """Show effective samples and when the chains should be long enough."""
+        """Show effective samples and the predicted end."""
         if self._bar.disable and not self._lines.shown:
             return
         expected = self._budget

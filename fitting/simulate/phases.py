@@ -1,9 +1,9 @@
 """Martensite fractions of an actuator's springs from their measured resistances, all rows together.
 
-The fractions wander slowly and the resistances are noisy. So the trajectory of all fractions is smoothed
-about the answer of the whole actuator: a heated spring pulls the other one longer, and both resistances
+The fractions change slowly and the resistances are noisy. So the trajectory of all fractions is smoothed
+about the answer of the whole actuator. A heated spring pulls the other one longer, and both resistances
 change. A row by itself may have several equilibria or, with noise, none. A trajectory has one most likely
-course.
+solution.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,17 +20,19 @@ from pneusma_jax.actuator.balance import Problem, configuration, spring_response
 from pneusma_jax.actuator.root_find import attached
 
 ROUNDS = 12
-"""Maximum of linearisations. Most recordings take three to six."""
+"""Maximum number of linearisations. Most recordings take three to six."""
 CLOSE = 1e-4
 """Maximum change of a fraction at which the rounds end [1]."""
 LONGEST = 0.1
-"""Longest step of a fraction in a round [1]; a tangent near full heat would throw it anywhere."""
+"""Maximum step of a fraction in a round [1]. Near full heat the tangent is almost flat, and a full step would
+leave its range of validity."""
 LEAST_NOISE = 2e-6
-"""Minimum noise of a resistance, relative; below it lie the digits that files keep."""
+"""Minimum relative noise of a resistance; files keep no smaller digits."""
 WANDER = 10.0 ** np.arange(-9.0, 0.0, 1.0)
-"""Tried variances of a fraction's change [1/s]. From a cold spring, which stays, to one heated in seconds."""
+"""Candidate variances of a fraction's change [1/s], from a cold spring, which stays, to one heated in
+seconds."""
 FIRST = 1.0
-"""Variance of a fraction before the first reading [1]: nothing is known of it."""
+"""Variance of a fraction before the first reading [1], when it is unknown."""
 
 
 def fractions_behind(
@@ -41,19 +43,19 @@ def fractions_behind(
     given: Sequence[pj.MartensiteFraction],
     states: tuple[pj.SpringState, ...],
 ) -> list[pj.MartensiteFraction]:
-    """The fractions of all springs.
+    """Martensite fractions of all springs.
 
     Args:
-        actuator: what is loaded.
-        time: [s], ascending, shape (rows,).
-        pressure: gauge [Pa], shape (rows,).
-        measured: resistance of the springs that have one [ohm], shape (rows,), by index.
-        given: fractions to begin with, one per spring, of shape (rows,) or (); those of springs that are not
-            measured are kept.
+        actuator: loaded actuator.
+        time: time [s], ascending, shape (rows,).
+        pressure: gauge pressure [Pa], shape (rows,).
+        measured: resistances by index of the measured springs [ohm], shape (rows,).
+        given: initial fractions, one per spring, of shape (rows,) or (); springs that are not measured keep
+            theirs.
         states: memories before the first row.
 
     Returns:
-        One per spring; of shape (rows,) where measured.
+        Fractions, one array per spring; of shape (rows,) where measured.
     """
     wired = sorted(measured)
     rows = len(time)
@@ -162,9 +164,9 @@ def _smooth(
     """Kalman filter and Rauch-Tung-Striebel smoother of a random walk.
 
     Args:
-        time: [s], ascending, shape (n,).
+        time: time [s], ascending, shape (n,).
         target: readings in units of their noise, shape (n, m).
-        slope: of the readings over the fractions, shape (n, m, m).
+        slope: slope of the readings over the fractions, shape (n, m, m).
         wander: variance of each fraction's change [1/s], shape (m,).
 
     Returns:

@@ -1,4 +1,5 @@
-"""Recordings of an actuator as arrays, with what only effects ask for: currents, air temperature, gravity."""
+"""Recordings of an actuator as arrays, with the inputs that only effects use: currents, air temperature,
+gravity."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -22,16 +23,16 @@ from .specimen import FITTED, RowOptions
 
 OUTPUTS = ("curvature", "bend_angle", "length", "bend_direction")
 FIXED = ("gamma_max", "poisson_ratio", "T_mid", "T_width", "density", "heat_capacity", "convection")
-"""Constants that a pressurised actuator does not identify: conventions, and those of heating."""
+"""Constants that a pressurised actuator does not identify: conventions, and constants of heating."""
 TUBE = ("outer_diameter", "wall_thickness", "length")
 RECORDED = ("current_1", "current_2", "current_3", "temperature")
-"""Quantities that only effects ask for."""
+"""Recorded quantities that only effects use."""
 AIR = 22.0
-"""Temperature of the air that nobody recorded [degC]."""
+"""Assumed temperature of the air where none was recorded [degC]."""
 
 
 def layout_of(campaign: Campaign) -> pj.Layout:
-    """The one arrangement of a campaign's actuators.
+    """Arrangement that all actuators of a campaign share.
 
     Raises:
         InputError: if there are several designs.
@@ -44,7 +45,7 @@ def layout_of(campaign: Campaign) -> pj.Layout:
 
 
 def dimensions(recording: Recording) -> dict[str, float]:
-    """Every dimension of a recording's actuator in SI, and the factor on its silicone."""
+    """Dimensions of a recording's actuator, SI, and the factor on its silicone's stress [1]."""
     geometry = geometry_of(recording)
     return {name: float(getattr(geometry, name)) for name in GEOMETRY_KEYS} | {silicones.FACTOR: 1.0}
 
@@ -55,13 +56,14 @@ def undecided_rows_for(
     material: str | Path | None = None,
     options: RowOptions = FITTED,
 ) -> list[Rows]:
-    """Every recording of a campaign as arrays, in its order; every spring cold.
+    """Recordings of a campaign as arrays, in their order, with every spring fully martensitic (cold).
 
     Args:
         campaign: recordings of kind actuator, of one design.
-        options: which rows are taken.
-        base: alloy to start from where `alloy = "fit"`; see `specimens.priors.alloy_quantities`.
-        material: silicone to start from, instead of the one that is named.
+        options: selection of rows.
+        base: name or path of the alloy's prior table, where `alloy = "fit"`; see
+            `specimens.priors.alloy_quantities`.
+        material: name or path of the silicone's table, in place of the one that the recordings name.
 
     Raises:
         InputError: if they name several designs, alloys or materials, or one has too few complete rows.

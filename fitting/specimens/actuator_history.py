@@ -1,7 +1,8 @@
-"""Actuators with effects: pressure in; curvature, bend angle, length and the measured resistances out.
+"""Forward model of actuators with effects: pressure in; curvature, bend angle, length and measured
+resistances out.
 
-Martensite fractions are latent trajectories in a diagnosis; they follow resistances where a model on disk is
-fitted.
+In a diagnosis the martensite fractions are latent trajectories. Where a model on disk is fitted, they follow
+the resistances.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,19 +28,20 @@ from .latent import Drivers, LatentStates
 from .rows import Rows, numbers
 
 EXPLAINED = ("curvature", "bend_angle", "length")
-"""Outputs that effects act on: all but the direction of the bend."""
+"""Outputs that effects change: all but the direction of the bend."""
 REMAINDER = ("unmodelled_", "beyond_")
-"""How channels begin that say what a remainder adds."""
+"""Prefixes of the channels that hold a model discrepancy."""
 READINGS = ("resistance_1", "resistance_2", "resistance_3")
-"""Outputs of latent trajectories."""
+"""Outputs that are measured to find the latent trajectories."""
 FOLLOWING = ("gain", "ohms", "gamma", "sd")
-"""Columns of phases that follow resistances."""
+"""Columns of martensite fractions that follow resistances."""
 COMPILER_OPTIONS = {"xla_cpu_use_fusion_emitters": False}
-"""A run is a long loop over small arrays; the older code generation takes a fifth less time for it."""
+"""Compiler options of a history, a long loop over small arrays. The older code generation needs a fifth less
+time for it."""
 
 
 def hidden_rows_for(campaign: Campaign, **tables: Any) -> list[Rows]:
-    """Recordings whose fractions are latent trajectories, and resistances outputs."""
+    """Recordings whose martensite fractions are latent trajectories and whose resistances are outputs."""
     rows = undecided_rows_for(campaign, **tables)
     return [_hidden(*pair) for pair in zip(rows, campaign.recordings, strict=True)]
 
@@ -60,7 +62,7 @@ def _hidden(rows: Rows, recording: Recording) -> Rows:
 
 
 def _counted(rows: Rows, recording: Recording, name: str) -> np.ndarray:
-    """One in rows whose resistance is a measurement, else zero."""
+    """One in rows whose resistance is a measurement, zero in the others."""
     there = np.isfinite(recording.si("time"))
     measured = np.isfinite(measurements(recording, name))
     return np.isin(np.asarray(rows.time), recording.si("time")[there & measured]).astype(float)
@@ -103,32 +105,33 @@ def with_effects(
 
 
 class SpringPhases(LatentStates):
-    """The martensite fractions of an actuator's springs, solved for outside of `answer`."""
+    """Martensite fractions of an actuator's springs, solved for outside of `answer`."""
 
     readings = READINGS
 
     def rows_for(self, campaign: Campaign, **tables: Any) -> list[Rows]:
-        """See `hidden_rows_for`."""
+        """Recordings as arrays; see `hidden_rows_for`."""
         return hidden_rows_for(campaign, **tables)
 
     def count(self, stacked: Rows) -> int:
-        """One for each spring."""
+        """Number of latent trajectories: one for each spring."""
         return len(stacked.extra["xi0"])
 
     def prepared(
         self, values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]] | None = None
     ) -> Rows:
-        """The same: how fast they wander is found where they are solved for."""
+        """The same stack. The process-noise variance is found by the code that solves for the
+        trajectories."""
         return stacked
 
     def begun(self, stacked: Rows, drivers: Mapping[str, Array]) -> Rows:
-        """The same: the trajectories stand in the stack."""
+        """The same stack, which already holds the trajectories."""
         return stacked
 
     def settled(self, recordings: list[Rows], drivers: Drivers) -> list[Rows]:
-        """Phases read anew under a model with effects; see `actuator_followed`."""
+        """Recordings with fractions read anew under a model with effects; see `actuator_followed`."""
         return settled(recordings, drivers)
 
     def spent(self, recordings: Sequence[Rows]) -> int:
-        """None: resistances are inputs where a model on disk is fitted."""
+        """Zero: resistances are inputs where a model on disk is fitted."""
         return 0

@@ -1,8 +1,8 @@
-"""Every row of an actuator's recording in equilibrium, solved side by side instead of one after the other.
+"""Equilibria of all rows of an actuator's recording, solved at once instead of one after the other.
 
-What a spring remembers in a row depends on strains and phases of earlier rows. So rows are solved at phases
-and memories that were decided before; the strains found say how far those really are from that, by the
-resistance and by the memory's rule; and the rows are solved again.
+A spring's memory in one row depends on strains and phases of earlier rows. So the rows are first solved at
+given phases and memories. The resulting strains correct both, by the resistance and by the rule of the
+memory. Then the rows are solved again.
 """
 
 import dataclasses
@@ -24,13 +24,14 @@ from .rows import Rows, numbers
 
 ALLOY = tuple(field.name for field in dataclasses.fields(Alloy) if field.name != "name")
 PASSES = 2
-"""Solutions of all rows; the first is at what was decided."""
+"""Number of passes over all rows; the first uses the given phases and memories."""
 TINY = 1e-24
-"""Square of a bend angle below which it has no direction."""
+"""Minimum square of a bend angle [rad2]; a smaller bend has no direction."""
 
 
 class Solved(eqx.Module):
-    """All rows; arrays of shape (rows,), those of springs (springs, rows); NaN where there is no equilibrium.
+    """Solutions of all rows. Arrays have shape (rows,), those of springs (springs, rows); NaN where there is
+    no equilibrium.
 
     Attributes:
         curvature [1/m], bend_angle [rad], bend_direction [rad], length [m]: of the centre line.
@@ -47,7 +48,7 @@ class Solved(eqx.Module):
 
 
 def body_of(known: Mapping[str, Array], rows: Rows) -> pj.Actuator:
-    """The actuator that numbers describe."""
+    """The actuator with these parameters."""
     layout = rows.extra["layout"]
     alloy = Alloy(**{name: known[name] for name in ALLOY}) if layout.spring_numbers else None
     geometry = pj.Geometry(**{name: known[name] for name in GEOMETRY_KEYS})
@@ -55,7 +56,7 @@ def body_of(known: Mapping[str, Array], rows: Rows) -> pj.Actuator:
 
 
 def trajectory(values: Mapping[str, Array], rows: Rows) -> Solved:
-    """A recording as the model has it.
+    """Solutions of one recording.
 
     Args:
         values: free parameters by name, SI.
@@ -77,18 +78,18 @@ def trajectory(values: Mapping[str, Array], rows: Rows) -> Solved:
 
 
 def _of_springs(rows: Rows, name: str) -> Array:
-    """What was decided of every spring, shape (springs, rows)."""
+    """Given phases and memories of every spring, shape (springs, rows)."""
     columns = rows.extra[name]
     return jnp.stack(columns) if columns else jnp.zeros((0, rows.time.size))
 
 
 def _hottest(xi0: Array) -> Array:
-    """Smallest fraction of the rows before each one, 1 before the first [1]."""
+    """Smallest martensite fraction of all earlier rows, 1 for the first row [1]."""
     return jnp.concatenate([jnp.ones(1), jax.lax.cummin(xi0)[:-1]])
 
 
 def _solve(body: pj.Actuator, rows: Rows, xi0: Array, states: tuple, guess: Array) -> tuple[Array, Array]:
-    """Scaled unknowns of every row, shape (rows, freedoms), and which rows balance."""
+    """Scaled unknowns of every row, shape (rows, freedoms), and a mask of the rows that balance."""
 
     def one(pressure: Array, xi0: Array, states: tuple, guess: Array) -> tuple[Array, Array]:
         phases = tuple(pj.MartensiteFraction(xi0[k]) for k in range(len(body.springs)))
@@ -107,7 +108,8 @@ def _strains(body: pj.Actuator, unknowns: Array) -> Array:
 
 
 def _corrected(body: pj.Actuator, rows: Rows, gamma: Array) -> Array:
-    """Phases at these strains, shape (springs, rows): those decided, moved as far as resistance tells."""
+    """Martensite fractions at these strains, shape (springs, rows): the given ones, corrected to first
+    order."""
     decided = _of_springs(rows, "xi0")
     springs = zip(body.springs, decided, gamma, strict=True)
     ohms = jnp.stack([s.alloy.resistivity(x, g) * s.geometry.wire_length for s, x, g in springs])

@@ -1,4 +1,4 @@
-"""Sentences about results that rest on extrapolation or on a reading that says nothing."""
+"""Warnings about results that rest on extrapolation or on an uninformative reading."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ CLEARANCE_DEG = 270.0  # bend past which the source saw the tip touch the clamp 
 
 
 def _where(mask: np.ndarray) -> str:
-    """Which rows, in words; nothing for a single state."""
+    """List of rows in words; empty for a single state."""
     mask = np.atleast_1d(mask)
     return "" if mask.size == 1 else f" in {int(mask.sum())} of {mask.size} rows"
 
@@ -24,13 +24,13 @@ def _say(conditions: dict[str, np.ndarray]) -> list[str]:
 def spring_cautions(
     spring: pj.Spring, response: SpringResponse, name: str, read: SpringResponse | None = None
 ) -> list[str]:
-    """Where a spring's martensite fraction does not follow from its resistance, or a law is extrapolated.
+    """Warnings where a resistance does not determine the martensite fraction, or where a law is extrapolated.
 
     Args:
-        spring: the element.
-        response: of one state or of rows.
-        name: what to call it, such as `"spring 2"`.
-        read: the response to the resistance as it was measured, where `response` is to a denoised one.
+        spring: the spring element.
+        response: response of one state or of rows.
+        name: name of the spring in the sentence, such as `"spring 2"`.
+        read: response to the resistance as measured, where `response` belongs to a denoised one.
     """
     gamma = np.asarray(response.gamma)
     source = response if read is None else read
@@ -50,7 +50,7 @@ def spring_cautions(
 
 
 def _tested(law: SiliconeLaw) -> tuple[float, float] | None:
-    """Strains that a law was fitted to, where it knows them."""
+    """Range of strains that a law was fitted to; None where the law does not state it."""
     law = law.law if isinstance(law, Scaled) else law
     if isinstance(law, RegularisedSilicone):
         return float(law.lower), float(law.upper)
@@ -60,11 +60,11 @@ def _tested(law: SiliconeLaw) -> tuple[float, float] | None:
 
 
 def silicone_cautions(law: SiliconeLaw, least: np.ndarray, most: np.ndarray) -> list[str]:
-    """Where the silicone is strained beyond its tests.
+    """Warnings where the silicone is strained beyond its tests.
 
     Args:
-        law: of the wall.
-        least, most: smallest and largest strain in each state [1].
+        law: law of the wall's silicone.
+        least, most: smallest and largest strain of each state [1].
     """
     limits = _tested(law)
     if limits is None:
@@ -85,13 +85,13 @@ def actuator_cautions(
     clearance_deg: float | None = None,
     read: pj.Equilibrium | None = None,
 ) -> list[str]:
-    """Everything about an actuator's states that should be read with care.
+    """All warnings about an actuator's states.
 
     Args:
-        actuator: what was solved.
-        found: one state or rows.
-        clearance_deg: bend angle at which the tip meets the base; the source's 270 degrees if None.
-        read: the states at the resistances as measured, where `found` is at denoised ones.
+        actuator: actuator that was solved.
+        found: equilibrium of one state or of rows.
+        clearance_deg: bend angle at which the tip meets the base [deg]; the source's 270 if None.
+        read: equilibria at the resistances as measured, where `found` belongs to denoised ones.
     """
     said = _unsolved(statuses(found, read))
     source = found if read is None else read
@@ -110,11 +110,11 @@ def actuator_cautions(
 
 
 def statuses(found: pj.Equilibrium, read: pj.Equilibrium | None = None) -> np.ndarray:
-    """Status of every state; a solved row whose measured resistances had several equilibria says so.
+    """Status of every state. A solved row is marked where its measured resistances had several equilibria.
 
     Args:
-        found: one state or rows.
-        read: the states at the resistances as measured, where `found` is at denoised ones.
+        found: equilibrium of one state or of rows.
+        read: equilibria at the resistances as measured, where `found` belongs to denoised ones.
     """
     status = np.asarray(found.status)
     if read is None or not status.ndim:
@@ -124,7 +124,7 @@ def statuses(found: pj.Equilibrium, read: pj.Equilibrium | None = None) -> np.nd
 
 
 def _unsolved(status: np.ndarray) -> list[str]:
-    """How many rows of a batch have no solution or several, and why."""
+    """Sentence with the number of rows without a solution, or with several, and the reason."""
     if status.ndim == 0:
         return []
     said = []

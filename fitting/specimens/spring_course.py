@@ -1,8 +1,8 @@
-"""The latent trajectory of a spring under a model with effects: the fractions that explain all its channels
-best.
+"""Latent trajectory of a spring under a model with effects: the martensite fractions that explain all its
+channels best.
 
-As `inference.latent_trajectory.smoother.profile`, for noise with serial correlation and for many directions
-of derivatives at once.
+The method is that of `inference.latent_trajectory.smoother.profile`. It extends to noise with serial
+correlation and to many directions of derivatives at once.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,22 +23,23 @@ from fitting.inference.latent_trajectory.smoother import Local, variances
 from fitting.specimens.rows import Rows
 
 HELD = 1e-6
-"""Weight of the course so far in every row, which keeps rows that say nothing where they are."""
+"""Weight of the current trajectory in every row. It keeps rows in place whose channels are uninformative."""
 ROUNDS = 8
-"""Most trials of a course."""
+"""Maximum number of Gauss-Newton iterations."""
 SETTLED = 3e-3
-"""Longest step of a fraction at which they end."""
+"""Maximum step of a fraction at which the iterations end [1]."""
 LONGEST = 0.3
-"""Longest step of the fraction in one round."""
+"""Maximum step of the fraction in one iteration [1]."""
 
 
 class Noise(eqx.Module):
-    """Inverse covariance of a channel's errors, tridiagonal: first-order noise, as `Channel.whitened` has it.
+    """Inverse covariance of a channel's errors, tridiagonal: first-order autoregressive noise, as in
+    `Channel.whitened`.
 
     Attributes:
-        weight: one over the 1-sigma of every row, zero where nothing was measured.
-        diagonal, upper: of the inverse covariance of errors of unit size, shape (rows,); the last of `upper`
-            is zero.
+        weight: inverse standard deviation of every row, zero where nothing was measured.
+        diagonal, upper: bands of the inverse covariance of errors of unit size, shape (rows,); the last entry
+            of `upper` is zero.
     """
 
     weight: Array
@@ -47,7 +48,7 @@ class Noise(eqx.Module):
 
     @classmethod
     def of(cls, rows: Rows, name: str) -> "Noise":
-        """That of one output of a recording."""
+        """Inverse covariance of one output of a recording."""
         weight = rows.extra.get(f"weight_{name}", rows.weight[name])
         correlation = rows.extra.get(f"correlation_{name}", 0.0)
         there = weight > 0.0
@@ -64,18 +65,19 @@ class Noise(eqx.Module):
         return self.weight * (self.diagonal * scaled + above + below)
 
     def seen_through(self, slope: Array) -> tuple[Array, Array]:
-        """Information on a course by which the channel changes by `slope`: diagonal and upper diagonal."""
+        """Fisher information on a trajectory by which the channel changes by `slope`: diagonal and upper
+        diagonal."""
         told = self.weight * slope
         return self.diagonal * told**2, self.upper * told * jnp.roll(told, -1)
 
 
 class _System(eqx.Module):
-    """What a course has to agree with: the channels and its own walk.
+    """The least-squares problem of a trajectory: the channels and the random walk.
 
     Attributes:
-        noise: by channel.
-        measured: (channels, rows).
-        coupling: inverse variance of the increment from the row before, (rows,); zero for the first.
+        noise: inverse covariances by channel.
+        measured: measured values, shape (channels, rows).
+        coupling: inverse variance of the increment from the row before, shape (rows,); zero for the first.
     """
 
     noise: list[Noise]
@@ -87,18 +89,18 @@ class _System(eqx.Module):
         return jnp.stack([n.times(e) for n, e in zip(self.noise, errors, strict=True)])
 
     def walk(self, course: Array) -> Array:
-        """Derivative of half the increments' sum of squares, (rows,)."""
+        """Gradient of half the increments' weighted sum of squares, (rows,)."""
         rise = self.coupling * jnp.diff(course, prepend=course[:1])
         return rise - _later(rise)
 
     def square(self, missing: Array, course: Array) -> Array:
-        """Sum of squares of what the channels miss and of the increments."""
+        """Weighted sum of squares of the channels' errors and of the increments."""
         rise = jnp.diff(course, prepend=course[:1])
         return jnp.sum(missing * self.weighed(missing)) + jnp.sum(self.coupling * rise**2)
 
     def bands(self, local: Local) -> tuple[Array, Array, Array]:
-        """What the channels say about every row; and diagonal and upper diagonal of the system, without what
-        couples rows to those that they remember."""
+        """Channels' gradient in every row; then diagonal and upper diagonal of the normal equations.
+        Couplings to remembered rows are left out."""
         told = [n.seen_through(s) for n, s in zip(self.noise, local.slope, strict=True)]
         later = sum(n.seen_through(s)[0] for n, s in zip(self.noise, local.remembered, strict=True))
         information = sum(own for own, _ in told) + jnp.zeros_like(later).at[local.source].add(later)
@@ -106,14 +108,14 @@ class _System(eqx.Module):
         return information, diagonal, sum(upper for _, upper in told) - _later(self.coupling)
 
     def step(self, local: Local, course: Array, predicted: Array) -> Array:
-        """The Gauss-Newton step of a course, limited and kept from leaving 0 to 1."""
+        """Gauss-Newton step of a trajectory, limited in size and kept within 0 to 1."""
         missing = self.measured - predicted
         pull = local.back(self.weighed(missing)) - self.walk(course)
         change = jnp.clip(self._solved(local, pull), -LONGEST, LONGEST)
         return jnp.clip(course + change, 0.0, 1.0) - course
 
     def _solved(self, local: Local, right: Array) -> Array:
-        """Solution of the system: its bands by themselves are close to it."""
+        """Solution of the linear system; its bands alone are a good approximation to it."""
         _, diagonal, upper = self.bands(local)
 
         def times(direction: Array) -> Array:
@@ -123,23 +125,23 @@ class _System(eqx.Module):
 
 
 def _later(column: Array) -> Array:
-    """The column of the row after each; zero for the last."""
+    """The column shifted to the row after; zero for the last."""
     return jnp.concatenate([column[1:], jnp.zeros(1)])
 
 
 Outputs = Callable[[Array], tuple[Array, PyTree]]
-"""The channels at a course, shape (channels, rows), and what else is known there."""
+"""Function from a trajectory to the channels, shape (channels, rows), and auxiliary results."""
 
 
 class Found(eqx.Module):
-    """The course that explains all channels best.
+    """The trajectory that explains all channels best.
 
     Attributes:
         course: martensite fraction, shape (rows,).
-        predicted: the channels there, shape (channels, rows).
-        known: what else `Outputs` tells where the search ended.
-        taken: how much of a measured value the course takes up in every row, 0 to 1.
-        local: how the channels depend on the course.
+        predicted: predicted channels, shape (channels, rows).
+        known: auxiliary results of `Outputs` at the solution.
+        taken: leverage of a measured value on the trajectory in every row, 0 to 1.
+        local: linearisation of the channels about the trajectory.
     """
 
     course: Float[Array, " rows"]
@@ -150,18 +152,18 @@ class Found(eqx.Module):
 
 
 def best_course(outputs: Outputs, frozen: Outputs, read: Array, names: Sequence[str], rows: Rows) -> Found:
-    """Martensite fraction that explains all channels best, as a walk.
+    """Martensite fraction, modelled as a random walk, that explains all channels best.
 
-    Damped Gauss-Newton from a first trial; a spring remembers its hottest row, so rows are coupled to it. The
-    search carries no tangents; the model is run once more for them, and the last step, which makes them those
-    of the implicit function, is taken along the channels' slopes.
+    The method is damped Gauss-Newton from a first guess. A spring remembers its hottest row, so later rows
+    are coupled to it. The search carries no tangents. After it the model is run once more with tangents. The
+    last step along the channels' slopes makes them those of the implicit function.
 
     Args:
-        outputs: the model.
-        frozen: the same without tangents.
-        read: first trial, shape (rows,).
-        names: of the channels.
-        rows: the recording.
+        outputs: function from a trajectory to the channels.
+        frozen: the same function without tangents.
+        read: first guess of the trajectory, shape (rows,).
+        names: names of the channels.
+        rows: recording as arrays.
     """
     measured = jnp.stack([rows.measured[name] for name in names])
     interval = jnp.maximum(jnp.diff(rows.time, prepend=rows.time[:1]), 1e-6)
@@ -194,7 +196,7 @@ def best_course(outputs: Outputs, frozen: Outputs, read: Array, names: Sequence[
 
 
 def _local(outputs: Outputs, course: Array) -> Local:
-    """The channels at a course and how they depend on it."""
+    """The channels at a trajectory and their linearisation."""
     lowest = jax.lax.cummin(course)
     hottest = jnp.concatenate([jnp.ones(1, bool), course[1:] < lowest[:-1]])
     source = jax.lax.cummax(jnp.where(hottest, jnp.arange(course.size), 0))

@@ -1,10 +1,12 @@
-"""Which rows renewed a spring's memory: what the rule of the residual strain allows and the force shows.
+"""Rows that renewed a spring's memory, from the rule of the residual strain and the measured force.
 
-Whether a wire at a turning point still loads, and renews its memory, hangs on the last per cent of the
-constants and on noise, while the force of all later rows hangs on it. A test has several such points, each
-with its own error, so they are decided one by one. What a spring remembers after a row is known from the row
-that renewed it last, so the best history of renewals at a given course of the martensite fraction is found by
-dynamic programming over that row (Viterbi's), exactly as far as `WIDTH` histories at a time are enough.
+At a turning point the constants' last per cent and noise decide if a wire still loads and renews its memory.
+The force of all later rows depends on it. A test has several such points, each with its own error, so they
+are decided one by one.
+
+The state after a row is known from the row that renewed the memory last. So dynamic programming (Viterbi)
+over that row finds the best history of renewals at a given trajectory of the martensite fraction. It is exact
+as far as `WIDTH` histories at a time suffice.
 """
 
 from collections.abc import Callable
@@ -18,20 +20,20 @@ from pneusma_jax.nitinol import Alloy, SpringState
 from pneusma_jax.nitinol.residual_strain import hottest, residual_strain
 
 WIDTH = 16
-"""Histories that are followed at a time."""
+"""Number of histories that are followed at a time."""
 TIE = 1e-3
-"""Chi-square of a row that goes against the rule as far as is allowed: of histories that explain as much, the
-rule's is taken."""
+"""Chi-square penalty of a row that deviates from the rule by the allowed maximum. Among histories that
+explain as much, the rule's wins."""
 
 
 class Memories(eqx.Module):
-    """What a spring remembers at the beginning of every row, shape (rows,) each, or (histories, rows).
+    """State of a spring's memory at the beginning of every row, shape (rows,) each, or (histories, rows).
 
     Attributes:
         prestrain: shear strain that set the residual strain [1].
         xi_min: smallest martensite fraction since then [1].
-        origin: row whose strain that is; -1 for none.
-        hottest: row whose fraction that is; -1 for none.
+        origin: row of that strain; -1 for none.
+        hottest: row of that fraction; -1 for none.
     """
 
     prestrain: Float[Array, " rows"]
@@ -51,17 +53,17 @@ def likeliest(
     weight: Float[Array, " rows"],
     count: int,
 ) -> Memories:
-    """The histories of renewals that explain the measured stress best, best first.
+    """Histories of renewals that explain the measured stress best, best first.
 
     Args:
-        alloy: constants.
-        prestrain: of the spring before the test [1].
-        gamma: shear strain [1].
-        xi0: martensite fraction [1].
-        slack: difference of it that nobody can tell [1].
-        margin: part of the residual strain by which a renewal may be off the rule.
-        stress: measured [Pa]; weight: one over its 1-sigma, zero where it was not measured.
-        count: histories to return, at most `WIDTH`; where there are fewer, some are the same.
+        alloy: constants of the alloy.
+        prestrain: shear strain of the spring before the test [1].
+        gamma: shear strain [1], shape (rows,).
+        xi0: martensite fraction [1], shape (rows,).
+        slack: indistinguishable difference of fractions [1], shape (rows,).
+        margin: maximum deviation of a renewal from the rule, as part of the residual strain.
+        stress: measured stress [Pa]; weight: its inverse standard deviation, zero where it was not measured.
+        count: number of histories to return, at most `WIDTH`; where there are fewer, some are repeated.
     """
     never = jnp.full(WIDTH, -1)
     first = Memories(jnp.full(WIDTH, prestrain), jnp.ones(WIDTH), never, never)
@@ -89,7 +91,7 @@ def _followed(
     measured: Array,
     weight: Array,
 ) -> tuple[tuple[Memories, Array], tuple]:
-    """All histories after a row; what they were before it; the slot and parent of a renewal, if any."""
+    """All histories after a row, their earlier states, and the slot and parent of a renewal, if any."""
     state = SpringState(known.prestrain, known.xi_min)
     heated = hottest(state, xi0)
     left = alloy.residual_strain(state, xi0)
@@ -117,7 +119,7 @@ def _followed(
 def _traced(
     memories: Memories, last: Array, slot: Array, parent: Array, renewed: Bool[Array, " rows"]
 ) -> Memories:
-    """The history that ends in a slot, of memories of shape (rows, histories)."""
+    """The history that ends in a slot, from memories of shape (rows, histories)."""
 
     def back(at: Array, choice: tuple) -> tuple[Array, Array]:
         slot, parent, renewed = choice

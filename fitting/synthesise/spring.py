@@ -1,4 +1,4 @@
-"""A simulated campaign on one spring: cold, hot and held at resistances between, as the source did."""
+"""A simulated campaign on one spring, as in the source: cold, hot, and held at resistances in between."""
 
 import dataclasses
 from dataclasses import dataclass
@@ -37,13 +37,14 @@ CONSTANTS = [field.name for field in dataclasses.fields(pj.Alloy) if field.name 
 
 @dataclass(frozen=True)
 class SpringTest:
-    """One test.
+    """One test of a spring.
 
     Attributes:
-        name: of the recording.
-        strains: spring strain of the loading cycles.
-        share: of the way from the hot resistance at rest to the cold one that is held; None: not controlled.
-        duty: limits of the heater's duty cycle.
+        name: name of the recording.
+        strains: spring strains of the loading cycles [1].
+        share: position of the held resistance between the hot (0) and the cold one (1) at rest; None if not
+            controlled.
+        duty: limits of the heater's duty cycle [1].
         role: `fit` or `validation`.
     """
 
@@ -55,7 +56,8 @@ class SpringTest:
 
 
 def spring_tests(setpoints: int = SETPOINTS) -> list[SpringTest]:
-    """Cold, hot, `setpoints` resistances between, and one more for validation; hot ones go less far."""
+    """Tests: cold, hot, `setpoints` resistances in between, and one more for validation. Hot ones are pulled
+    less far."""
     full = (*STRAINS, STRAINS[-1])
     tests = [
         SpringTest("cold", full, None, (TRICKLE, TRICKLE)),
@@ -96,7 +98,7 @@ def synthesise_spring(wishes: Wishes) -> Synthetic:
 
 
 def possible_spring(values: dict[str, float]) -> bool:
-    """Whether an alloy with these constants (SI) can exist: stress rises, the cold wire resists more."""
+    """True if an alloy with these constants (SI) can exist: stress rises, the cold wire resists more."""
     try:
         alloy = pj.Alloy(**values)
     except ValueError:
@@ -159,7 +161,7 @@ def _run_tests(
 
 
 def _travels(free_length: float, tests: list[SpringTest], interval: float) -> list[np.ndarray]:
-    """Travel of each test; legs last whole intervals, so that every peak is a sample."""
+    """Travel of each test. Legs last whole intervals, so that every peak is a sample."""
     travels = []
     for test in tests:
         strains = np.asarray(test.strains)
@@ -169,6 +171,6 @@ def _travels(free_length: float, tests: list[SpringTest], interval: float) -> li
 
 
 def _forces(spring: pj.Spring, elongation: np.ndarray, xi0: np.ndarray) -> np.ndarray:
-    """Pull of a spring that starts each test fresh [N], shape (tests, rows)."""
+    """Force of a spring that starts each test fresh [N], shape (tests, rows)."""
     run = lambda x, phase: pj.simulate_spring(spring, x, pj.MartensiteFraction(phase)).rows.force  # noqa: E731
     return np.asarray(jax.vmap(run)(elongation, xi0))

@@ -25,7 +25,7 @@ TOLERANCE = {"wall_thickness_mm": 0.03, FACTOR: 0.05}
 
 
 def synthesise_tube(wishes: Wishes) -> Synthetic:
-    """Simulate the campaign; each specimen has its own wall and its own batch of silicone.
+    """Simulate the campaign. Each specimen has its own wall and its own batch of silicone.
 
     Raises:
         InputError: for wishes that cannot be.

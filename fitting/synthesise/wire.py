@@ -73,7 +73,7 @@ def synthesise_wire(wishes: Wishes) -> Synthetic:
 
 
 def possible_wire(values: dict[str, float]) -> bool:
-    """Whether a wire with these constants (SI) can exist: stress rises with strain in both phases."""
+    """True if a wire with these constants (SI) can exist: stress rises with strain in both phases."""
     try:
         wire = WireAlloy(**values)
     except ValueError:

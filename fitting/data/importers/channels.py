@@ -1,4 +1,4 @@
-"""From named columns of a raw file to the quantities of a recording, in their units."""
+"""Assignment of named raw columns to the quantities of a recording, in their units."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -23,11 +23,11 @@ FAMILIES = (("strain", "stretch", "true_strain", "elongation"), ("stress", "true
 
 
 class UnitMissing(InputError):
-    """A column is needed whose unit nobody states."""
+    """A required column whose unit is not stated."""
 
 
 def units_missing(making: Making) -> InputError:
-    """One refusal for all columns whose unit nobody states, so that they need not be asked for one by one."""
+    """One error for all columns without a unit, so that they need not be stated one by one."""
     known = {schema.quantity_and_unit(name)[0] for name in schema.KINDS[making.kind].columns.known}
     plain = {"strain", "stretch", "true_strain", "cycle"}
     bare = [
@@ -45,7 +45,7 @@ def units_missing(making: Making) -> InputError:
 
 
 def named_channels(grid: Grid) -> dict[str, Channel]:
-    """Quantities that the headings of a grid name; of several headings for one, the first in `WORDS` wins."""
+    """Quantities that the headings of a grid name. Of several headings for one, the first in `WORDS` wins."""
     found: dict[str, tuple[tuple[bool, int, int], Channel]] = {}
     for column, heading in enumerate(grid.headings):
         means = meaning(heading)
@@ -70,9 +70,9 @@ def _channel(grid: Grid, column: int) -> Channel:
 
 
 def channels_of(sample: Sample, options: Options, notices: list[str]) -> dict[str, Channel]:
-    """Quantities that the headings name and those that the person names, who has the last word.
+    """Quantities that the headings or the user name; the user's names win.
 
-    What the person names for strain or stress, in whatever form, takes the place of what headings name.
+    A strain or stress that the user names in any form replaces the one that headings name.
 
     Raises:
         InputError: if a named column is not there; the ones that exist are listed.
@@ -93,7 +93,7 @@ def channels_of(sample: Sample, options: Options, notices: list[str]) -> dict[st
 
 
 def mapped_channels(sample: Sample, options: Options) -> dict[str, Channel]:
-    """Quantities that the person named with `--map`, by heading or by number from 1.
+    """Quantities that the user named with `--map`, by heading or by column number from 1.
 
     Raises:
         InputError: if there is no such column; the ones that exist are listed.
@@ -134,7 +134,7 @@ def numbered(grid: Grid, quantities: Iterable[str]) -> dict[str, Channel]:
 
 
 def with_options(channels: dict[str, Channel], options: Options) -> dict[str, Channel]:
-    """Channels with the units and factors that the person stated; these win over the file's own."""
+    """Channels with the units and factors that the user stated; these win over the file's own."""
     changed = dict(channels)
     for quantity, unit in options.units.items():
         if quantity in changed:
@@ -146,10 +146,11 @@ def with_options(channels: dict[str, Channel], options: Options) -> dict[str, Ch
 
 
 def in_unit(channel: Channel, wanted: str, quantity: str, place: object) -> np.ndarray:
-    """Values of a channel in a unit; a weight where a force is wanted is taken as the force of that weight.
+    """Values of a channel in a unit. Where a force is wanted, a mass is converted to its weight.
 
     Raises:
-        InputError: if the numbers cannot be read, the unit is not stated, unknown, or of another dimension.
+        InputError: if the numbers cannot be read, or if the unit is not stated, unknown, or of another
+            dimension.
     """
     option = f"state it with --unit {quantity}=..."
     if channel.trouble:
@@ -173,7 +174,7 @@ def in_unit(channel: Channel, wanted: str, quantity: str, place: object) -> np.n
 
 
 def canonical(making: Making) -> dict[str, np.ndarray]:
-    """Canonical columns of a kind in its units, the clock first; channels that it has no use for are named.
+    """Canonical columns of a kind in its units, the clock first. Unused channels are reported.
 
     Raises:
         InputError: if a unit is missing or wrong, or a required column cannot be made.
@@ -202,7 +203,7 @@ def canonical(making: Making) -> dict[str, np.ndarray]:
 
 
 def _origin(name: str, unit: str, channel: Channel) -> str:
-    """Where a column comes from, in words: the file's column and its unit, or what it was made of."""
+    """Origin of a column in words: the file's column and its unit, or its source quantities."""
     if channel.made:
         return f"{name} is {channel.made}"
     if channel.unit is None:
@@ -213,7 +214,7 @@ def _origin(name: str, unit: str, channel: Channel) -> str:
 
 
 def _add_constants(columns: dict[str, np.ndarray], making: Making) -> None:
-    """Columns of what did not change, as the person or the file states it."""
+    """Columns of constant quantities that the user or the file states."""
     rules = schema.KINDS[making.kind].columns
     rows = len(next(iter(columns.values()), next(iter(making.channels.values())).values))
     names = {schema.quantity_and_unit(name)[0]: name for name in rules.known}

@@ -1,4 +1,5 @@
-"""Any delimited file or sheet: columns that the person names (`--map`), or whose headings name a quantity."""
+"""Format: any delimited file or sheet whose columns the user names (`--map`), or whose headings name a
+quantity."""
 
 import numpy as np
 
@@ -18,18 +19,19 @@ from .unmodelled import KINDS, unmodelled
 
 NAME = "named-columns"
 METAL_MPA = 60.0
-"""Stress that no elastomer bears: natural rubber, the strongest, breaks at 30 MPa."""
+"""Minimum stress that no elastomer bears [MPa]: natural rubber, the strongest, breaks at 30 MPa."""
 METAL_MODULUS_MPA = 500.0
-"""Stress over strain beyond that of any elastomer (100 MPa) and below that of any nitinol (5 GPa)."""
+"""Minimum modulus of a metal [MPa]; above that of any elastomer (100 MPa) and below that of any nitinol (5
+GPa)."""
 
 
 def recognises(sample: Sample) -> bool:
-    """Headings that name at least two quantities."""
+    """True for headings that name at least two quantities."""
     return sample.grid is not None and len(named_channels(sample.grid)) >= 2
 
 
 def read(sample: Sample, options: Options) -> Recording:
-    """A recording of the stated kind, or of the one that the quantities fit."""
+    """A recording of the stated kind, or of the kind that the quantities fit."""
     grid = sample.require_grid()
     notices: list[str] = list(grid.notices)
     channels = channels_of(sample, options, notices)
@@ -50,7 +52,7 @@ def read(sample: Sample, options: Options) -> Recording:
 
 
 def _held(channels: dict[str, Channel], options: Options, sample: Sample) -> set[str]:
-    """Quantities that are there, can be made, or are stated as constant."""
+    """Quantities that are present, can be derived, or are stated as constant."""
     held = {*channels, *options.constants}
     if held & {"stretch", "true_strain"}:
         held.add("strain")
@@ -67,7 +69,8 @@ def _held(channels: dict[str, Channel], options: Options, sample: Sample) -> set
 
 
 def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str:
-    """Kind whose required quantities are all there or can be derived, if there is exactly one."""
+    """The one kind whose required quantities are all present or derivable; empty if there are several or
+    none."""
     held = _held(channels, options, sample)
     fits = []
     for kind in schema.KINDS.values():
@@ -103,7 +106,7 @@ def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str
 
 
 def _nearest(held: set[str]) -> str:
-    """What is missing for the kinds that lack one or two quantities, and how to state it."""
+    """Missing quantities of the kinds that lack one or two, and the way to state them."""
     near = []
     if {"strain", "temperature"} <= held and "stress" not in held:
         near.append("of a wire the stress is missing: if it did not change, --constant stress_MPa=...")
@@ -123,7 +126,7 @@ def _nearest(held: set[str]) -> str:
 
 
 def _most_stress_MPa(sample: Sample, channels: dict[str, Channel], options: Options) -> float | None:
-    """Largest stress, as it is or as load over the specimen's cross-section; None where neither is known."""
+    """Largest stress, measured or as load over the cross-section [MPa]; None where neither is known."""
     stress, force = channels.get("stress"), channels.get("force")
     if stress is not None and dimension(stress.unit) == "pressure":
         return float(np.nanmax(np.abs(convert(stress.values, unit_name(str(stress.unit)), "MPa"))))
@@ -135,7 +138,7 @@ def _most_stress_MPa(sample: Sample, channels: dict[str, Channel], options: Opti
 
 
 def _metal(sample: Sample, channels: dict[str, Channel], options: Options) -> bool:
-    """Whether stress over strain is that of a metal."""
+    """True if stress over strain is that of a metal."""
     most = _most_stress_MPa(sample, channels, options)
     strain = channels.get("strain")
     if most is None:

@@ -1,4 +1,4 @@
-"""Which formats there are, which one a file is, and the way from files to recordings."""
+"""Registry of formats, their detection, and the conversion of files to recordings."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -81,15 +81,15 @@ def import_file(path: str | Path, options: Options | None = None) -> Recording:
     """Make a recording of a raw laboratory file that holds one test.
 
     Args:
-        path: text or xlsx.
-        options: what the person states; none by default.
+        path: text file or xlsx.
+        options: statements of the user; none by default.
 
     Returns:
-        A checked recording with `real = true`; its `notices` say what was understood.
+        A checked recording with `real = true`. Its `notices` report the interpretation.
 
     Raises:
         InputError: if the file is of no known format, of several, holds several tests, or cannot be a
-            recording; one line, with remedy.
+            recording. The message is one line, with remedy.
     """
     recordings = import_tests(path, options)
     if len(recordings) > 1:
@@ -104,8 +104,8 @@ def import_tests(path: str | Path, options: Options | None = None) -> list[Recor
     """Make a recording of each test in a raw file: its sheets, its tables, its groups of columns.
 
     Args:
-        path: text or xlsx.
-        options: what the person states; `specimen` picks a test where one is called so.
+        path: text file or xlsx.
+        options: statements of the user; `specimen` selects the test of that name, if there is one.
 
     Raises:
         InputError: as `import_file`, and if the person states something that no test uses.
@@ -117,7 +117,7 @@ def import_tests(path: str | Path, options: Options | None = None) -> list[Recor
 
 
 def _tests_of(path: str | Path, options: Options) -> list[tuple[Recording, Options]]:
-    """Recordings of a file, each with the options as they were used for it."""
+    """Recordings of a file, each with its own record of used options."""
     samples, options = _picked(samples_of(open_raw(path), options.sheet), options)
     formats: list[Format | InputError] = [_format_or_error(sample, options) for sample in samples]
     known = [found for found in formats if isinstance(found, Format) and not found.refuses]
@@ -141,7 +141,7 @@ def _tests_of(path: str | Path, options: Options) -> list[tuple[Recording, Optio
 
 
 def _picked(samples: list[Sample], options: Options) -> tuple[list[Sample], Options]:
-    """The test that `--specimen` names, where a file holds several and one is called so."""
+    """The test that `--specimen` names, where a file holds several and one has that name."""
     wanted = options.specimen
     if wanted is None or len(samples) < 2:
         return samples, options
@@ -177,7 +177,7 @@ def _format_or_error(sample: Sample, options: Options) -> Format | InputError:
 
 
 def _others(recording: Recording, made: list[tuple[Recording, Options]]) -> list[str]:
-    """That a file holds several tests, and what they are called."""
+    """Notice that a file holds several tests, with their names."""
     if len(made) < 2:
         return []
     titles = ", ".join(repr(other.source["raw_part"]) for other, _ in made)
@@ -200,7 +200,7 @@ def _columns_of(sample: Sample) -> str:
 
 
 def _refuse_unused(made: list[tuple[Recording, Options]], options: Options) -> None:
-    """Refuse what the person states and no recording uses; say it where only some do.
+    """Refuse statements of the user that no recording uses. Report those that only some recordings use.
 
     Raises:
         InputError: with the reason, and the option that is meant.
@@ -229,11 +229,11 @@ def _named_format(name: str, sample: Sample) -> Format:
 
 
 def import_files(paths: Iterable[str | Path], options: Options | None = None) -> list[Recording]:
-    """Make the recordings of each file; all or none. Names that would clash get their folders in front.
+    """Make the recordings of each file, all or none. Names that would clash are prefixed by their folders.
 
     Raises:
-        InputError: if any cannot be imported: the first one's line, with how many more are wrong; or if an
-            option is of use for none of them.
+        InputError: if any file cannot be imported (first one's line and the number of others), or if no file
+            uses an option.
     """
     options = options or Options()
     made: list[tuple[Recording, Options]] = []
@@ -252,10 +252,10 @@ def import_files(paths: Iterable[str | Path], options: Options | None = None) ->
 
 
 def raw_files(sources: Iterable[str | Path]) -> tuple[list[Path], list[Path]]:
-    """Files to import: those named, and those of named folders that hold numbers.
+    """Files to import: the named ones, and those of named folders that hold numbers.
 
     Returns:
-        The files, and the ones of folders that were left aside because they are notes or licences.
+        The files, and the files of folders that were ignored because they are notes or licences.
 
     Raises:
         InputError: if a folder holds no raw file.
@@ -285,7 +285,7 @@ def raw_files(sources: Iterable[str | Path]) -> tuple[list[Path], list[Path]]:
 
 
 def _separate_names(recordings: list[Recording]) -> None:
-    """Put the folders in front of names that would clash, as many as it takes."""
+    """Prefix names that would clash with as many of their folders as it takes."""
     for depth in range(1, 6):
         names = [recording.name for recording in recordings]
         clashing = [recording for recording in recordings if names.count(recording.name) > 1]

@@ -1,4 +1,4 @@
-"""How a page is to be read: the delimiter and the decimal mark with which most of its fields are numbers."""
+"""Detection of a page's delimiter and decimal mark: those with which most of its fields are numbers."""
 
 import math
 import re
@@ -12,12 +12,12 @@ _SAMPLED = 1000  # lines from which the delimiter and the decimal mark are told
 
 
 class Reading(NamedTuple):
-    """How a page is read.
+    """Delimiter and decimal mark of a page.
 
     Attributes:
-        delimiter: between fields; a space for any white space, nothing for the cells of a sheet.
-        decimal: the decimal mark.
-        doubtful: a field that another decimal mark would make another number, where nothing proves either.
+        delimiter: character between fields; a space for any white space, empty for the cells of a sheet.
+        decimal: decimal mark.
+        doubtful: field that another decimal mark would make another number, where nothing proves either.
     """
 
     delimiter: str
@@ -26,7 +26,8 @@ class Reading(NamedTuple):
 
 
 def best_reading(page: Page) -> Reading | None:
-    """Delimiter and decimal mark with which most fields of a sample of lines are numbers, fewest text."""
+    """Delimiter and decimal mark with which most fields of a sample of lines are numbers and fewest are
+    text."""
     best: tuple[float, Reading] | None = None
     pure = False
     for delimiter in ("",) if page.is_sheet else (",", ";", "\t", "|", " "):
@@ -63,7 +64,7 @@ def best_reading(page: Page) -> Reading | None:
 
 
 def _sample(page: Page, delimiter: str) -> list[list[str]]:
-    """Fields of the first lines and of lines all over the rest."""
+    """Fields of the first lines and of lines spread over the rest."""
     count = page.count
     first = min(count, _SAMPLED // 2)
     step = max(1, (count - first) // (_SAMPLED // 2))
@@ -71,9 +72,9 @@ def _sample(page: Page, delimiter: str) -> list[list[str]]:
 
 
 def _decimal_of(rows: list[list[str]]) -> tuple[str, str]:
-    """The decimal mark that more fields prove, and a field that proves neither where none does.
+    """Decimal mark that more fields prove, and an ambiguous field where none proves either.
 
-    A column of `950` and `1,045` groups thousands: three decimals would stand in all of its fields.
+    A column of `950` and `1,045` groups thousands. Three decimals would appear in all of its fields.
     """
     fields = [text for row in rows for text in row]
     proofs = [proof for text in fields if (proof := decimal_evidence(text)) is not None]
@@ -90,9 +91,9 @@ def _decimal_of(rows: list[list[str]]) -> tuple[str, str]:
 
 
 def numeric_row(row: list[str], decimal: str, spaced: str = "any") -> list[float | None] | None:
-    """Numbers of a row (None where a field is text), or None if it is mostly text or blank: no data.
+    """Numbers of a row (None where a field is text), or None if it is mostly text or blank and so no data.
 
-    A field of digits whose marks cannot be read, or of a date, is no text: its row is data.
+    A field of digits with unreadable marks, or of a date, is no text: its row is data.
     """
     numbers = [to_number(text, decimal, spaced) for text in row]
     texts = sum(

@@ -1,4 +1,4 @@
-"""How instruments and people write units and headings: `Load (N)`, `Strain %`, `Druck / bar abs`."""
+"""Spelling of units and headings by instruments and people: `Load (N)`, `Strain %`, `Druck / bar abs`."""
 
 import re
 import unicodedata
@@ -71,10 +71,10 @@ class Heading:
     """A column's name and unit as its header gives them.
 
     Attributes:
-        text: as written.
-        name: without its unit, in lower case, brackets and repeated spaces left out.
-        unit: None where the header is silent.
-        zero: of a pressure: `"absolute"`, `"gauge"`, or nothing where the header is silent.
+        text: original text.
+        name: name without its unit, in lower case, without brackets and repeated spaces.
+        unit: unit in the header; None where it has none.
+        zero: reference of a pressure: `"absolute"`, `"gauge"`, or empty where the header is silent.
     """
 
     text: str
@@ -84,7 +84,7 @@ class Heading:
 
 
 def unit_name(text: str) -> str:
-    """The package's name of a unit as an instrument writes it; unchanged if it has none."""
+    """The package's name of a unit that an instrument spells differently; unchanged if unknown."""
     text = text.strip()
     if text in UNITS and text.casefold() not in _SPELLINGS:
         return text
@@ -102,18 +102,18 @@ def unit_name(text: str) -> str:
 
 
 def _folded(text: str) -> str:
-    """Lower case, powers and compatibility characters written plainly (`mm²` is `mm2`, `℃` is `°c`)."""
+    """Lower case, with powers and compatibility characters in plain form (`mm²` is `mm2`, `℃` is `°c`)."""
     plain = unicodedata.normalize("NFKC", text).replace("μ", "µ").replace("⁄", "/").replace("\u2212", "-")
     return re.sub(r"\s+", " ", plain).strip().lower()
 
 
 def is_unit(text: str) -> bool:
-    """Whether a text names a unit."""
+    """True if a text names a unit."""
     return unit_name(text) in UNITS
 
 
 def pressure_zero(text: str) -> str:
-    """What a pressure counts from, as its unit or heading says: `"absolute"`, `"gauge"` or nothing."""
+    """Reference of a pressure, from its unit or heading: `"absolute"`, `"gauge"` or empty."""
     found = _REFERENCE.match(_folded(text))
     if found:
         return (
@@ -159,13 +159,13 @@ def parse_heading(text: str) -> Heading:
 
 
 def _like_a_unit(text: str) -> bool:
-    """Whether the content of brackets may be a unit: short, one word, with a letter."""
+    """True if the content of brackets may be a unit: short, one word, with a letter."""
     text = text.strip()
     return 0 < len(text) <= 8 and " " not in text and any(c.isalpha() for c in text)
 
 
 def plain(name: str) -> str:
-    """A name in lower case, its brackets' content kept as words, spaces and underscores single."""
+    """A name in lower case. Content of brackets is kept as words; spaces and underscores are single."""
     return re.sub(r"[\s_()\[\]{}]+", " ", unicodedata.normalize("NFKC", name)).strip(" \"'-:,;/.").lower()
 
 

@@ -1,4 +1,5 @@
-"""A table that holds several tests: cut by a column of names, by groups of columns, where one begins anew."""
+"""Splitting of a table that holds several tests: by a column of names, by groups of columns, or at
+restarts."""
 
 import re
 from collections.abc import Sequence
@@ -21,11 +22,11 @@ _ID_COLUMN = re.compile(
 
 
 Part = tuple[str, Grid, bool]
-"""Title of a test, its table, and whether the title names a specimen of its own."""
+"""Title of a test, its table, and a flag that is true if the title names a specimen of its own."""
 
 
 def split(grid: Grid) -> list[Part]:
-    """The tests of a table; one without a title where it holds only one."""
+    """Tests of a table; one without a title where it holds only one."""
     for cut in (_by_column, _by_groups, _by_restart):
         parts = cut(grid)
         if len(parts) > 1:
@@ -34,7 +35,7 @@ def split(grid: Grid) -> list[Part]:
 
 
 def _by_column(grid: Grid) -> list[Part]:
-    """Rows by the specimen that a column names for each, where every one has enough of them."""
+    """Rows by the specimen that a column names, where every specimen has enough rows."""
     for column, heading in enumerate(grid.headings):
         found = _ID_COLUMN.match(heading.name)
         if found is None or meaning(heading) is not None:
@@ -65,7 +66,7 @@ def _own_notices(grid: Grid, rows: Sequence[int], columns: Sequence[int]) -> Gri
 
 
 def _by_groups(grid: Grid) -> list[Part]:
-    """Columns by the specimen that they belong to, where stress or load stands there several times."""
+    """Columns by their specimen, where stress or load occurs several times."""
     means = [meaning(heading) for heading in grid.headings]
     held: dict[tuple[str, int], list[int]] = {}
     for column, means_of in enumerate(means):
@@ -97,7 +98,7 @@ def _by_groups(grid: Grid) -> list[Part]:
 
 
 def _same_in_another_unit(grid: Grid, column: int, other: int) -> bool:
-    """Whether two columns are one measurement in two units, rather than those of two specimens."""
+    """True if two columns are one measurement in two units, rather than those of two specimens."""
     if grid.headings[column].unit == grid.headings[other].unit:
         return False
     first, second = grid.values[:, other], grid.values[:, column]
@@ -112,7 +113,7 @@ def _same_in_another_unit(grid: Grid, column: int, other: int) -> bool:
 def _groups(
     grid: Grid, means: list, repeated: dict[tuple[str, int], list[int]], outputs: list[int]
 ) -> tuple[dict[str, list[int]], bool]:
-    """Columns of each group by its name, and whether the file names them: by titles above, tags, or order."""
+    """Columns of each group by its name, and the origin of the names: titles above, tags, or order."""
     columns = sorted(c for members in repeated.values() for c in members)
     spans = _titles(grid)
     titles = {c: spans[c] for c in columns if c in spans}
@@ -135,7 +136,7 @@ def _groups(
 
 
 def _titles(grid: Grid) -> dict[int, str]:
-    """Titles that stand over groups of columns, by column: the row above the headings, its gaps filled."""
+    """Titles above groups of columns, by column: the row above the headings, with its gaps filled."""
     row = grid.preamble[-1] if grid.preamble else []
     if len({cell for cell in row if cell}) < 2:
         return {}
@@ -148,7 +149,8 @@ def _titles(grid: Grid) -> dict[int, str]:
 
 
 def _by_restart(grid: Grid) -> list[Part]:
-    """Rows cut where the clock and what drives the test both begin anew, and no count of cycles says why."""
+    """Rows split where the clock and the drive of the test both restart, and no count of cycles explains
+    it."""
     means = [meaning(heading) for heading in grid.headings]
     column = {m.quantity: c for c, m in reversed(list(enumerate(means))) if m is not None}
     driver = next((column[name] for name in _DRIVERS if name in column), None)

@@ -1,4 +1,4 @@
-"""Signs and zeros of a test: compression counted positive, slack, a preload, an absolute pressure."""
+"""Correction of signs and zeros: compression counted positive, slack, a preload, an absolute pressure."""
 
 import numpy as np
 
@@ -11,22 +11,23 @@ from .words import COMPRESS
 
 ATMOSPHERE_KPA = 101.325
 WEATHER_KPA = (90.0, 108.0)
-"""Air pressures that occur from sea level to 1000 m: a gauge pressure does not begin in between by chance."""
+"""Range of air pressures from sea level to 1000 m [kPa]. A gauge pressure does not begin within it by
+chance."""
 AT_START = 0.05
-"""Of its range, where a strain may begin that was counted from rest."""
+"""Maximum start of a strain that was counted from rest, as part of its range."""
 PRELOAD = 0.01
-"""Of its range, the stress at no strain that is spoken of; load cells are zeroed to better."""
+"""Minimum reported stress at zero strain, as part of its range. Load cells are zeroed better."""
 ACROSS = 0.05
-"""Share of rows in which strain and stress have opposite signs, both by more than `AT_START`, from which one
-of them is counted from another zero: a loop of a rubber has fewer."""
+"""Minimum share of rows with opposite signs of strain and stress, both beyond `AT_START`, that indicates a
+shifted zero. A loop of a rubber has fewer."""
 NOISES = 5.0
-"""Standard deviations of its noise, below which a stress at the start is none."""
+"""Number of standard deviations of its noise, below which a stress at the start counts as none."""
 OPPOSED = 0.2
-"""Of its range, how far stress must go against strain for one of them to be counted the other way."""
+"""Minimum part of its range by which stress opposes strain, for one of them to have the wrong sign."""
 FITS_BETTER = 0.5
-"""Ratio of misfits of a pressed neo-Hookean law to a pulled one below which it is asked which it was."""
+"""Maximum ratio of misfits, pressed over pulled neo-Hookean law, at which the user is asked which it was."""
 STEADY_K = 5.0
-"""Range of temperature up to which a wire is pulled at one temperature."""
+"""Maximum range of temperature of a test at one temperature [K]."""
 
 # Columns of what drives a test and of what answers, by kind.
 _PAIRS = {
@@ -37,7 +38,7 @@ _PAIRS = {
 
 
 def subtract(making: Making) -> None:
-    """Take what the person states off the channels that are there, in its unit."""
+    """Subtract the offsets that the user states from the channels, in their units."""
     for quantity, (value, unit) in making.options.subtracted.items():
         channel = making.channels.get(quantity)
         if channel is None or ("--subtract", quantity) in making.options.used.names:
@@ -51,7 +52,8 @@ def subtract(making: Making) -> None:
 
 
 def gauge_pressure(making: Making) -> None:
-    """Take the air's pressure off one that is absolute by its heading; ask where its numbers look so."""
+    """Subtract the atmospheric pressure from a pressure with an absolute heading; ask where its numbers look
+    absolute."""
     channel = making.channels.get("pressure")
     if channel is None or channel.zero == "gauge" or channel.unit is None:
         return
@@ -72,18 +74,18 @@ def gauge_pressure(making: Making) -> None:
 
 
 def straighten(columns: dict[str, np.ndarray], making: Making, about: str) -> np.ndarray:
-    """Turn what is counted the other way, and start where the specimen grew taut. Changes the columns.
+    """Correct signs, and begin where the specimen became taut. The columns are changed in place.
 
     Args:
-        columns: canonical ones.
-        making: with the options; what was done and what should be looked at is said there.
-        about: words of the file (headings, preamble, sheet) that may say how the specimen was loaded.
+        columns: canonical columns.
+        making: state of the import with the options; notices and warnings are added to it.
+        about: texts of the file (headings, preamble, sheet) that may mention the loading.
 
     Returns:
-        Which rows to keep.
+        Rows to keep.
 
     Raises:
-        InputError: if stress and strain of a coupon, or of a wire at one temperature, go opposite ways.
+        InputError: if stress and strain of a coupon, or of a wire at one temperature, have opposite signs.
     """
     rows = len(next(iter(columns.values())))
     kept = np.ones(rows, bool)
@@ -117,7 +119,7 @@ def straighten(columns: dict[str, np.ndarray], making: Making, about: str) -> np
 
 
 def _turn(columns: dict[str, np.ndarray], making: Making, about: str) -> None:
-    """Strain and stress of a pressed coupon made negative."""
+    """Strain and stress of a specimen in compression, made negative."""
     wanted = making.options.compression
     why = "as stated with --compression"
     if wanted is None and COMPRESS.search(about):
@@ -138,14 +140,14 @@ def _turn(columns: dict[str, np.ndarray], making: Making, about: str) -> None:
 
 
 def _steady(columns: dict[str, np.ndarray]) -> bool:
-    """Whether a wire stayed at one temperature, as far as was recorded."""
+    """True if a wire stayed at one temperature, as far as was recorded."""
     temperature = columns.get("temperature_degC", np.zeros(1))
     temperature = temperature[np.isfinite(temperature)]
     return temperature.size == 0 or float(np.ptp(temperature)) <= STEADY_K
 
 
 def _refuse_opposed(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
-    """Refuse stress and strain that go opposite ways, at the largest of either."""
+    """Refuse stress and strain of opposite signs at the largest of either."""
     strain, stress = columns["strain"], columns[pair[1]]
     there = np.flatnonzero(np.isfinite(strain) & np.isfinite(stress))
     if there.size < 3 or not np.ptp(stress[there]) > 0.0 or strain[there].min() <= -1.0:
@@ -169,7 +171,7 @@ def _refuse_opposed(columns: dict[str, np.ndarray], pair: tuple[str, str], makin
 
 
 def _refuse_beyond_nothing(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
-    """Refuse a strain of -1 and less, with stress negative, too: a pull that is counted the other way."""
+    """Refuse a strain of -1 and less with negative stress: a pull that is counted with the wrong sign."""
     least, stress = float(np.nanmin(columns["strain"])), largest(columns[pair[1]])
     if least <= -1.0 and stress < 0.0 and making.channels["strain"].made:
         elongation, force = _source(making, "strain"), _source(making, "stress")
@@ -181,7 +183,7 @@ def _refuse_beyond_nothing(columns: dict[str, np.ndarray], pair: tuple[str, str]
 
 
 def _source(making: Making, quantity: str) -> str:
-    """The quantity to scale for strain or stress to turn: the column that it was made of, if it was made."""
+    """Quantity whose sign must be turned for strain or stress: its source column if it was derived."""
     if not making.channels[quantity].made:
         return quantity
     return next(
@@ -195,7 +197,7 @@ def _source(making: Making, quantity: str) -> str:
 
 
 def _speak_of_start(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
-    """Say where a test begins that does not begin at nothing."""
+    """Report the start of a test that does not begin at zero."""
     if making.options.slack == "auto":
         making.say("no slack was found at the start: nothing was left out for --slack auto")
     drive, force = (columns[name] for name in pair)
@@ -233,8 +235,8 @@ def _speak_of_start(columns: dict[str, np.ndarray], pair: tuple[str, str], makin
 def _ask_whether_pressed(
     strain: np.ndarray, stress: np.ndarray, slack: Slack | None, making: Making
 ) -> None:
-    """Ask whether a test that only stiffens was a compression, and one of negative strain that softens was a
-    pull: a pulled rubber softens first, a pressed one stiffens."""
+    """Ask if a test that only stiffens was in compression, and if one of negative strain that softens was in
+    tension. A pulled rubber softens first; a pressed one stiffens."""
     there = np.isfinite(strain) & np.isfinite(stress)
     x, y = strain[there], stress[there]
     way = 1.0 if x.size and x.max() >= -x.min() else -1.0

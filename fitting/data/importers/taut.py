@@ -1,4 +1,4 @@
-"""Slack at the start of a test: said, taken off, or left to the fits."""
+"""Slack at the start of a test: reported, subtracted, or left to the fits."""
 
 import numpy as np
 
@@ -8,12 +8,12 @@ from .making import Making
 from .slack import Slack, find_slack
 
 TWICE, LEAST_ZERO, FIRST = 2.0, 0.01, 5
-"""How far off a zero may be that a fit finds, one standard deviation, in what is seen of it; and in the
-largest value at least, as load cells and grips are set to better; rows that show a zero of stress."""
+"""Standard deviation of a zero for fits, as a multiple of its estimate; its minimum as part of the largest
+value; number of rows that show a zero of stress. Load cells and grips are set better than the minimum."""
 
 
 def slack_of(drive: np.ndarray, force: np.ndarray, making: Making) -> Slack | None:
-    """Slack as it is stated, or as it is seen; None where there is none."""
+    """Slack as stated or as detected; None where there is none."""
     stated = making.options.slack
     if not isinstance(stated, float):
         return find_slack(drive, force)
@@ -33,7 +33,7 @@ def _words(slack: Slack, pair: tuple[str, str], making: Making) -> str:
 
 
 def offer(slack: Slack, pair: tuple[str, str], making: Making) -> None:
-    """Say what slack is seen and what can be done about it."""
+    """Report detected slack and the options for it."""
     making.warn(
         f"{_words(slack, pair, making)} and rises from there: slack, and the load cell's zero. --slack auto"
         " starts there and"
@@ -43,7 +43,7 @@ def offer(slack: Slack, pair: tuple[str, str], making: Making) -> None:
 
 
 def leave_to_fit(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
-    """State how far off both zeros may be, by what is seen of them: twice as far, or the least that is usual.
+    """State the standard deviation of both zeros: twice the estimate, or the usual minimum.
 
     Raises:
         InputError: if no fit of this kind finds zeros.
@@ -70,7 +70,8 @@ def leave_to_fit(columns: dict[str, np.ndarray], pair: tuple[str, str], making: 
 def start_at(
     slack: Slack, columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making
 ) -> np.ndarray:
-    """Count from where the specimen grew taut; a coupon that hung slack was longer than its grips' gap."""
+    """Count strain from the point where the specimen became taut. A coupon that hung slack was longer than
+    its grips' gap."""
     drive, force = pair
     sign = 1.0 if slack.start >= 0.0 else -1.0
     raw = columns[drive]
@@ -92,6 +93,6 @@ def start_at(
 
 
 def largest(values: np.ndarray) -> float:
-    """The value that is largest without its sign, with it; 0 where there is none."""
+    """Value of largest magnitude, with its sign; 0 where there is none."""
     finite = values[np.isfinite(values)]
     return float(finite[np.argmax(np.abs(finite))]) if finite.size else 0.0

@@ -1,4 +1,4 @@
-"""Tests of things that are not modelled: membranes, pistons, muscles, grippers, other modes of loading."""
+"""Detection of tests that no kind models: membranes, pistons, muscles, grippers, other modes of loading."""
 
 import re
 from dataclasses import dataclass
@@ -47,14 +47,14 @@ _MODES: tuple[tuple[str, str], ...] = (
 
 @dataclass(frozen=True)
 class Told:
-    """What a file speaks of, and whether its columns leave no doubt."""
+    """Subject that a file mentions, and a flag that is true if its columns leave no doubt."""
 
     sentence: str
     certain: bool
 
 
 def unmodelled(sample: Sample, channels: dict[str, Channel]) -> Told | None:
-    """A sentence about a recording of something that no kind holds, or None where nothing says so."""
+    """Sentence about a recording of something that no kind holds, or None where nothing indicates it."""
     grid = sample.require_grid()
     headings = " | ".join(heading.text for heading in grid.headings).lower()
     above = "\n".join(" ".join(row) for row in grid.preamble).lower()

@@ -1,4 +1,4 @@
-"""Options that nothing used: why, and which one is meant."""
+"""Options that nothing used: the reason, and the option that was probably intended."""
 
 from ..recordings import schema
 from .making import Making
@@ -11,7 +11,7 @@ _SIZES_FOR = {
 
 
 def mark_used(making: Making, columns: dict) -> None:
-    """Record which of the options that name a quantity were of use, from what the recording was made of."""
+    """Record the used options that name a quantity, from the sources of the recording."""
     known = {
         schema.quantity_and_unit(name)[0]
         for name in columns
@@ -28,7 +28,7 @@ def mark_used(making: Making, columns: dict) -> None:
 
 
 def explain(making: Making, columns: dict) -> None:
-    """Write down for each option that nothing used why, and which one is meant."""
+    """Record for each unused option the reason, and the option that was probably intended."""
     for option, name in making.options.stated():
         if (option, name) not in making.options.used.names:
             making.options.used.why[option, name] = _why(making, option, name, columns)

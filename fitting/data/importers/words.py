@@ -1,4 +1,4 @@
-"""What headings call a quantity: machines' and laboratories' words, and which specimen they speak of."""
+"""Vocabulary of headings: words of machines and laboratories for quantities, and for specimens."""
 
 import re
 from dataclasses import dataclass
@@ -138,12 +138,12 @@ _TAG_PATTERNS = (
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a heading means.
+    """Meaning of a heading.
 
     Attributes:
-        quantity: one of `WORDS`.
-        rank: place of its word among those of the quantity; the lowest wins.
-        tag: what tells it from others of the same word (`"specimen 2"`), or nothing.
+        quantity: quantity, one of `WORDS`.
+        rank: position of its word among those of the quantity; the lowest wins.
+        tag: text that distinguishes it from others of the same word (`"specimen 2"`), or empty.
     """
 
     quantity: str
@@ -152,7 +152,7 @@ class Meaning:
 
 
 def meaning(heading: Heading) -> Meaning | None:
-    """Quantity that a heading names, and which specimen's, or None if it names none."""
+    """Quantity and specimen that a heading names; None if it names none."""
     direct = _lookup(heading.name, heading)
     if direct is not None:
         return Meaning(*direct)
@@ -182,14 +182,14 @@ def _lookup(name: str, heading: Heading) -> tuple[str, int] | None:
 
 
 def _fitting(written: str, quantity: str) -> tuple[str, ...]:
-    """Dimensions that a word of many meanings may have."""
+    """Dimensions that an ambiguous word may have."""
     if quantity == "force":
         return ("force", "mass")
     return (_NEEDS_UNIT[written],) if quantity not in ("temperature", "strain") else ("temperature", "number")
 
 
 def heading_of(text: str) -> Heading:
-    """Heading of a text; a letter at its end is a unit where the rest names a quantity (`Temperature C`)."""
+    """Heading of a text. A letter at its end is a unit where the rest names a quantity (`Temperature C`)."""
     heading = parse_heading(text)
     percent = re.match(r"(?:percent|per cent|pct\.?|%)\s+(.+)$", text.strip(), re.IGNORECASE)
     if heading.unit is None and percent and plain(percent[1]) in _QUANTITY:

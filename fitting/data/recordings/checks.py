@@ -1,4 +1,4 @@
-"""What cannot be measured: the physical refusals of a recording, each with file, row and column."""
+"""Checks for physically impossible values of a recording; each error names file, row and column."""
 
 import functools
 import math
@@ -22,12 +22,12 @@ ABSOLUTE_ZERO_DEGC = -273.15
 def check_recording(
     recording: Recording, rows: Sequence[int] | None = None, sidecar: Path | str | None = None
 ) -> None:
-    """Refuse what cannot be.
+    """Refuse impossible values.
 
     Args:
-        recording: columns in canonical units.
-        rows: line of the file of each sample; None counts samples from 1.
-        sidecar: file that messages about settings name; None: the recording's own.
+        recording: recording with columns in canonical units.
+        rows: line number in the file of each sample; None counts samples from 1.
+        sidecar: file that messages about settings name; None for the recording's own.
 
     Raises:
         InputError: at the first sample or setting that cannot be, in one line.
@@ -54,7 +54,7 @@ def _check_tube(recording: Recording, where: Path | str) -> None:
 
 
 def _check_table_names(recording: Recording, where: Path | str) -> None:
-    """An alloy or material that the sidecar names must exist; nominal ones are the package's own affair."""
+    """Check that the alloy or material of a sidecar exists. Nominal ones ship with the package."""
     for key, kind in (("alloy", "alloy"), ("material", "silicone")):
         if recording.geometry.get(key, "fit") != "fit":
             try:
@@ -139,20 +139,20 @@ def _refuse_first(
 
 
 def wire_length(geometry: dict) -> float:
-    """Length of wire in the active coils, in m: n sqrt((pi D)^2 + p^2), D = mandrel + wire (Eqs. 2.1-2.2).
+    """Length of wire in the active coils [m]: n sqrt((pi D)^2 + p^2), D = mandrel + wire (Eqs. 2.1-2.2).
 
     Args:
-        geometry: a full geometry, canonical keys in mm.
+        geometry: full geometry, canonical keys in mm.
     """
     diameter = geometry["mandrel_diameter_mm"] + geometry["wire_diameter_mm"]
     return 1e-3 * geometry["active_coils"] * math.hypot(math.pi * diameter, geometry["initial_pitch_mm"])
 
 
 def resistance_range(recording: Recording) -> tuple[float, float] | None:
-    """Resistances [ohm] that a spring of the recording's alloy can show: half the least to twice the most.
+    """Possible resistances of a spring of the recording's alloy [ohm]: half the least to twice the most.
 
-    None where nothing bounds them: no coil geometry (a straight wire), an alloy that is to be identified, an
-    alloy table without resistivity.
+    None if unbounded: for no coil geometry (a straight wire), an alloy to be identified, or a table without
+    resistivity.
 
     Raises:
         InputError: if the alloy cannot be found.

@@ -1,7 +1,7 @@
-"""The kinds of recording of the project: their columns, the geometry that they take as nominal, and how a
-file without a sidecar shows which one it is.
+"""The kinds of recording of the project: columns, nominal geometry, and recognition of a file without a
+sidecar.
 
-A further kind is registered by the module that models it (`docs/new_kind.md`).
+The module that models a further kind also registers it (`docs/new_kind.md`).
 """
 
 from collections.abc import Mapping
@@ -16,11 +16,11 @@ from .schema import Columns, Kind, Told, register
 WIRE_STRAIN_LIMIT = 0.15  # no nitinol wire strains further, and a coupon of rubber is rarely pulled less
 WIRE_STRAIN_FRACTION_LIMIT = 0.5  # nitinol breaks at a fraction of that: such numbers are percent
 WIRE_ALLOY = "niti_wire"
-"""Nominal alloy of a wire: the source's springs have no constants of a wire in tension."""
+"""Nominal alloy of a wire. The source's springs have no constants of a wire in tension."""
 METAL_UNITS = ("MPa", "GPa", "ksi")
 PERCENT = "if these are percent, name the column strain_percent (on import: --unit strain=percent)"
 PHASE = ("xi0", "resistance", "temperature", "current", "duty")
-"""Channels of a protocol that say how warm a spring is: one of them for each spring."""
+"""Channels of a protocol that determine a spring's phase; each spring has one of them."""
 _SPRING_KEYS = ("alloy", "wire_diameter_mm", "mandrel_diameter_mm", "initial_pitch_mm", "active_coils")
 _TUBE_KEYS = ("material", "outer_diameter_mm", "wall_thickness_mm", "length_mm")
 
@@ -79,8 +79,8 @@ def _tube_told(told: Told) -> str | None:
 def _strained(told: Told) -> tuple[str, str] | None:
     """Wire or elastomer, which share strain and stress, with the reason; None for recordings of neither.
 
-    Temperature or resistance makes it a wire; no clock or a `cycle` column an elastomer; then the unit of
-    stress and, for that of a metal, the size of the strain decide.
+    Temperature or resistance makes it a wire. No clock or a `cycle` column makes it an elastomer. Otherwise
+    the unit of stress decides and, for that of a metal, the magnitude of the strain.
     """
     if (
         _spring_told(told)

@@ -1,4 +1,4 @@
-"""Tables of a sidecar that speak of columns: what did not change, noise, zeros that a fit finds."""
+"""Tables of a sidecar about columns: constant columns, noise, zeros that a fit finds."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,13 +16,13 @@ def zeros(table: Mapping[str, float], kind: str, where: Path | str, strict: bool
     """Standard deviations of zeros that a fit is to find, by canonical column in its unit.
 
     Args:
-        table: by column, in any unit of that column's dimension.
-        kind: which decides what columns there are.
+        table: standard deviation by column, in any unit of that column's dimension.
+        kind: kind of the recording, which decides which columns are known.
         where: file that messages name.
-        strict: refuse a kind whose zeros no fit finds; else there are none.
+        strict: true to refuse a kind whose zeros no fit finds; false to return none.
 
     Raises:
-        InputError: for an unknown column or unit, one that is there twice, or a kind without such zeros.
+        InputError: for an unknown column or unit, a repeated one, or a kind without such zeros.
     """
     known = schema.KINDS[kind].zeros
     if not known and table and strict:
@@ -43,13 +43,13 @@ def zeros(table: Mapping[str, float], kind: str, where: Path | str, strict: bool
 def constants(
     table: Mapping[str, float], kind: str, where: Path | str, shared: Mapping[str, float]
 ) -> dict[str, float]:
-    """Values of columns that did not change, by canonical column in its unit.
+    """Values of constant columns, by canonical column in its unit.
 
     Args:
-        table: of the recording's sidecar, value by column in any unit of that column's dimension.
-        kind: which decides what columns there are.
+        table: value by column, from the recording's sidecar, in any unit of that column's dimension.
+        kind: kind of the recording, which decides which columns are known.
         where: file that messages name.
-        shared: the campaign's; what a kind has no column for is passed over.
+        shared: table of the campaign; columns that the kind does not have are ignored.
 
     Raises:
         InputError: for an unknown column or unit, or a column that is there twice.
@@ -85,13 +85,13 @@ def check_noise(table: Mapping[str, Any], kind: str, extra: list[str], where: Pa
     """Check the [noise] table of a recording of a known kind.
 
     Args:
-        table: 1-sigma by column, in any unit of that column's dimension.
-        kind: which decides what columns there are.
-        extra: columns of the file that the kind does not know; their noise is kept as it is.
+        table: standard deviation by column, in any unit of that column's dimension.
+        kind: kind of the recording, which decides which columns are known.
+        extra: columns of the file that the kind does not know; their noise is kept unchanged.
         where: file that messages name.
 
     Returns:
-        1-sigma by canonical column, in its unit.
+        Standard deviation by canonical column, in its unit.
 
     Raises:
         InputError: for an unknown column or unit, or a number that is not more than zero (an input may have

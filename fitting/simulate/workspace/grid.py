@@ -1,4 +1,4 @@
-"""Where a design can bend: curvature and bend angle over pressure and activation (Fig. 3.25)."""
+"""Reachable bends of a design: curvature and bend angle over pressure and activation (Fig. 3.25)."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -28,21 +28,23 @@ class Workspace:
     """States of one design on a grid of pressures and activations.
 
     Attributes:
-        design: its name.
+        design: name of the design.
         springs: numbers of its springs.
         heat: share of the activation that each spring gets in a branch, shape (branches, springs); see
             `fractions_of`.
-        pressure: gauge [Pa], shape (pressures,).
-        xi0: martensite fraction of a spring that gets all of it [1], shape (activations,).
-        curvature: [1/m], bend: angle [rad], direction: of the bend, from the x axis [rad], length: of the
-            centre line [m], delta_1, delta_2: of the sides [m]; all of shape (branches, activations,
-            pressures), NaN where there is no result. A design that bends freely has no sign: its curvature is
-            a size.
-        status: `Status` codes, the same shape.
-        cautions: in words.
-        outer_diameter: of the tube [m].
-        planar: whether it bends in one plane.
-        marks: by column, as the others: what an unmodelled remainder adds, and where it is beyond its range.
+        pressure: gauge pressure [Pa], shape (pressures,).
+        xi0: martensite fraction of a spring with the full share [1], shape (activations,).
+        curvature: curvature [1/m], non-negative for a design that bends freely; shape (branches, activations,
+            pressures), NaN where there is no result. The next five have the same shape.
+        bend: bend angle [rad].
+        direction: direction of the bend, from the x axis [rad].
+        length: length of the centre line [m].
+        delta_1, delta_2: elongations of the sides [m].
+        status: `Status` codes, shape (branches, activations, pressures).
+        cautions: warnings in words.
+        outer_diameter: outer diameter of the tube [m].
+        planar: true if it bends in one plane.
+        marks: contribution of a model discrepancy, and its range flag, by column; shape as the others.
     """
 
     design: str
@@ -64,13 +66,14 @@ class Workspace:
 
     @property
     def heated(self) -> tuple[int, ...]:
-        """Number of the spring that is heated alone in each branch; 0 where none is, or several are."""
+        """Number of the spring that is heated alone in each branch; 0 where there is none or more than
+        one."""
         alone = [np.flatnonzero(row) for row in self.heat]
         return tuple(self.springs[k[0]] if len(k) == 1 else 0 for k in alone)
 
     @property
     def solved(self) -> int:
-        """How many states were found."""
+        """Number of states with a result."""
         return int(np.sum(self.status <= pj.Status.several_equilibria))
 
     def extreme(self, largest: bool) -> tuple[int, int, int]:
@@ -92,7 +95,7 @@ class Workspace:
         return dict(zip(self.springs, self.fractions()[branch, level].tolist(), strict=True))
 
     def columns(self) -> dict[str, np.ndarray]:
-        """The states as columns of a CSV; an `xi0` of a spring that is not there is NaN."""
+        """The states as columns of a CSV; an `xi0` of a missing spring is NaN."""
         shape = self.curvature.shape
         fractions = dict(zip(self.springs, np.moveaxis(self.fractions(), -1, 0), strict=True))
         spread = {n: values[:, :, None] for n, values in fractions.items()}
@@ -124,18 +127,19 @@ def compute_workspace(
 ) -> Workspace:
     """Solve a design on a grid.
 
-    Held in a plane, one spring is heated at a time; bending freely, also every two, in proportions `MIXES`.
+    In a plane, one spring is heated at a time. For free bending, every pair is heated too, in proportions
+    `MIXES`.
 
     Args:
         design: name or path of a table of kind actuator.
-        pressure: gauge [Pa], ascending, shape (pressures,).
+        pressure: gauge pressure [Pa], ascending, shape (pressures,).
         xi0: martensite fractions of the hottest spring [1], shape (activations,); ignored without springs.
-        alloy, silicone: as `make_actuator` takes them; the design's own where None.
-        model: used instead of the base model; its effects act as at the start of a recording.
-        progress: called with the number of rows after each lot of them.
+        alloy, silicone: tables as for `make_actuator`; the design's own where None.
+        model: model in place of the base model; its effects act as at the start of a recording.
+        progress: function that is called with the number of rows after each batch.
 
     Returns:
-        The states; a row without result is NaN and says why in its status.
+        The states. A row without result is NaN, with the reason in its status.
 
     Raises:
         InputError: for a table that cannot be used.
@@ -183,7 +187,7 @@ def fractions_of(heat: np.ndarray, xi0: np.ndarray) -> np.ndarray:
 
     Args:
         heat: share of the activation that each spring gets, shape (branches, springs).
-        xi0: of a spring that gets all of it, shape (activations,).
+        xi0: martensite fraction of a spring with the full share [1], shape (activations,).
     """
     return (1.0 - heat)[:, None, :] + heat[:, None, :] * xi0[None, :, None]
 
