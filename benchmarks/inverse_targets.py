@@ -18,7 +18,7 @@ import numpy as np
 import pneusma_jax as pj
 from fitting.invert import Inverse, Limits
 from fitting.invert.lumen import Lumen, pass_through
-from fitting.report.figures import save_figure
+from fitting.report.figures import save_figure, style
 from fitting.report.invert.figures import passage_figure
 
 LIMITS = Limits((0.0, 50e3), 0.1)
@@ -101,7 +101,8 @@ def lumens(out):
         pass_through(inverse, bent_lumen(name, bends))
         for name, bends in (("gentle", (0.5, 0.1)), ("bent", (0.9, 0.3)), ("tortuous", (1.4, 0.6)))
     ]
-    save_figure(passage_figure(passages), out / "lumens.png")
+    with style():
+        save_figure(passage_figure(passages), out / "lumens.png")
     return [
         {
             "name": p.lumen.name,

@@ -1,14 +1,11 @@
 """Files of tasks in a folder: there whole or not at all."""
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from pneusma_jax.errors import InputError
-
-DRAFT = ".part"
-"""Ending of files that are being written."""
+from pneusma_jax.files import DRAFT, write_durably
 
 
 @dataclass(frozen=True)
@@ -60,17 +57,8 @@ class Store:
         Raises:
             OSError: if the disk refuses; no part of the file is left.
         """
-        draft = self.folder / f".{task.name}.{os.getpid()}{DRAFT}"
-        try:
-            self.folder.mkdir(parents=True, exist_ok=True)
-            with open(draft, "wb") as file:
-                file.write(content)
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(draft, self.path(task))
-        except OSError:
-            _forget(draft)
-            raise
+        self.folder.mkdir(parents=True, exist_ok=True)
+        write_durably(self.path(task), content)
 
     @property
     def holds_any(self) -> bool:

@@ -17,6 +17,7 @@ from fitting.design.bodies import Solved
 from fitting.design.log import Evaluation
 from fitting.design.optimise import ALLOWED, Outcome, Problem, best_of, optimise
 from fitting.design.quantities import QUANTITIES
+from fitting.inference.results import Result
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import to_si, unit_of_column
 
@@ -57,10 +58,11 @@ class Lumen:
 
 
 @dataclass(frozen=True)
-class Passage:
+class Passage(Result):
     """A chain in a lumen.
 
     Attributes:
+        design: name of the chain.
         lumen: passed through.
         springs: segment and number of every spring.
         pressure: gauge [Pa]; fractions: of all springs [1].
@@ -70,6 +72,7 @@ class Passage:
         solved: the state.
     """
 
+    design: str
     lumen: Lumen
     springs: tuple[tuple[int, int], ...]
     pressure: float
@@ -217,7 +220,8 @@ def pass_through(inverse: Inverse, lumen: Lumen, clearance: float = 0.0) -> Pass
     away, room = distances(jnp.asarray(line), (jnp.asarray(lumen.points), jnp.asarray(lumen.diameter)))
     radius = max(float(s.section.radius) for s in inverse.body.segments)
     return Passage(
-        lumen, inverse.springs, float(drives[0]), drives[1:], float(np.sqrt(np.mean(np.asarray(away) ** 2))),
+        inverse.design, lumen, inverse.springs, float(drives[0]), drives[1:],
+        float(np.sqrt(np.mean(np.asarray(away) ** 2))),
         float(np.min(np.asarray(room - away)) - radius), line, state,
     )  # fmt: skip
 

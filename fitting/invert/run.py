@@ -11,6 +11,7 @@ import numpy as np
 
 from fitting.design.bodies import Body, Solved, build_body, plan_of
 from fitting.design.quantities import AMBIENT, temperature
+from fitting.inference.results import Result
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import from_si
 
@@ -39,10 +40,11 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Inversion:
+class Inversion(Result):
     """Drives for targets; arrays have a leading axis of targets.
 
     Attributes:
+        design: name of what is driven.
         goals: names; wanted: their values in SI, shape (targets, columns).
         springs: segment and number of every spring.
         pressure: gauge [Pa]; fractions: shape (targets, springs); resistances [ohm] and currents [A] that
@@ -54,6 +56,7 @@ class Inversion:
         ways: for each target, the drives of every other way that was found, shape (ways, drives).
     """
 
+    design: str
     goals: tuple[str, ...]
     wanted: np.ndarray
     springs: tuple[tuple[int, int], ...]
@@ -99,6 +102,7 @@ class Inverse:
         seed: int = 0,
     ):
         plan = plan_of(design, alloy, material)
+        self.design = plan.tables[0].name if plan.chain is None else plan.chain.name
         self.body: Body = build_body(plan, {}, plan.materials())
         self.limits, self.seed, self.springs = limits, seed, springs_of(self.body)
         if not self.springs and limits.pressure[0] == limits.pressure[1]:
@@ -232,9 +236,8 @@ class Inverse:
         held = tuple("" if ok else self._held(best, k) for k, ok in enumerate(met))
         resistances, currents = electrical(solved)
         return Inversion(
-            goals, wanted, self.springs, drives[:, 0], drives[:, 1:], resistances, currents, values, found,
-            met,
-            held, tuple(ways),
+            self.design, goals, wanted, self.springs, drives[:, 0], drives[:, 1:], resistances, currents,
+            values, found, met, held, tuple(ways),
         )  # fmt: skip
 
     def verified(self, drives: np.ndarray, memories: Memories | None = None) -> Solved:

@@ -9,25 +9,33 @@ from fitting.calibrate.batch import Batch
 from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.spring.pipeline import SpringCharacterisation
+from fitting.control.sweep import Sweep
 from fitting.data.publish import publish
 from fitting.design.result import DesignResult
 from fitting.diagnose.custom_model import Explained
 from fitting.inference.results import Presenter, Result, register_presenter
+from fitting.invert.lumen import Passage
+from fitting.invert.run import Inversion
+from fitting.invert.trajectory import Trajectory
 from fitting.plan.plan import Plan
 from fitting.propagate import Propagation
 from fitting.sample.campaign import CampaignPosterior
+from fitting.wiring.choose import Wiring
 
 from . import render
 from .batch import report_of as batch_report
+from .control.report import report_of as control_report
 from .custom_model import report_of as custom_model_report
 from .design.report import report_of as design_report
 from .elastomer.report import report_of as elastomer_report
 from .general.report import report_of as general_report
+from .invert.report import inversion_report, passage_report, trajectory_report
 from .plan.report import report_of as plan_report
 from .posterior.report import report_of as posterior_report
 from .propagate.report import report_of as propagate_report
 from .report import Report
 from .spring.report import report_of as spring_report
+from .wiring.report import report_of as wiring_report
 
 REPORTS: dict[type, Callable[[Any], Report]] = {
     ElastomerCharacterisation: elastomer_report,
@@ -39,6 +47,11 @@ REPORTS: dict[type, Callable[[Any], Report]] = {
     Explained: custom_model_report,
     DesignResult: design_report,
     Propagation: propagate_report,
+    Inversion: inversion_report,
+    Trajectory: trajectory_report,
+    Passage: passage_report,
+    Sweep: control_report,
+    Wiring: wiring_report,
 }
 """Function that makes the report of each type of result."""
 
