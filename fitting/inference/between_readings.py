@@ -49,7 +49,7 @@ readings. Second, minimum share of different moves, or of all numbers of steps, 
 
 
 @dataclass(frozen=True)
-class Taken:
+class OriginalReadings:
     """Readings between which rows were interpolated.
 
     Attributes:
@@ -66,7 +66,7 @@ class Taken:
         return np.unique(np.where(self.at - x[right - 1] < x[right] - self.at, right - 1, right))
 
 
-def readings_between(x: np.ndarray, y: np.ndarray) -> Taken | None:
+def readings_between(x: np.ndarray, y: np.ndarray) -> OriginalReadings | None:
     """Readings between which rows were interpolated, or None where rows are readings themselves.
 
     Args:
@@ -86,7 +86,7 @@ def readings_between(x: np.ndarray, y: np.ndarray) -> Taken | None:
     return found if found is not None and _differ(found.values, exact) else None
 
 
-def _resampled(y: np.ndarray, none: float) -> Taken | None:
+def _resampled(y: np.ndarray, none: float) -> OriginalReadings | None:
     """Readings of rows that were drawn closer than two per reading, from the first reading to the last.
 
     No two rows of such a file determine a line. But the number of readings has finitely many candidates, and
@@ -99,7 +99,7 @@ def _resampled(y: np.ndarray, none: float) -> Taken | None:
         if all(_left(part, every) < none for part in (y[:END], y[: -END - 1 : -1])):
             values = _solved(y, every, count)
             if np.max(np.abs(_drawn(values, every, len(y)) - y)) < none:
-                return Taken(every * np.arange(count), _merged(values, FARTHER * none))
+                return OriginalReadings(every * np.arange(count), _merged(values, FARTHER * none))
     return None
 
 
@@ -194,7 +194,7 @@ def _grid(corners: np.ndarray) -> tuple[float, float] | None:
     return (begin, every) if every > 1.0 and np.quantile(off, 0.9) < OFF_GRID else None
 
 
-def _read_off(x: np.ndarray, y: np.ndarray, begin: float, every: float, none: float) -> Taken:
+def _read_off(x: np.ndarray, y: np.ndarray, begin: float, every: float, none: float) -> OriginalReadings:
     """Readings at the positions of a grid, from the lines on either side of each; equal ones are made
     equal."""
     near = 1e-3 * every
@@ -202,18 +202,18 @@ def _read_off(x: np.ndarray, y: np.ndarray, begin: float, every: float, none: fl
     at = begin + every * np.arange(np.ceil(number[0]), np.floor(number[1]) + 1.0)
     first = np.searchsorted(x, at - near)
     last = np.searchsorted(x, at + every + near) - 1
-    told = (last > first) & (first < len(x))
-    a, b = first[told], last[told]
+    determined = (last > first) & (first < len(x))
+    a, b = first[determined], last[determined]
     slope = (y[b] - y[a]) / (x[b] - x[a])
     sides = np.full((2, len(at) + 1), np.nan)
-    sides[0, :-1][told] = y[a] + slope * (at[told] - x[a])
-    sides[1, 1:][told] = y[a] + slope * (at[told] + every - x[a])
+    sides[0, :-1][determined] = y[a] + slope * (at[determined] - x[a])
+    sides[1, 1:][determined] = y[a] + slope * (at[determined] + every - x[a])
     known = np.isfinite(sides[:, :-1])
     total = np.where(known, sides[:, :-1], 0.0).sum(axis=0)
-    there = known.any(axis=0)
+    either_side = known.any(axis=0)
     values = np.full(len(at), np.nan)
-    values[there] = _merged(total[there] / known.sum(axis=0)[there], FARTHER * none)
-    return Taken(at, values)
+    values[either_side] = _merged(total[either_side] / known.sum(axis=0)[either_side], FARTHER * none)
+    return OriginalReadings(at, values)
 
 
 def _merged(values: np.ndarray, none: float) -> np.ndarray:

@@ -50,10 +50,10 @@ class Channel:
 
     def coefficients(self) -> tuple[np.ndarray, np.ndarray]:
         """Factors of `whitened` on each difference and on the one before it, shape (rows,) each."""
-        there = np.isfinite(self.sigma)
-        follows = np.zeros_like(there)
-        follows[1:] = there[1:] & there[:-1]
-        weight = np.where(there, 1.0 / self.sigma, 0.0)
+        counted = np.isfinite(self.sigma)
+        follows = np.zeros_like(counted)
+        follows[1:] = counted[1:] & counted[:-1]
+        weight = np.where(counted, 1.0 / self.sigma, 0.0)
         free = np.sqrt(1.0 - self.correlation**2)
         before = np.where(follows, self.correlation / free * np.roll(weight, 1), 0.0)
         return np.where(follows, weight / free, weight), before

@@ -54,8 +54,8 @@ def saturated(
         count = sum(b - a for a, b in stops)
         chance = len(values) * still ** (count - len(stops))
         clear = step * (AFTER if chance < UNLIKELY else SMOOTH * AFTER)
-        told = known is not None and sign * top == known and count > 0
-        if told or count >= LONG and any(_stopped(sign * values, moving, run, clear) for run in stops):
+        known_stop = known is not None and sign * top == known and count > 0
+        if known_stop or count >= LONG and any(_stopped(sign * values, moving, run, clear) for run in stops):
             level = sign * top
             found |= _beside(sign * values, top, top - NEAR * step)
     return found, level

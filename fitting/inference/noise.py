@@ -167,8 +167,8 @@ def _uneven(steps: np.ndarray) -> bool:
     windows = np.lib.stride_tricks.sliding_window_view(steps, 4)
     changes = windows[:, 1] != windows[:, 2]
     one_way = np.all(windows >= 0.0, axis=1) | np.all(windows <= 0.0, axis=1)
-    there = changes[one_way] if one_way.mean() > ONE_WAY else changes
-    return bool(there.mean() > UNEVEN)
+    selected = changes[one_way] if one_way.mean() > ONE_WAY else changes
+    return bool(selected.mean() > UNEVEN)
 
 
 def _often(stands: np.ndarray) -> bool:
@@ -208,8 +208,8 @@ def _differences(x: np.ndarray, y: np.ndarray, step: np.ndarray, order: int) -> 
     usable = np.all(forward > 0.0, axis=1) | np.all(forward < 0.0, axis=1)
     at, values, steps = at[usable], values[usable], steps[usable]
     at = (at - at.mean(axis=1, keepdims=True)) / np.ptp(at, axis=1)[:, None]
-    apart = at[:, :, None] - at[:, None, :] + np.eye(order + 1)
-    weight = 1.0 / np.prod(apart, axis=2)
+    distances = at[:, :, None] - at[:, None, :] + np.eye(order + 1)
+    weight = 1.0 / np.prod(distances, axis=2)
     weight /= np.linalg.norm(weight, axis=1, keepdims=True)
     return weight, np.sum(weight * (values - values.mean(axis=1, keepdims=True)), axis=1), steps
 

@@ -13,7 +13,7 @@ import numpy as np
 from fitting.data.recordings import Recording, schema
 from pneusma_jax.units import from_si
 
-from .between_readings import Taken, readings_between
+from .between_readings import OriginalReadings, readings_between
 from .driven import measured, predicted
 from .full_scale import LONG, saturated
 from .noise import robust_noise, rounding_noise
@@ -35,7 +35,7 @@ class Readings:
         counted: mask of the rows that are measurements, shape (rows,).
         repeated, interpolated, saturated: numbers of rows that are no measurements, by reason.
         level: saturation value of the channel, SI; NaN where there is none.
-        taken: readings between which its rows were interpolated; None where they are readings.
+        originals: readings between which its rows were interpolated; None where they are readings.
     """
 
     counted: np.ndarray
@@ -43,7 +43,7 @@ class Readings:
     interpolated: int = 0
     saturated: int = 0
     level: float = np.nan
-    taken: Taken | None = None
+    originals: OriginalReadings | None = None
 
 
 def readings_of(recording: Recording, quantity: str) -> Readings:
@@ -56,11 +56,11 @@ def readings_of(recording: Recording, quantity: str) -> Readings:
     return _remembered(recording, quantity, _readings_of)
 
 
-def _remembered(recording: Recording, quantity: str, told: Callable[[Recording, str], Any]) -> Any:
-    """Result of `told` for a column, computed once."""
-    key = told.__name__, quantity, id(recording.columns[recording.column(quantity)])
+def _remembered(recording: Recording, quantity: str, compute: Callable[[Recording, str], Any]) -> Any:
+    """Result of `compute` for a column, computed once."""
+    key = compute.__name__, quantity, id(recording.columns[recording.column(quantity)])
     if key not in recording.memo:
-        recording.memo[key] = told(recording, quantity)
+        recording.memo[key] = compute(recording, quantity)
     return recording.memo[key]
 
 
@@ -69,22 +69,23 @@ def _readings_of(recording: Recording, quantity: str) -> Readings:
     rows = np.flatnonzero(np.isfinite(values))
     if recording.column(quantity) not in measured(recording):
         once = rows[_not_copied(recording, rows)]
-        drawn = [taken for taken in _drawn(recording) if taken]
-        kept = _nearest(recording, once, drawn) if drawn else once  # a file is interpolated in every column
-        told = np.isin(np.arange(len(values)), kept)
-        return Readings(told, len(rows) - len(once), len(once) - len(kept), taken=drawn[0] if drawn else None)
+        drawn = [originals for originals in _drawn(recording) if originals]
+        read = _nearest(recording, once, drawn) if drawn else once  # a file is interpolated in every column
+        mask = np.isin(np.arange(len(values)), read)
+        first = drawn[0] if drawn else None
+        return Readings(mask, len(rows) - len(once), len(once) - len(read), originals=first)
     names = [name for name in _channels(recording) if recording.column(quantity) != name]
     others = [recording.si(name)[rows] for name in names]
     stopped, level = saturated(values[rows], others, recording.memo.get((FULL_SCALE, quantity)))
     below = rows[~stopped]
     once = below[_not_copied(recording, below)]
-    taken = readings_between(_places(recording)[once], values[once])
-    fresh = once if taken else below[_fresh(recording, below, values[below])]
-    apart = _nearest(recording, once, [taken]) if taken else fresh
+    originals = readings_between(_places(recording)[once], values[once])
+    fresh = once if originals else below[_fresh(recording, below, values[below])]
+    measured_rows = _nearest(recording, once, [originals]) if originals else fresh
     counted = np.zeros(len(values), bool)
-    counted[apart] = True
-    repeated, between = len(below) - len(fresh), len(fresh) - len(apart)
-    return Readings(counted, repeated, between, int(stopped.sum()), level, taken)
+    counted[measured_rows] = True
+    repeated, between = len(below) - len(fresh), len(fresh) - len(measured_rows)
+    return Readings(counted, repeated, between, int(stopped.sum()), level, originals)
 
 
 def _places(recording: Recording) -> np.ndarray:
@@ -100,16 +101,16 @@ def _places(recording: Recording) -> np.ndarray:
     return number if np.max(np.abs(clock - even)) < UNEVEN else clock
 
 
-def _drawn(recording: Recording) -> list[Taken | None]:
+def _drawn(recording: Recording) -> list[OriginalReadings | None]:
     """Readings between which the rows of each predicted column were interpolated."""
     names = [schema.quantity_and_unit(name)[0] for name in predicted(recording)]
-    return [readings_of(recording, name).taken for name in names]
+    return [readings_of(recording, name).originals for name in names]
 
 
-def _nearest(recording: Recording, rows: np.ndarray, drawn: Sequence[Taken]) -> np.ndarray:
+def _nearest(recording: Recording, rows: np.ndarray, drawn: Sequence[OriginalReadings]) -> np.ndarray:
     """Those of some rows that are nearest to a reading of any column."""
     places = _places(recording)[rows]
-    return rows[np.unique(np.concatenate([taken.nearest(places) for taken in drawn]))]
+    return rows[np.unique(np.concatenate([originals.nearest(places) for originals in drawn]))]
 
 
 def read_rows(recording: Recording) -> np.ndarray:
@@ -155,16 +156,16 @@ def noise_found(recording: Recording, quantity: str) -> float:
 
 
 def _noise_found(whole: Recording, quantity: str) -> float:
-    values, taken = whole.si(quantity), readings_of(whole, quantity).taken
-    if taken and whole.column(quantity) in measured(whole):
-        known = np.isfinite(taken.values)
-        return robust_noise(taken.at[known], taken.values[known])
+    values, originals = whole.si(quantity), readings_of(whole, quantity).originals
+    if originals and whole.column(quantity) in measured(whole):
+        known = np.isfinite(originals.values)
+        return robust_noise(originals.at[known], originals.values[known])
     time = whole.si("time") if whole.has("time") else np.arange(float(len(values)))
-    there = readings_of(whole, quantity).counted & np.isfinite(time)
-    time = time[there]
+    counted = readings_of(whole, quantity).counted & np.isfinite(time)
+    time = time[counted]
     if not np.all(np.diff(time) > 0.0):  # a clock that stands still between some rows
         time = np.arange(float(len(time)))
-    return robust_noise(time, values[there])
+    return robust_noise(time, values[counted])
 
 
 def read_values(recording: Recording, quantity: str) -> np.ndarray:
@@ -193,24 +194,26 @@ def _cautions(recording: Recording) -> list[str]:
     found, rows = [], len(recording)
     for column in predicted(recording):
         quantity, unit = schema.quantity_and_unit(column)
-        told = readings_of(recording, quantity)
+        readings = readings_of(recording, quantity)
         place = f"{recording.name}: {column}"
-        if told.saturated:
-            level = float(from_si(told.level, unit))
+        if readings.saturated:
+            level = float(from_si(readings.level, unit))
             found.append(
                 f"{place} stops at {level:.4g}, its extreme value, while other channels go on: "
-                f"{told.saturated} of {rows} rows there, or too near to it, are not compared with the model"
+                f"{readings.saturated} of {rows} rows there, or too near to it, are not compared with the"
+                " model"
             )
-        if told.repeated:
+        if readings.repeated:
             found.append(
-                f"{place} repeats earlier readings in {told.repeated} of {rows} rows; only new ones count"
+                f"{place} repeats earlier readings in {readings.repeated} of {rows} rows; only new ones count"
             )
-        if told.interpolated:
+        if readings.interpolated:
             found.append(
-                f"{place} is interpolated between readings: {told.interpolated} of {rows} rows add nothing "
-                "to those beside them and do not count"
+                f"{place} is interpolated between readings: {readings.interpolated} of {rows} rows add"
+                " nothing to those beside them and do not count"
             )
-        stated, rounding = recording.noise_si(quantity), rounding_noise(recording.si(quantity)[told.counted])
+        stated = recording.noise_si(quantity)
+        rounding = rounding_noise(recording.si(quantity)[readings.counted])
         if stated and stated < FAR_BELOW * rounding:
             step, least, said = (
                 float(from_si(x, unit, difference=True)) for x in (np.sqrt(12.0) * rounding, rounding, stated)

@@ -98,8 +98,8 @@ def _information(
     sigma = jnp.hypot(noise[0], misfit * force), jnp.hypot(noise[1], misfit * contrast)
 
     def outputs(shift: Array, deviation: Array) -> Array:
-        moved = {name: constants[name] + scale[k] * shift[k] for k, name in enumerate(names)}
-        spring = pj.Spring(geometry, pj.Alloy(**{**constants, **moved}), geometry.free_length)
+        perturbed = {name: constants[name] + scale[k] * shift[k] for k, name in enumerate(names)}
+        spring = pj.Spring(geometry, pj.Alloy(**{**constants, **perturbed}), geometry.free_length)
         xi0 = course + jnp.repeat(deviation, LATENT_ROWS)[:rows]
         found = pj.simulate_spring(spring, elongation, pj.MartensiteFraction(xi0)).rows
         return jnp.concatenate([test.mask * found.force / sigma[0], test.mask * found.resistance / sigma[1]])
@@ -108,5 +108,5 @@ def _information(
     by_constants, by_phase = jax.jacfwd(outputs, argnums=(0, 1))(*at)
     known = by_phase.T @ by_phase + jnp.eye(by_phase.shape[1]) / test.phase_sd**2
     mixed = by_phase.T @ by_constants
-    told = by_constants.T @ by_constants - mixed.T @ jnp.linalg.solve(known, mixed)
-    return 0.5 * (told + told.T)
+    fisher = by_constants.T @ by_constants - mixed.T @ jnp.linalg.solve(known, mixed)
+    return 0.5 * (fisher + fisher.T)

@@ -152,18 +152,18 @@ def plan_campaign(
 
     values = {name: jnp.asarray(column) for name, column in alloys.items()}
 
-    def told(what: Sequence[Candidate], repeats: int) -> np.ndarray:
+    def information_of(what: Sequence[Candidate], repeats: int) -> np.ndarray:
         numbers = (jnp.asarray(x, float) for x in (sigma, misfit, repeats))
         scale = jnp.asarray(known.sd)
         return np.asarray(information(values, known.names, scale, dimensions, courses(what), *numbers))
 
-    table = np.stack([told(pool, r) for r in range(1, MOST_REPEATS + 1)], axis=2)
+    table = np.stack([information_of(pool, r) for r in range(1, MOST_REPEATS + 1)], axis=2)
     progress("information")
     times = np.array([minutes(test, rate) for test, rate in zip(pool, rates, strict=True)])
     chosen = choose(table, times, known.names, wanted, tests)
     indices = [choice.index for choice in chosen]
     progress("choice")
-    source_sd = expected_sd(told(source, 1)[:, :, None], range(len(source)))[-1]
+    source_sd = expected_sd(information_of(source, 1)[:, :, None], range(len(source)))[-1]
     progress("comparison")
     merged = _merged(pool, rates, indices, [choice.gain for choice in chosen])
     merged.append(_validation(pool, rates, indices, steps))

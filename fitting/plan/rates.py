@@ -89,8 +89,8 @@ def _held_rates(spring: pj.Spring, tests: list[Candidate], seed: int, read_noise
     rows = slice(steps_of(REST_S), None, steps_of(READ_S))
     share = jnp.asarray([test.share for test, _ in cases])
     ideal = np.asarray(_ideal_phase(spring, jnp.asarray(elongation[:, rows]), share))
-    there = np.arange(longest)[rows] < np.array([len(travel) for travel in travels])[:, None]
-    possible = there & (ideal > 0.0) & (ideal < 1.0)
+    in_test = np.arange(longest)[rows] < np.array([len(travel) for travel in travels])[:, None]
+    possible = in_test & (ideal > 0.0) & (ideal < 1.0)
     error = np.abs(np.asarray(resistance)[:, rows] - setpoints[:, None]) / abs(cold - hot)
     lost = np.sum(possible & (error > LOST), axis=1) / np.maximum(possible.sum(axis=1), 1)
     good = (lost <= MOST_LOST).reshape(len(tests), len(speeds))

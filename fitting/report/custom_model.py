@@ -152,11 +152,11 @@ def figure(explained: Explained) -> Figure:
     drawn = Figure(figsize=(1.0 + 4.0 * len(data.measured), 4.2), layout="constrained")
     panels = drawn.subplots(1, len(data.measured), squeeze=False)[0]
     for panel, (output, measured) in zip(panels, data.measured.items(), strict=True):
-        there = data.weight[output] > 0.0
+        counted = data.weight[output] > 0.0
         for label, (fit, colour) in models.items():
             predicted = explained.problem.outputs(fit.result.values)[output]
-            panel.plot(measured[there], predicted[there], ".", color=colour, markersize=3, label=label)
-        ends = [measured[there].min(), measured[there].max()]
+            panel.plot(measured[counted], predicted[counted], ".", color=colour, markersize=3, label=label)
+        ends = [measured[counted].min(), measured[counted].max()]
         panel.plot(ends, ends, color=house.BLACK, linewidth=0.8)
         panel.set_xlabel(f"{output}, measured")
         panel.set_ylabel(f"{output}, predicted")

@@ -76,11 +76,11 @@ class ChainState:
     @property
     def notices(self) -> list[str]:
         """Warnings, with the segments that they concern."""
-        told: dict[str, list[int]] = {}
+        whose: dict[str, list[int]] = {}
         for number, segment in enumerate(self.segments, 1):
             for sentence in segment.notices:
-                told.setdefault(sentence, []).append(number)
-        named = {s: "all segments" if len(k) == len(self.segments) else _listed(k) for s, k in told.items()}
+                whose.setdefault(sentence, []).append(number)
+        named = {s: "all segments" if len(k) == len(self.segments) else _listed(k) for s, k in whose.items()}
         sentences = [f"{where}: {sentence}" for sentence, where in named.items()]
         if self.converged and not self.stable:
             sentences.append(

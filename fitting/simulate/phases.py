@@ -131,17 +131,17 @@ def _read_off(
     begun = lambda first, later: jnp.concatenate([jnp.broadcast_to(first, (1,)), later[:-1]])  # noqa: E731
     before = jax.tree.map(begun, states, history.states)
 
-    def ohms_at(moved: Array, row: tuple) -> Array:
+    def ohms_at(followed: Array, row: tuple) -> Array:
         pressure, fractions, states, root = row
-        fractions = fractions.at[jnp.asarray(wired)].set(moved)
+        fractions = fractions.at[jnp.asarray(wired)].set(followed)
         activations = tuple(pj.MartensiteFraction(x) for x in fractions)
         problem = Problem(actuator, pressure, activations, states)
         responses = spring_responses(problem, *configuration(actuator, attached(problem, root)))
         return jnp.stack([responses[k].resistance for k in wired])
 
     def one(row: tuple) -> tuple[Array, Array]:
-        moved = row[1][jnp.asarray(wired)]
-        return ohms_at(moved, row), jax.jacfwd(ohms_at)(moved, row)
+        followed = row[1][jnp.asarray(wired)]
+        return ohms_at(followed, row), jax.jacfwd(ohms_at)(followed, row)
 
     return jax.vmap(one)((jnp.asarray(pressure), whole, before, history.rows.unknowns))
 

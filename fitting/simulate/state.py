@@ -200,9 +200,9 @@ def drive_of(
     for name in given:
         number = int(name.rpartition("_")[2])
         if number not in actuator.spring_numbers:
-            there = ", ".join(map(str, actuator.spring_numbers)) or "none"
+            available = ", ".join(map(str, actuator.spring_numbers)) or "none"
             design = _word(specimen, "design")
-            notices.append(f"{design} has no spring {number} (it has: {there}); {name} is left out")
+            notices.append(f"{design} has no spring {number} (it has: {available}); {name} is left out")
     for number in actuator.spring_numbers:
         if f"resistance_{number}" in given:
             activations.append(pj.Resistance(given[f"resistance_{number}"]))

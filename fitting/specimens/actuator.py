@@ -55,8 +55,8 @@ class BendingActuator(Specimen):
 
     def drivers(self, recording: Recording) -> tuple[str, ...]:
         """Pressure, and the resistances of the springs that the design has."""
-        there = pj.layout(recording.full_geometry()["design"]).spring_numbers
-        return ("pressure", *(f"resistance_{n}" for n in there if recording.has(f"resistance_{n}")))
+        springs = pj.layout(recording.full_geometry()["design"]).spring_numbers
+        return ("pressure", *(f"resistance_{n}" for n in springs if recording.has(f"resistance_{n}")))
 
     def influences(self, recording: Recording) -> tuple[str, ...]:
         """Pressure, resistances, currents and air temperature, as far as the recording has them."""
@@ -101,9 +101,9 @@ class BendingActuator(Specimen):
         law, identify = silicones.law_of(campaign, material)
         table = silicones.table_name(campaign, material)
         parameters.update(silicones.material_parameters(campaign, law, identify, table))
-        seen = {silicones.FACTOR, *(GEOMETRY_KEYS if layout.spring_numbers else TUBE)}
+        free_names = {silicones.FACTOR, *(GEOMETRY_KEYS if layout.spring_numbers else TUBE)}
         known = {
-            specimen: {name: value for name, value in dimensions(members[0]).items() if name in seen}
+            specimen: {name: value for name, value in dimensions(members[0]).items() if name in free_names}
             for specimen, members in campaign.specimens().items()
         }
         own = priors.geometry_parameters(campaign, known, silicones.UNITS, silicones.always_open(identify))

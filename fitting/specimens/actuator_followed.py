@@ -84,22 +84,22 @@ def settled(recordings: list[Rows], evaluate: Callable[[list[Rows]], dict[str, n
     for _ in range(ROUNDS):
         here = evaluate(held)
         for k, n in wired:
-            there = evaluate([_moved(rows, k) for rows in held])
-            slope = (there[f"ohms_{n}"] - here[f"ohms_{n}"]) / (there[f"xi0_{n}"] - here[f"xi0_{n}"])
+            perturbed = evaluate([_perturbed(rows, k) for rows in held])
+            slope = (perturbed[f"ohms_{n}"] - here[f"ohms_{n}"]) / (perturbed[f"xi0_{n}"] - here[f"xi0_{n}"])
             held = [_read(rows, k, n, here[f"ohms_{n}"][j], slope[j]) for j, rows in enumerate(held)]
             slopes[k] = slope
     here = evaluate(held)
     found = []
     for j, rows in enumerate(held):
         count = len(rows.mask)
-        told = {
+        reading = {
             name: tuple(np.nan_to_num(here[f"{name}_{n}"][j, :count]) for n in layout.spring_numbers)
             for name in ("ohms", "gamma")
         }
         gain = [np.zeros(count) for _ in layout.spring_numbers]
         for k, n in wired:
-            gain[k] = _gain(rows, k, n, told["gamma"][k], np.nan_to_num(slopes[k][j, :count]))
-        found.append(replaced(rows, gain=tuple(gain), **told))
+            gain[k] = _gain(rows, k, n, reading["gamma"][k], np.nan_to_num(slopes[k][j, :count]))
+        found.append(replaced(rows, gain=tuple(gain), **reading))
     return found
 
 
@@ -118,7 +118,7 @@ def _gain(rows: Rows, k: int, number: int, gamma: np.ndarray, total: np.ndarray)
     return trust / np.where(partial == 0.0, np.inf, partial)
 
 
-def _moved(rows: Rows, k: int) -> Rows:
+def _perturbed(rows: Rows, k: int) -> Rows:
     """The recording with the martensite fraction of spring k shifted by `NUDGE`."""
     xi0 = [np.asarray(x) for x in rows.extra["xi0"]]
     xi0[k] = xi0[k] + np.where(xi0[k] > 0.5, -NUDGE, NUDGE)

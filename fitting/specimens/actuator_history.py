@@ -63,9 +63,9 @@ def _hidden(rows: Rows, recording: Recording) -> Rows:
 
 def _counted(rows: Rows, recording: Recording, name: str) -> np.ndarray:
     """One in rows whose resistance is a measurement, zero in the others."""
-    there = np.isfinite(recording.si("time"))
+    finite = np.isfinite(recording.si("time"))
     measured = np.isfinite(measurements(recording, name))
-    return np.isin(np.asarray(rows.time), recording.si("time")[there & measured]).astype(float)
+    return np.isin(np.asarray(rows.time), recording.si("time")[finite & measured]).astype(float)
 
 
 def with_effects(

@@ -90,8 +90,8 @@ def decided(values: Mapping[str, float], recordings: Sequence[Rows]) -> list[Row
         change = 0.0
         for k, (_, slope) in zip(wired, slopes, strict=True):
             for number, rows in enumerate(found):
-                found[number], moved = _smoothed(rows, k, here.ohms[number][k], slope[number])
-                change = max(change, moved)
+                found[number], largest_step = _smoothed(rows, k, here.ohms[number][k], slope[number])
+                change = max(change, largest_step)
         if change < SETTLED:
             break
     return _finished(values, found, wired)
@@ -120,9 +120,9 @@ def _slopes(
     """Slopes of the outputs and of spring k's resistance over its fraction, shape (recordings, rows)."""
     xi0 = stacked.extra["xi0"][k]
     nudge = jnp.where(xi0 > 0.5, -NUDGE, NUDGE)
-    there = jax.device_get(_solve(values, _with_phase(stacked, k, xi0 + nudge)))
-    outputs = {name: (getattr(there, name) - getattr(here, name)) / np.asarray(nudge) for name in OUTPUTS}
-    return outputs, (there.ohms[:, k] - here.ohms[:, k]) / np.asarray(nudge)
+    perturbed = jax.device_get(_solve(values, _with_phase(stacked, k, xi0 + nudge)))
+    outputs = {name: (getattr(perturbed, name) - getattr(here, name)) / np.asarray(nudge) for name in OUTPUTS}
+    return outputs, (perturbed.ohms[:, k] - here.ohms[:, k]) / np.asarray(nudge)
 
 
 OUTPUTS = ("curvature", "bend_angle", "length", "bend_direction")
@@ -153,7 +153,7 @@ def _finished(values: Mapping[str, Array], found: list[Rows], wired: Sequence[in
     for k in wired:
         outputs, slopes = _slopes(values, stacked, here, k)
         for number, rows in enumerate(found):
-            found[number] = _told(values, rows, k, here, slopes[number], number)
+            found[number] = _with_gain(values, rows, k, here, slopes[number], number)
             sd = found[number].extra["sd"][k]
             share = np.where(sd > BLIND, max(np.sum(sd > BLIND), 1), 1.0)
             for name, known in variance[number].items():
@@ -162,7 +162,7 @@ def _finished(values: Mapping[str, Array], found: list[Rows], wired: Sequence[in
     return [_weighed(rows, known) for rows, known in zip(found, variance, strict=True)]
 
 
-def _told(
+def _with_gain(
     values: Mapping[str, Array], rows: Rows, k: int, here: Solved, slope: np.ndarray, number: int
 ) -> Rows:
     """A recording with the gain and uncertainty of spring k's fraction."""
@@ -172,8 +172,8 @@ def _told(
         return replaced(rows, ohms=ohms)
     spring = body_of(numbers(values, rows), rows).springs[k]
     gamma = jnp.asarray(here.gamma[number][k][:count])
-    told = np.asarray(_mean_slope(spring, jnp.asarray(rows.extra["xi0"][k]), gamma, jnp.asarray(noise)))
-    sd = noise / np.sqrt(told**2 + (noise / UNKNOWN) ** 2)
+    mean_slope = np.asarray(_mean_slope(spring, jnp.asarray(rows.extra["xi0"][k]), gamma, jnp.asarray(noise)))
+    sd = noise / np.sqrt(mean_slope**2 + (noise / UNKNOWN) ** 2)
     total = slope[:count]
     gain = np.where(sd < BLIND, total / (total**2 + (noise / UNKNOWN) ** 2), 0.0)
     put = lambda name, column: tuple(  # noqa: E731

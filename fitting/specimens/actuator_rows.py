@@ -113,8 +113,8 @@ def _corrected(body: pj.Actuator, rows: Rows, gamma: Array) -> Array:
     decided = _of_springs(rows, "xi0")
     springs = zip(body.springs, decided, gamma, strict=True)
     ohms = jnp.stack([s.alloy.resistivity(x, g) * s.geometry.wire_length for s, x, g in springs])
-    moved = decided + _of_springs(rows, "gain") * (_of_springs(rows, "ohms") - ohms)
-    return jnp.clip(moved, 0.0, 1.0)
+    corrected = decided + _of_springs(rows, "gain") * (_of_springs(rows, "ohms") - ohms)
+    return jnp.clip(corrected, 0.0, 1.0)
 
 
 def _memories(spring: Spring, first: SpringState, gamma: Array, xi0: Array) -> SpringState:

@@ -22,7 +22,7 @@ from .cautions import silicone_cautions
 from .registry import register
 from .rows import MARK, Rows, numbers
 from .specimen import FITTED, Courses, RowOptions, Specimen
-from .zeros import taut, zeros_of
+from .zeros import strain_from_taut, zeros_of
 
 ZEROS = {"strain": "1", "stress": "kPa"}
 """Quantities whose zero a fit may find, with the unit that reports show."""
@@ -87,7 +87,7 @@ class Coupon(Specimen):
         at once."""
         known = numbers(values, rows)
         law = silicones.law_with(rows.extra["law"], known)
-        strain = taut(rows.inputs["strain"], known["strain_zero"], rows.extra["flat"])
+        strain = strain_from_taut(rows.inputs["strain"], known["strain_zero"], rows.extra["flat"])
         seen = {"stress": law(strain)}
         if effects:
             seen = simulate_coupon(law, strain, time=rows.time, effects=effects).seen

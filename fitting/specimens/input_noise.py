@@ -59,10 +59,10 @@ def carried_over(model: Model, values: Mapping[str, float], recordings: Sequence
     here, more = predict(held, stacked), {}
     for driver, sigma in stacked.extra[SIGMA].items():
         for sign in (1.0, -1.0):
-            moved = stacked.inputs[driver] + sign * jnp.asarray(sigma)[:, None]
-            there = predict(held, eqx.tree_at(lambda r, d=driver: r.inputs[d], stacked, moved))
-            for name in there:
-                change = jnp.nan_to_num(there[name] - here[name]) ** 2
+            shifted_driver = stacked.inputs[driver] + sign * jnp.asarray(sigma)[:, None]
+            shifted = predict(held, eqx.tree_at(lambda r, d=driver: r.inputs[d], stacked, shifted_driver))
+            for name in shifted:
+                change = jnp.nan_to_num(shifted[name] - here[name]) ** 2
                 more[name, driver] = jnp.maximum(more.get((name, driver), 0.0), change)
     found = jax.device_get(more)
     return [_weighted(rows, found, k) for k, rows in enumerate(recordings)]

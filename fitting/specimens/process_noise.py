@@ -61,16 +61,16 @@ def with_process_noise(
     values = {name: jnp.asarray(value, float) for name, value in values.items()}
     table = np.array([np.asarray(_evidence(values, stacked, jnp.asarray(w))) for w in candidates])
     held = np.asarray(stacked.extra["level_sd"]) == 0.0
-    told = (np.ptp(table, axis=0) > DECISIVE) & ~held
-    blind = told & (table.max(axis=0) - table[0] <= DECISIVE) & pooled
+    informative = (np.ptp(table, axis=0) > DECISIVE) & ~held
+    blind = informative & (table.max(axis=0) - table[0] <= DECISIVE) & pooled
     tried, alike = np.asarray(candidates), table > table.max(axis=0) - ALIKE
     best, slowest = tried[np.argmax(table, axis=0)], tried[np.argmax(alike, axis=0)]
     fastest = tried[len(tried) - 1 - np.argmax(alike[::-1], axis=0)]
-    seen = told & ~blind
-    usual = 10.0 ** np.median(np.log10(best[seen])) if seen.any() else tried[len(tried) // 2]
+    resolved = informative & ~blind
+    usual = 10.0 ** np.median(np.log10(best[resolved])) if resolved.any() else tried[len(tried) // 2]
     allowed = np.where(blind, np.minimum(usual, fastest), usual)
-    wander = loose * np.where(seen, best, allowed)
-    pace = np.where(seen, slowest, allowed)
+    wander = loose * np.where(resolved, best, allowed)
+    pace = np.where(resolved, slowest, allowed)
     return eqx.tree_at(
         lambda rows: (rows.extra["wander"], rows.extra["pace"]),
         stacked,

@@ -69,7 +69,7 @@ def reduced(recording: Recording, most: int) -> Recording:
         columns = {name: column for name, column in means.items() if name != "row"}
         how = Reduction(recording, None, block, text)
         return dataclasses.replace(recording, columns=columns, reduction=how)
-    rows, cycles = _kept(recording, table, block, most)
+    rows, cycles = _selected_rows(recording, table, block, most)
     of = f", of {cycles[0]} of its {cycles[1]} cycles" if cycles else ""
     text = (
         f"{recording.name}: reduced from {len(recording)} rows to {len(rows)}{of}, kept as they were read, "
@@ -106,10 +106,10 @@ def averaged(columns: Mapping[str, np.ndarray], block: int) -> dict[str, np.ndar
     edges = np.arange(0, len(next(iter(columns.values()))), block)
     result = {}
     for name, values in columns.items():
-        there = np.isfinite(values)
-        total = np.add.reduceat(np.where(there, values, 0.0), edges)
-        held = np.add.reduceat(there.astype(float), edges)
-        result[name] = np.where(held > 0, total / np.maximum(held, 1.0), np.nan)
+        finite = np.isfinite(values)
+        total = np.add.reduceat(np.where(finite, values, 0.0), edges)
+        counts = np.add.reduceat(finite.astype(float), edges)
+        result[name] = np.where(counts > 0, total / np.maximum(counts, 1.0), np.nan)
     return result
 
 
@@ -163,7 +163,7 @@ def _in_file(recording: Recording, name: str) -> float:
     return noise_found(recording, quantity) * float((np.nanmax(values) - np.nanmin(values)) / scale)
 
 
-def _kept(
+def _selected_rows(
     recording: Recording, table: Mapping[str, np.ndarray], block: int, most: int
 ) -> tuple[np.ndarray, tuple[int, int] | None]:
     """Selected rows, ascending; and the counts of kept and of all cycles, where some are left out."""
@@ -181,16 +181,16 @@ def _kept(
         course = np.interp(np.arange(count), means["row"][known], means[name][known])
         way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(course)))])
         path += (1.0 - EVEN_SHARE) / len(channels) * way / max(way[-1], 1e-300)
-    told = usable & _telling(recording)
-    told[[0, -1]] = True
-    rows = np.flatnonzero(told)
+    candidates = usable & _informative_rows(recording)
+    candidates[[0, -1]] = True
+    rows = np.flatnonzero(candidates)
     gone = np.interp(rows, np.flatnonzero(usable), np.cumsum(np.diff(path, prepend=0.0)[usable]))
     wanted = np.linspace(gone[0], gone[-1], max(most - len(turns), 2))
     near = rows[np.clip(np.searchsorted(gone, wanted), 0, len(rows) - 1)]
     return np.unique(np.concatenate([near, turns]))[:most], cycles
 
 
-def _telling(recording: Recording) -> np.ndarray:
+def _informative_rows(recording: Recording) -> np.ndarray:
     """Rows that hold every required column and, if enough rows remain, measurements of every output."""
     outputs = [schema.quantity_and_unit(name)[0] for name in predicted(recording)]
     counted = [readings_of(recording, quantity).counted for quantity in outputs]

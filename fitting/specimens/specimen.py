@@ -118,9 +118,9 @@ class Model(abc.ABC):
         """Prediction minus measurement in standard deviations; `astray` in rows without an answer."""
         parts = []
         for name in (name for name in self.outputs if name in rows.weight):
-            there, weight = jnp.isfinite(found[name]), rows.weight[name]
-            missed = weight * (jnp.where(there, found[name], 0.0) - rows.measured[name])
-            parts.append(jnp.where(there | (weight == 0.0), missed, self.astray))
+            finite, weight = jnp.isfinite(found[name]), rows.weight[name]
+            missed = weight * (jnp.where(finite, found[name], 0.0) - rows.measured[name])
+            parts.append(jnp.where(finite | (weight == 0.0), missed, self.astray))
         return jnp.concatenate(parts)
 
     def observations(self, recordings: Sequence[Rows]) -> int:
@@ -307,4 +307,4 @@ class Specimen(Model):
     def notes(self, campaign: Campaign) -> list[str]:
         """Sentences about the rows of a campaign that are excluded from the fit."""
         pairs = [(recording, self.set_apart(recording)) for recording in campaign.recordings]
-        return [apart.text(recording.name) for recording, apart in pairs if apart is not None]
+        return [excluded.text(recording.name) for recording, excluded in pairs if excluded is not None]

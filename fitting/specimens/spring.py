@@ -170,8 +170,8 @@ class SpringOnStand(Specimen):
 
     def drivers(self, recording: Recording) -> tuple[str, ...]:
         """Elongation, and the columns that determine the phase: resistance, temperature, or both."""
-        told = [name for name in ("resistance", "temperature") if recording.has(name)]
-        return ("elongation", *told)
+        phase_columns = [name for name in ("resistance", "temperature") if recording.has(name)]
+        return ("elongation", *phase_columns)
 
     def influences(self, recording: Recording) -> tuple[str, ...]:
         """Elongation and resistance."""

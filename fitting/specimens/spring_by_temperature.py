@@ -26,7 +26,7 @@ from .row_builders import columns_of, measured_and_weight, smooth
 from .rows import Rows, numbers
 from .specimen import FITTED, RowOptions, Specimen
 from .spring_trajectory import ALLOY, FIXED, dimension_numbers, spring_of
-from .thermal_runs import half_way, moved_prior
+from .thermal_runs import centre_prior, half_way
 
 OUTPUTS = ("force",)
 CURVE = ("T_mid", "T_width")
@@ -135,7 +135,7 @@ class SpringByTemperature(Specimen):
                 parameters.add(priors.tabulated(wide[name] if identify or known.prior is None else known))
         found = [T for r in campaign.recordings if r.role == "fit" for T in half_way_of(r)]
         if identify and found:
-            moved_prior(parameters["T_mid"], 0.5 * (min(found) + max(found)))
+            centre_prior(parameters["T_mid"], 0.5 * (min(found) + max(found)))
         dimensions = {
             specimen: {name: float(value) for name, value in dimension_numbers(recordings[0]).items()}
             for specimen, recordings in campaign.specimens().items()

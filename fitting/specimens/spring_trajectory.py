@@ -86,21 +86,21 @@ def rows_of(
             f"{recording.path or recording.name}: {int(driven.sum())} rows have both time and elongation, "
             "but a test needs four or more"
         )
-    kept = {name: values[driven] for name, values in columns.items()}
-    weight = {name: channel_weight(recording, name, kept, recording.block) for name in OUTPUTS}
-    smooth = denoised(kept["time"], kept["resistance"])
+    driven_columns = {name: values[driven] for name, values in columns.items()}
+    weight = {name: channel_weight(recording, name, driven_columns, recording.block) for name in OUTPUTS}
+    smooth = denoised(driven_columns["time"], driven_columns["resistance"])
     known = np.isfinite(smooth)
-    size = len(kept["time"])
+    size = len(driven_columns["time"])
     return Rows(
         mask=np.ones(size, bool),
-        time=kept["time"],
+        time=driven_columns["time"],
         inputs={
-            "elongation": kept["elongation"],
-            "resistance": np.interp(kept["time"], kept["time"][known], smooth[known])
+            "elongation": driven_columns["elongation"],
+            "resistance": np.interp(driven_columns["time"], driven_columns["time"][known], smooth[known])
             if known.any()
             else np.full(size, np.nan_to_num(alloy["rho_mean"])),
         },
-        measured={name: np.nan_to_num(kept[name]) for name in OUTPUTS},
+        measured={name: np.nan_to_num(driven_columns[name]) for name in OUTPUTS},
         weight=weight,
         base={**{name: np.asarray(float(alloy[name])) for name in ALLOY}, **dimension_numbers(recording)},
         extra={
@@ -110,7 +110,7 @@ def rows_of(
             "level_sd": np.asarray(SPREAD if held_at is None else 0.0),
             "force_informs": np.asarray(1.0),
             "margin": np.asarray(MARGIN),
-            "loading": _loading(kept["elongation"]),
+            "loading": _loading(driven_columns["elongation"]),
         },
         specimen=np.asarray(specimen),
     )
@@ -225,11 +225,11 @@ def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
         known = [] if before is None else [jax.tree.map(lambda x: x[None], before)]
         every = jax.tree.map(lambda *x: jnp.concatenate(x), *known, shared, several)
 
-        def told(decisions: Decisions) -> Rows:
+        def with_decisions(decisions: Decisions) -> Rows:
             return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, "decisions": decisions})
 
         def misfit(decisions: Decisions) -> Array:
-            return jnp.sum(residual(values, told(decisions)) ** 2)
+            return jnp.sum(residual(values, with_decisions(decisions)) ** 2)
 
         least = jnp.argmin(jax.lax.map(misfit, every))
         best = jax.tree.map(lambda x: x[least], every)
@@ -237,7 +237,7 @@ def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
         def begun(course: Array) -> tuple[Array, Array]:
             """End of a search that begins at a given trajectory, and the misfit there."""
             decisions = eqx.tree_at(lambda d: d.course, best, course)
-            ended = trajectory(values, told(decisions))
+            ended = trajectory(values, with_decisions(decisions))
             return ended.xi0, jnp.sum(_misfit(ended, rows) ** 2)
 
         # a hot wire's course may be caught between limits: what a level leads to is often better

@@ -29,7 +29,7 @@ from .registry import register
 from .row_builders import columns_of, measured_and_weight, smooth
 from .rows import Rows, numbers
 from .specimen import FITTED, Courses, RowOptions, Specimen
-from .thermal_runs import FirstHeating, first_heating, half_way, moved_prior
+from .thermal_runs import FirstHeating, centre_prior, first_heating, half_way
 
 OUTPUTS = ("strain", "stress")
 ALLOY = tuple(field.name for field in dataclasses.fields(WireAlloy) if field.name != "name")
@@ -235,7 +235,7 @@ class StraightWire(Specimen):
                     parameters.add(priors.tabulated(quantity))
             between = bracket(campaign)
             if between is not None and "T_mid" in parameters:
-                moved_prior(parameters["T_mid"], 0.5 * sum(between))
+                centre_prior(parameters["T_mid"], 0.5 * sum(between))
             return parameters
         for name, relative in priors.tolerances(campaign.recordings, ALLOY).items():
             quantity = quantities[name]

@@ -103,14 +103,15 @@ class Augmented(Model):
 
     def _predicted(self, rows: Rows) -> Rows:
         """Rows without outputs that the chain of effects does not predict: an actuator's bend direction."""
-        kept = [{n: x for n, x in part.items() if n in self.outputs} for part in (rows.measured, rows.weight)]
-        return dataclasses.replace(rows, measured=kept[0], weight=kept[1])
+        both = (rows.measured, rows.weight)
+        parts = [{n: x for n, x in part.items() if n in self.outputs} for part in both]
+        return dataclasses.replace(rows, measured=parts[0], weight=parts[1])
 
     def described(self, campaign: Campaign) -> Campaign:
         """Recordings with the model's design and tables, where they are known."""
         keys = {"design": "design", "alloy": "alloy", "material": "material"}
 
-        def told(recording: Recording) -> Recording:
+        def with_tables(recording: Recording) -> Recording:
             own = {
                 key: self.model.tables[table]
                 for key, table in keys.items()
@@ -118,7 +119,7 @@ class Augmented(Model):
             }
             return dataclasses.replace(recording, geometry={**recording.geometry, **own})
 
-        return dataclasses.replace(campaign, recordings=[told(r) for r in campaign.recordings])
+        return dataclasses.replace(campaign, recordings=[with_tables(r) for r in campaign.recordings])
 
     def _known(self, specimen: str | None) -> dict[str, Quantity]:
         """The model's constants by their parameter names in `Rows`."""
@@ -155,9 +156,9 @@ class Augmented(Model):
     @property
     def names(self) -> tuple[dict[str, str], ...]:
         """Free parameters of each acting effect: the name in the fit by the name in the file."""
-        result, seen = [], {}
+        result, counts = [], {}
         for added in self.acting:
-            seen[added.slug] = count = seen.get(added.slug, 0) + 1
+            counts[added.slug] = count = counts.get(added.slug, 0) + 1
             stem = added.slug if count == 1 else f"{added.slug}_{count}"
             effect = find_effect(added.slug)
             acts = specs_of(effect, self.specimen.letter)

@@ -101,7 +101,7 @@ def offered(recordings: Sequence[Recording]) -> list[str]:
     return found
 
 
-def taut(
+def strain_from_taut(
     strain: Float[Array, " n"], zero: Float[Array, "..."], flat: Bool[Array, " n"]
 ) -> Float[Array, " n"]:
     """Strain from the length at which a specimen is taut, `(strain - zero) / (1 + zero)` [1].

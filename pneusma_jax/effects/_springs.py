@@ -31,8 +31,8 @@ def solved_springs(at: Known, memory: dict[int, Any]) -> list[tuple[int, Any, An
     else:
         elements, responses = (at["spring"] if "spring" in at else at["wire"],), (solved,)
     return [
-        (number, element, kept, response)
-        for (number, kept), element, response in zip(memory.items(), elements, responses, strict=True)
+        (number, element, state, response)
+        for (number, state), element, response in zip(memory.items(), elements, responses, strict=True)
     ]
 
 

@@ -113,8 +113,8 @@ class DetwinnedResistivityMemory(Effect):
         """Resistivity of the martensite by the base law, and the addition by the retained fraction
         [ohm/m]."""
         alloy = at["spring"].alloy
-        now, kept = alloy.xi_sm(at["gamma"]), residual / alloy.gamma_L
-        more = self.share * jnp.where(kept > now, kept - now, 0.0)
+        now, retained = alloy.xi_sm(at["gamma"]), residual / alloy.gamma_L
+        more = self.share * jnp.where(retained > now, retained - now, 0.0)
         base = alloy.rho_m_of(now)
         return base, alloy.rho_m_of(now + more) - base
 

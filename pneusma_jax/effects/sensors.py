@@ -96,11 +96,11 @@ def _followed(excess: Array, interval: Array, rise: Array, tau: Array) -> Array:
     exact."""
     quick = interval > 30.0 * tau
     ratio = interval / jnp.where(quick | (tau == 0.0), 1.0, tau)
-    kept = jnp.where(quick, 0.0, jnp.exp(-ratio))
+    decay = jnp.where(quick, 0.0, jnp.exp(-ratio))
     flat = ratio < 1e-6
     slow = jnp.where(flat, 1.0 - 0.5 * ratio, -jnp.expm1(-ratio) / jnp.where(flat, 1.0, ratio))
     behind = jnp.where(quick, tau / jnp.where(quick, interval, 1.0), slow)
-    return kept * excess - behind * rise
+    return decay * excess - behind * rise
 
 
 class CameraCalibration(Effect):

@@ -66,9 +66,9 @@ class InactiveCoils(Effect):
 
     def wire_resistance(self, value: Array, at: Known, memory: Any) -> Array:
         """See `Effect.wire_resistance`. The unstretched turns count as martensite, which differs little."""
-        return self._apart(value, at, jnp.ones(()))
+        return self._without_still_turns(value, at, jnp.ones(()))
 
-    def _apart(self, value: Array, at: Known, xi0: Array) -> Array:
+    def _without_still_turns(self, value: Array, at: Known, xi0: Array) -> Array:
         share = self._share(at)
         return (value - share * self._still(at, xi0)) / (1.0 - share)
 
@@ -126,6 +126,6 @@ class CoilContact(Effect):
 
     def pull(self, value: Array, at: Known, memory: Any) -> Array:
         """See `Effect.pull`."""
-        apart = opening(at)
-        built = -jnp.expm1(-jnp.maximum(apart, 0.0) / self.opening)
-        return value + self.tension * built + self.stop * jnp.where(apart < 0.0, apart, 0.0)
+        opened = opening(at)
+        built = -jnp.expm1(-jnp.maximum(opened, 0.0) / self.opening)
+        return value + self.tension * built + self.stop * jnp.where(opened < 0.0, opened, 0.0)

@@ -112,16 +112,16 @@ def inset(vertices: Float[Array, "n 2"], distance: Array) -> Float[Array, "n 2"]
     inwards = xp.stack([-along[:, 1], along[:, 0]], axis=-1)
     before = xp.roll(inwards, 1, axis=0)
     mitre = (inwards + before) / (1.0 + (inwards * before).sum(-1, keepdims=True))
-    moved = vertices + distance * mitre
+    inner = vertices + distance * mitre
     if concrete:
-        left = ((np.roll(moved, -1, axis=0) - moved) * along).sum(-1)
-        if not float(distance) > 0.0 or np.any(left <= 0.0) or first_crossing(moved) is not None:
+        left = ((np.roll(inner, -1, axis=0) - inner) * along).sum(-1)
+        if not float(distance) > 0.0 or np.any(left <= 0.0) or first_crossing(inner) is not None:
             raise ValueError(
                 "Argument `wall_thickness` must be positive and leave a bore, "
                 f"but it is {float(distance) * 1e3:g} mm in an outline whose shortest edge is "
                 f"{np.linalg.norm(step, axis=1).min() * 1e3:g} mm."
             )
-    return moved
+    return inner
 
 
 def _half_disc(xp: Any, half_width: Array, floor: Array, bulge: Array = 1.0) -> Outline:

@@ -139,10 +139,10 @@ def check_places(
     places, numbers = np.asarray(springs), arrangement.spring_numbers
     for i in range(len(numbers)):
         for j in range(i):
-            apart = float(np.linalg.norm(places[i] - places[j]))
-            if apart < coil * (1.0 - 1e-9):
+            gap = float(np.linalg.norm(places[i] - places[j]))
+            if gap < coil * (1.0 - 1e-9):
                 raise ValueError(
-                    f"Springs {numbers[j]} and {numbers[i]} overlap: their centres are {apart * 1e3:.3g} mm "
+                    f"Springs {numbers[j]} and {numbers[i]} overlap: their centres are {gap * 1e3:.3g} mm "
                     f"apart, but their coils are {coil * 1e3:.3g} mm wide."
                 )
     named = [(f"Spring {n}", place, coil) for n, place in zip(numbers, places, strict=True)]

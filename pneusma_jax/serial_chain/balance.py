@@ -198,11 +198,11 @@ def _is_stable(problem: ChainProblem, jacobian: Array) -> Array:
     return jnp.all(jnp.isfinite(jnp.linalg.cholesky(0.5 * (stiffness + stiffness.T))))
 
 
-class _Course(eqx.Module):
+class _SearchState(eqx.Module):
     """State of the loop.
 
     Attributes:
-        unknowns: unknowns of the running attempt; kept: those of the last successful attempt.
+        unknowns: unknowns of the running attempt; last_good: those of the last successful attempt.
         reached: share of the load that was solved; stride: addition to it by the running attempt.
         tries: Newton steps of the running attempt; steps: Newton steps of all attempts.
         begun: true once the start itself, an attempt of its own, has been solved.
@@ -210,7 +210,7 @@ class _Course(eqx.Module):
     """
 
     unknowns: Array
-    kept: Array
+    last_good: Array
     reached: Array
     stride: Array
     tries: Array
@@ -228,10 +228,10 @@ def search(rest: ChainProblem, problem: ChainProblem, guess: Float[Array, "unkno
         guess: unknowns that solve `rest`.
     """
 
-    def go_on(now: _Course) -> Array:
+    def go_on(now: _SearchState) -> Array:
         return (now.reached < 1.0) & (now.stride >= LEAST_STRIDE) & (now.steps < MOST_IN_ALL)
 
-    def advance(now: _Course) -> _Course:
+    def advance(now: _SearchState) -> _SearchState:
         share = jnp.where(now.begun, jnp.minimum(now.reached + now.stride, 1.0), 0.0)
         mix = lambda a, b: a + share * (b - a) if eqx.is_inexact_array(a) else a  # noqa: E731
         here = jax.tree.map(mix, rest, problem)
@@ -240,16 +240,16 @@ def search(rest: ChainProblem, problem: ChainProblem, guess: Float[Array, "unkno
         size = jnp.max(jnp.abs(step))
         stable = _is_stable(here, jacobian)
         trial = now.unknowns - step * jnp.minimum(1.0, 1.0 / _length_of(here, now.unknowns, step))
-        settled = (size < CLOSE) & (jnp.max(jnp.abs(excess)) < BALANCED)
+        converged = (size < CLOSE) & (jnp.max(jnp.abs(excess)) < BALANCED)
         # an equilibrium that would not stay, reached from one that does, is on another branch: go more slowly
-        left = settled & now.begun & now.stable & ~stable & (now.stride > 4.0 * LEAST_STRIDE)
-        good = settled & ~left
-        failed = left | ~jnp.isfinite(size) | (now.tries >= MOST_STEPS)
-        kept = jnp.where(good, trial, now.kept)
+        off_branch = converged & now.begun & now.stable & ~stable & (now.stride > 4.0 * LEAST_STRIDE)
+        good = converged & ~off_branch
+        failed = off_branch | ~jnp.isfinite(size) | (now.tries >= MOST_STEPS)
+        last_good = jnp.where(good, trial, now.last_good)
         longer = jnp.where(now.begun, 2.0 * now.stride, now.stride)
-        return _Course(
-            unknowns=jnp.where(failed, now.kept, jnp.where(good, kept, trial)),
-            kept=kept,
+        return _SearchState(
+            unknowns=jnp.where(failed, now.last_good, jnp.where(good, last_good, trial)),
+            last_good=last_good,
             reached=jnp.where(good, share, now.reached),
             stride=jnp.where(good, longer, jnp.where(failed, 0.25 * now.stride, now.stride)),
             tries=jnp.where(good | failed, 0, now.tries + 1),
@@ -260,9 +260,9 @@ def search(rest: ChainProblem, problem: ChainProblem, guess: Float[Array, "unkno
 
     guess = jnp.where(jnp.all(jnp.isfinite(guess)), guess, jnp.zeros_like(guess))
     none, whole, no = jnp.asarray(0.0), jnp.asarray(1.0), jnp.asarray(0)
-    first = _Course(guess, guess, none, whole, no, no, jnp.asarray(False), jnp.asarray(True))
+    first = _SearchState(guess, guess, none, whole, no, no, jnp.asarray(False), jnp.asarray(True))
     last = jax.lax.while_loop(go_on, advance, first)
-    return Stand(last.kept, last.steps, last.reached >= 1.0, last.stable)
+    return Stand(last.last_good, last.steps, last.reached >= 1.0, last.stable)
 
 
 def _length_of(problem: ChainProblem, unknowns: Array, step: Array) -> Array:
@@ -300,16 +300,16 @@ def chain_root(rest: ChainProblem, problem: ChainProblem, guess: Float[Array, "u
 
     def find(_: object, start: Array) -> tuple[Array, tuple]:
         stand = search(*held, start)  # type: ignore[call-arg]
-        told = (stand.steps, stand.found, stand.stable)
-        return stand.unknowns, tuple(x.astype(start.dtype) for x in told)  # integers get no tangent
+        diagnostics = (stand.steps, stand.found, stand.stable)
+        return stand.unknowns, tuple(x.astype(start.dtype) for x in diagnostics)  # integers get no tangent
 
     def tangent(linear: Callable, vector: Array) -> Array:
         return jnp.linalg.solve(jax.jacfwd(linear)(vector), vector)
 
-    unknowns, told = jax.lax.custom_root(
+    unknowns, diagnostics = jax.lax.custom_root(
         lambda z: chain_residual(z, problem), start, find, tangent, has_aux=True
     )
-    steps, found, stable = jax.lax.stop_gradient(told)
+    steps, found, stable = jax.lax.stop_gradient(diagnostics)
     return Stand(unknowns, steps.astype(int), found > 0.5, stable > 0.5)
 
 

@@ -107,10 +107,10 @@ def _between(one: Pieces, other: Pieces, adjoining: Array) -> Array:
     """Clearance of two pieces, `other` the one further out [m]."""
 
     def distance(ab: Array, one: Pieces, other: Pieces) -> Array:
-        apart = jnp.where(adjoining, jnp.minimum(one.length, other.length), 0.0)
+        exclusion = jnp.where(adjoining, jnp.minimum(one.length, other.length), 0.0)
         size = one.length + one.connector
         back = ab[..., 0] * size
-        least = jnp.maximum(apart - back, 0.0)
+        least = jnp.maximum(exclusion - back, 0.0)
         ahead = least + ab[..., 1] * (other.length + other.connector - least)
         return safe_norm(other.point(ahead) - one.point(size - back))
 

@@ -241,7 +241,7 @@ def _unloaded(problem: ChainProblem) -> tuple[ChainProblem, Array]:
 def _join(chain: SegmentChain, problem: ChainProblem, begin: tuple[ChainProblem, Array]) -> ChainEquilibrium:
     """Equilibrium of a loaded chain from a start: one compiled program per kind of chain."""
     stand = chain_root(begin[0], problem, begin[1])
-    results = _apart(described(problem, stand), problem.members)
+    results = _by_segment(described(problem, stand), problem.members)
     bends = jnp.stack([result.bend for result in results])
     lengths = jnp.stack([result.length for result in results])
     return ChainEquilibrium(tuple(results), chain_shape(chain, bends, lengths), stand.stable & stand.found)
@@ -281,13 +281,13 @@ def simulate_chain_history(
     rows = jnp.shape(pressure)[:1]
     activations, states = _per_segment(chain, activations, states)
     spread = lambda x: jnp.broadcast_to(x, rows) if jnp.ndim(x) == 0 else x  # noqa: E731  # alike in shape
-    told = list(zip(_bare(chain), jax.tree.map(spread, activations), states, strict=True))
+    arguments = list(zip(_bare(chain), jax.tree.map(spread, activations), states, strict=True))
     if chain.loaded:
         check_course(pressure, activations, time)
-        results = _loaded_history(chain, jnp.asarray(pressure, dtype=float), told, time)
+        results = _loaded_history(chain, jnp.asarray(pressure, dtype=float), arguments, time)
     else:
         results = _alike_together(
-            lambda body, drive, memory: simulate_history(body, pressure, drive, memory, time=time), told
+            lambda body, drive, memory: simulate_history(body, pressure, drive, memory, time=time), arguments
         )
     bends = jnp.stack([result.rows.bend for result in results], axis=1)
     lengths = jnp.stack([result.rows.length for result in results], axis=1)
@@ -321,11 +321,11 @@ def _loaded_history(
         guess = _unloaded(joined(chain, warm, members))[1]
     clock = jnp.zeros(pressure.shape[0]) if time is None else jnp.asarray(time, dtype=float)
     found = loaded_history(balance, stacked, pressure, clock, guess)
-    apart: list = [None] * len(rows)
+    by_segment: list = [None] * len(rows)
     for result, group in zip(found, members, strict=True):
         for at, k in enumerate(group):
-            apart[k] = jax.tree.map(lambda leaf, at=at: leaf[:, at], result)
-    return apart
+            by_segment[k] = jax.tree.map(lambda leaf, at=at: leaf[:, at], result)
+    return by_segment
 
 
 def chain_shape(
@@ -387,13 +387,13 @@ def _stack(rows: list[tuple], members: Sequence[int]) -> tuple:
     return jax.tree.map(lambda *leaves: jnp.stack(leaves), *(rows[k] for k in members))
 
 
-def _apart(results: Sequence, members: Sequence[Sequence[int]]) -> list:
+def _by_segment(results: Sequence, members: Sequence[Sequence[int]]) -> list:
     """Stacked results, segment by segment from base to tip."""
-    apart: list = [None] * sum(map(len, members))
+    by_segment: list = [None] * sum(map(len, members))
     for result, group in zip(results, members, strict=True):
         for at, k in enumerate(group):
-            apart[k] = jax.tree.map(lambda leaf, at=at: leaf[at], result)
-    return apart
+            by_segment[k] = jax.tree.map(lambda leaf, at=at: leaf[at], result)
+    return by_segment
 
 
 def _alike_together(function: Callable, rows: list[tuple]) -> list:
@@ -401,7 +401,7 @@ def _alike_together(function: Callable, rows: list[tuple]) -> list:
     groups = _alike(rows)
     if all(len(members) == 1 for members in groups):
         return [function(*row) for row in rows]
-    return _apart([jax.vmap(function)(*_stack(rows, members)) for members in groups], groups)
+    return _by_segment([jax.vmap(function)(*_stack(rows, members)) for members in groups], groups)
 
 
 def _raise_for_chain(found: ChainEquilibrium) -> ChainEquilibrium:

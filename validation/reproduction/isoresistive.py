@@ -134,8 +134,8 @@ def draw_fractions(bench: Bench) -> Figure:
         figure, panels = _panels(bench)
         for row, alloy in zip(panels, bench.alloys.values(), strict=True):
             for axes, s in zip(row, setpoints(alloy), strict=True):
-                told = np.abs(np.asarray(alloy.rho_m(STRAINS) - alloy.rho_a(STRAINS))) > ALIKE
-                xi0 = np.where(told, controlled(alloy, s)[1], np.nan)
+                distinct = np.abs(np.asarray(alloy.rho_m(STRAINS) - alloy.rho_a(STRAINS))) > ALIKE
+                xi0 = np.where(distinct, controlled(alloy, s)[1], np.nan)
                 for (name, values), colour in zip(
                     phase_fractions(alloy, xi0).items(), (ORANGE, BLUE, GREEN), strict=True
                 ):

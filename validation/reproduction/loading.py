@@ -105,8 +105,8 @@ def draw_tests(bench: Bench) -> Figure:
         for row, (name, alloy) in zip(panels, bench.alloys.items(), strict=True):
             for axes, s in zip(row, setpoints(alloy), strict=True):
                 rho, xi0 = controlled(alloy, s)
-                told = np.abs(np.asarray(alloy.rho_m(STRAINS) - alloy.rho_a(STRAINS))) > ALIKE
-                stress = np.where(told, loading_stress(alloy, xi0, STRAINS), np.nan)
+                distinct = np.abs(np.asarray(alloy.rho_m(STRAINS) - alloy.rho_a(STRAINS))) > ALIKE
+                stress = np.where(distinct, loading_stress(alloy, xi0, STRAINS), np.nan)
                 axes.plot(STRAINS, stress, color="#c3c8d0", linewidth=1.0)
                 axes.scatter(
                     STRAINS[::4], stress[::4], c=rho[::4], cmap=SHADES, norm=_norm(alloy), s=9, zorder=3

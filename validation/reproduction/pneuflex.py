@@ -56,8 +56,8 @@ def under_gravity(bench: Bench, kind: str, at_tip: bool = False) -> np.ndarray:
 
     def loaded(body: pj.Actuator) -> pj.Actuator:
         spread = weight(body, _density(), gravity_vector(STANDING))
-        moved = Gravity(spread.acceleration, 0.0 * spread.mass, spread.place, spread.mass, spread.place)
-        return body.with_loads(moved if at_tip else spread)
+        at_end = Gravity(spread.acceleration, 0.0 * spread.mass, spread.place, spread.mass, spread.place)
+        return body.with_loads(at_end if at_tip else spread)
 
     return _curvature(bench, kind, f"gravity {at_tip}", loaded)
 

@@ -65,11 +65,11 @@ def _highest_phase(bench: Bench) -> Found:
 def _split(bench: Bench, name: str) -> Found:
     """Disagreement of the two curves on detwinned martensite, over the phases' contrast at rest [%]."""
     phases = pure_phases(bench.alloys[name])
-    apart = abs(phases["detwinned cold"] - phases["detwinned hot"])
+    difference = abs(phases["detwinned cold"] - phases["detwinned hot"])
     detail = (
         f"{phases['detwinned cold']:.2f} from martensite, {phases['detwinned hot']:.2f} ohm/m from austenite"
     )
-    return Found(100.0 * apart / abs(phases["twinned"] - phases["austenite"]), detail)
+    return Found(100.0 * difference / abs(phases["twinned"] - phases["austenite"]), detail)
 
 
 def _interpolation_error(bench: Bench) -> float:

@@ -15,7 +15,7 @@ from .options import Options
 from .parts import Sample
 from .provenance import Provenance, find_provenance
 from .raw import RawFile
-from .straighten import gauge_pressure, straighten, subtract
+from .signs_and_zeros import correct_signs_and_zeros, gauge_pressure, subtract
 from .strain_unit import settle_strain_unit
 from .unused import explain, mark_used
 
@@ -82,11 +82,11 @@ def assemble(
     except UnitMissing:
         raise units_missing(making) from None
     mark_used(making, columns)
-    kept = straighten(columns, making, _words_of(sample, making))
+    keep = correct_signs_and_zeros(columns, making, _words_of(sample, making))
     _say_engineering(columns, making)
     _say_preload(sample, making)
-    columns = {name: values[kept] for name, values in columns.items()}
-    columns, rows = _drop_empty(columns, np.array(grid.rows)[kept], making.notices)
+    columns = {name: values[keep] for name, values in columns.items()}
+    columns, rows = _drop_empty(columns, np.array(grid.rows)[keep], making.notices)
     columns = _with_clock(columns, rows, making)
     provenance = find_provenance(raw.path, options.citation, options.licence, facts.provenance)
     making.notices += provenance.notices
@@ -143,8 +143,8 @@ def _say_engineering(columns: dict[str, np.ndarray], making: Making) -> None:
     if making.kind != "elastomer" or stress is None or "stress" not in making.raw or "strain" not in columns:
         return
     words = ("engineering", "eng", "nominal", "pk1", "piola", "true", "agrees")
-    told = any(word in stress.label.lower() for word in words) or "force" in making.sources
-    if not told and float(np.nanmax(np.abs(columns["strain"]))) > 0.05:
+    is_stated = any(word in stress.label.lower() for word in words) or "force" in making.sources
+    if not is_stated and float(np.nanmax(np.abs(columns["strain"]))) > 0.05:
         making.say(
             f"{stress.label!r} taken as engineering stress, load over the first cross-section (if it is"
             " true stress:"
@@ -214,8 +214,8 @@ def _source(sample: Sample, provenance: Provenance, facts: Facts) -> dict[str, o
 
 def slug(text: str) -> str:
     """A valid name for files and specimens: letters, digits, points, dashes and underscores."""
-    kept = "".join(c if c.isalnum() or c in ".-" else "_" for c in text)
-    return "_".join(part for part in kept.split("_") if part) or "recording"
+    cleaned = "".join(c if c.isalnum() or c in ".-" else "_" for c in text)
+    return "_".join(part for part in cleaned.split("_") if part) or "recording"
 
 
 def _drop_empty(

@@ -79,8 +79,8 @@ def channels_of(sample: Sample, options: Options, notices: list[str]) -> dict[st
     """
     grid = sample.require_grid()
     mapped = mapped_channels(sample, options)
-    taken = {channel.label for channel in mapped.values()}
-    recognised = {q: c for q, c in named_channels(grid).items() if c.label not in taken}
+    mapped_labels = {channel.label for channel in mapped.values()}
+    recognised = {q: c for q, c in named_channels(grid).items() if c.label not in mapped_labels}
     for family in FAMILIES:
         if any(quantity in mapped for quantity in family):
             aside = [q for q in family if q in recognised and q not in mapped]

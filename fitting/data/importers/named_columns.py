@@ -38,8 +38,8 @@ def read(sample: Sample, options: Options) -> Recording:
     kind = options.kind or _kind(sample, channels, options)
     if not options.kind:
         notices.append(f"taken as kind {kind} from its columns (--kind to correct)")
-    taken = {channel.label for channel in channels.values()}
-    aside = [heading.text for heading in grid.headings if heading.text.strip() and heading.text not in taken]
+    used = {channel.label for channel in channels.values()}
+    aside = [heading.text for heading in grid.headings if heading.text.strip() and heading.text not in used]
     if aside:
         notices.append(
             f"columns left aside: {', '.join(repr(text) for text in aside)} (--map QUANTITY=COLUMN takes one)"
@@ -89,9 +89,9 @@ def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str
         fits.remove(
             "tube" if held & {"curvature", "bend_angle", "resistance_1", "resistance_2"} else "actuator"
         )
-    told = unmodelled(sample, channels)
-    if told and (not fits or told.certain):
-        raise refuse(sample.raw.path, told.sentence)
+    unmodelled_test = unmodelled(sample, channels)
+    if unmodelled_test and (not fits or unmodelled_test.certain):
+        raise refuse(sample.raw.path, unmodelled_test.sentence)
     if len(fits) != 1:
         what = (
             f"its columns fit the kinds {', '.join(fits)}" if fits else "its columns fit no kind of recording"

@@ -81,15 +81,15 @@ def samples_of(raw: RawFile, sheet: str | None = None) -> list[Sample]:
     notices: list[str] = []
     found: list[Sample] = []
     for page in raw.pages:
-        kept = page in pages
-        tests = _tests_on(raw, page) if kept else []
+        selected = page in pages
+        tests = _tests_on(raw, page) if selected else []
         if not tests:
             rows = page.rows if page.rows is not None else []
             own, table = sizes_in(rows), table_of_sizes(rows)
             shared = {**shared, **own}
             by_specimen |= table
             if page.is_sheet and len(raw.pages) > 1:
-                notices.append(_about(page, own, table, kept))
+                notices.append(_about(page, own, table, selected))
         found += tests
     if not found:
         return [Sample(raw, None, pages[0].head(), notices=tuple(notices))]
@@ -124,7 +124,7 @@ def _wanted(raw: RawFile, sheet: str) -> list[Page]:
     )
 
 
-def _about(page: Page, sizes: Sizes, table: dict[str, Sizes], kept: bool) -> str:
+def _about(page: Page, sizes: Sizes, table: dict[str, Sizes], selected: bool) -> str:
     """Description of a sheet without a test."""
     if sizes or table:
         said = [size.said for size in sizes.values()] + [
@@ -132,7 +132,7 @@ def _about(page: Page, sizes: Sizes, table: dict[str, Sizes], kept: bool) -> str
         ]
         return f"sheet {page.name!r} states sizes: {'; '.join(said)}"
     return f"sheet {page.name!r} " + (
-        "holds no table of a test and was left out" if kept else "was left out (--sheet)"
+        "holds no table of a test and was left out" if selected else "was left out (--sheet)"
     )
 
 

@@ -192,11 +192,11 @@ def formulas_without_values(raw: RawFile) -> str:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         books = [
-            openpyxl.load_workbook(io.BytesIO(raw.content), read_only=True, data_only=told)
-            for told in (False, True)
+            openpyxl.load_workbook(io.BytesIO(raw.content), read_only=True, data_only=computed)
+            for computed in (False, True)
         ]
-    for written, told in zip(*(book.worksheets for book in books), strict=True):
-        for formulas, values in zip(written.iter_rows(), told.iter_rows(), strict=False):
+    for written, computed in zip(*(book.worksheets for book in books), strict=True):
+        for formulas, values in zip(written.iter_rows(), computed.iter_rows(), strict=False):
             for formula, value in zip(formulas, values, strict=False):
                 if str(formula.value).startswith("=") and value.value is None:
                     return (

@@ -54,9 +54,9 @@ def detect(sample: Sample) -> Format:
     if hits:
         names = " or ".join(hit.name for hit in hits)
         raise refuse(sample.raw.path, f"this could be {names}; pick one with --format")
-    told = unmodelled(sample, named_channels(sample.grid)) if sample.grid is not None else None
-    if told:
-        raise refuse(sample.raw.path, told.sentence)
+    unmodelled_test = unmodelled(sample, named_channels(sample.grid)) if sample.grid is not None else None
+    if unmodelled_test:
+        raise refuse(sample.raw.path, unmodelled_test.sentence)
     if sample.grid is None:
         for page in sample.raw.pages:
             if why := words_for_numbers(page):

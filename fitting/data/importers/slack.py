@@ -54,8 +54,8 @@ def find_slack(drive: np.ndarray, force: np.ndarray) -> Slack | None:
     Returns:
         The slack, with the sign of the input, or None where there is none.
     """
-    there = np.isfinite(drive) & np.isfinite(force)
-    x, y = drive[there], force[there]
+    finite = np.isfinite(drive) & np.isfinite(force)
+    x, y = drive[finite], force[finite]
     if x.size < 3 * LEAST_FLAT_ROWS:
         return None
     sign = 1.0 if abs(np.max(x) - x[0]) >= abs(np.min(x) - x[0]) else -1.0

@@ -84,8 +84,8 @@ def _by_groups(grid: Grid) -> list[Part]:
     if not 1 < len(groups) <= _MOST_PARTS:
         return []
     once = [columns[0] for key, columns in held.items() if key not in repeated]
-    taken = {*once, *(c for columns in groups.values() for c in columns)}
-    aside = [h.text for c, h in enumerate(grid.headings) if c not in taken and h.text.strip()]
+    assigned = {*once, *(c for columns in groups.values() for c in columns)}
+    aside = [h.text for c, h in enumerate(grid.headings) if c not in assigned and h.text.strip()]
     parts = []
     for name, columns in groups.items():
         rows = [i for i in range(len(grid.rows)) if np.isfinite(grid.values[i, columns]).any()]
@@ -102,12 +102,12 @@ def _same_in_another_unit(grid: Grid, column: int, other: int) -> bool:
     if grid.headings[column].unit == grid.headings[other].unit:
         return False
     first, second = grid.values[:, other], grid.values[:, column]
-    there = np.isfinite(first) & np.isfinite(second)
-    if not there.any() or not np.abs(first[there]).max() > 0.0:
+    finite = np.isfinite(first) & np.isfinite(second)
+    if not finite.any() or not np.abs(first[finite]).max() > 0.0:
         return False
-    scale = float(first[there] @ second[there]) / float(first[there] @ first[there])
-    rest = float(np.abs(second[there] - scale * first[there]).max())
-    return rest <= _SAME * float(np.abs(second[there]).max())
+    scale = float(first[finite] @ second[finite]) / float(first[finite] @ first[finite])
+    rest = float(np.abs(second[finite] - scale * first[finite]).max())
+    return rest <= _SAME * float(np.abs(second[finite]).max())
 
 
 def _groups(

@@ -216,15 +216,15 @@ def _channel(key: str, where: str) -> tuple[str, str]:
 
 def _check_phases(channels: Mapping[str, float], where: str) -> None:
     """Check that each spring is driven by one quantity."""
-    taken: dict[str, str] = {}
+    channel_of: dict[str, str] = {}
     for name in channels:
         segment, _, rest = name.rpartition(".")
         stem, _, number = rest.partition("_")
         spring = f"{segment}.{number}"
-        if stem in PHASE and spring in taken:
-            raise InputError(f"{where}: {taken[spring]} and {name} both drive one spring; keep one")
+        if stem in PHASE and spring in channel_of:
+            raise InputError(f"{where}: {channel_of[spring]} and {name} both drive one spring; keep one")
         if stem in PHASE:
-            taken[spring] = name
+            channel_of[spring] = name
 
 
 def _number(value: Any, where: str) -> float:

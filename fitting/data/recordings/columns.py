@@ -32,9 +32,9 @@ def infer_kind(table: Table, constant: Iterable[str] = ()) -> tuple[str, str]:
     Raises:
         InputError: if the columns fit no kind; the nearest kind's missing columns are named.
     """
-    told = _Header(table, frozenset(_quantity_of(name) for name in (*table.header, *constant)))
+    header = _Header(table, frozenset(_quantity_of(name) for name in (*table.header, *constant)))
     for kind in schema.KINDS.values():
-        reason = kind.told_by(told)
+        reason = kind.told_by(header)
         if reason:
             return kind.name, reason
     raise refuse(

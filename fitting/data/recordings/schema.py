@@ -77,7 +77,7 @@ class Kind:
     name: str
     columns: Columns
     nominal: Callable[[Mapping[str, Any]], dict[str, Any]]
-    told_by: Callable[[Told], str | None] = lambda told: None
+    told_by: Callable[[Told], str | None] = lambda header: None
     either: tuple[str, ...] = ()
     ranges: tuple[Rule, ...] = ()
     zeros: tuple[str, ...] = ()

@@ -64,11 +64,11 @@ def _against_base(result: DesignResult) -> str:
     if base is None:
         return ""
     before, after = base.objectives[0], result.made.objectives[0]
-    kept = "" if base.violation <= 0.0 else ", which does not keep all constraints"
+    caveat = "" if base.violation <= 0.0 else ", which does not keep all constraints"
     factor = ""
     if before > 0.0 and after > 0.0 and one.goal != "target":
         factor = f"; that is a factor of {after / before:.3g}"
-    return f" The tables' own dimensions give {one.name} {shown(before, one.unit)}{kept}{factor}."
+    return f" The tables' own dimensions give {one.name} {shown(before, one.unit)}{caveat}{factor}."
 
 
 def _limiting(result: DesignResult) -> list[str]:
@@ -240,10 +240,10 @@ def chance_table(result: DesignResult) -> Table:
 def how_it_was_found(result: DesignResult) -> list[str]:
     """Sentences on starts, effort and optimality of the design."""
     first = result.study.objectives[0]
-    kept = [value for value, violation in result.starts if violation <= 1e-6]
-    ends = [shown(x, first.unit) for x in (min(kept, default=math.nan), max(kept, default=math.nan))]
+    feasible = [value for value, violation in result.starts if violation <= 1e-6]
+    ends = [shown(x, first.unit) for x in (min(feasible, default=math.nan), max(feasible, default=math.nan))]
     return [
-        f"{len(result.starts)} starts; {len(kept)} ended with all constraints kept, at {ends[0]} to "
+        f"{len(result.starts)} starts; {len(feasible)} ended with all constraints kept, at {ends[0]} to "
         f"{ends[1]}.",
         f"{result.evaluations} evaluations with exact derivatives, {result.equilibria} equilibria.",
         f"Of the objective's gradient {100.0 * result.conditions.left:.2g} % is not explained by what "

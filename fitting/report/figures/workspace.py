@@ -120,12 +120,12 @@ def direction_figure(workspaces: Sequence[Workspace]) -> Figure:
         for axes, workspace in zip(panels, workspaces, strict=True):
             pressure = np.broadcast_to(from_si(workspace.pressure, "kPa"), workspace.bend.shape)
             where, far = workspace.direction.ravel(), from_si(workspace.bend, "deg").ravel()
-            seen = axes.scatter(where, far, c=pressure.ravel(), s=5, cmap="viridis", linewidths=0)
+            points = axes.scatter(where, far, c=pressure.ravel(), s=5, cmap="viridis", linewidths=0)
             axes.set_title(f"{_look(workspace.design)[0]}: bend angle [deg] over bend direction", fontsize=10)
             axes.set_rmax(1.05 * most)
             axes.set_rlabel_position(15.0)
             axes.yaxis.set_major_locator(MaxNLocator(MOST_TICKS))
-        figure.colorbar(seen, ax=list(panels), shrink=0.75, label="gauge pressure [kPa]")
+        figure.colorbar(points, ax=list(panels), shrink=0.75, label="gauge pressure [kPa]")
     return figure
 
 
@@ -140,13 +140,13 @@ def reach_figure(reach: ChainReach) -> Figure:
         figure = Figure(figsize=(11.0, 5.6), layout="constrained")
         panels = figure.subplots(1, 2, sharey=True)
         for axes, across in zip(panels, (0, 1), strict=True):
-            seen = axes.scatter(tips[:, across], tips[:, 2], c=pressure, s=3, cmap="viridis", linewidths=0)
+            points = axes.scatter(tips[:, across], tips[:, 2], c=pressure, s=3, cmap="viridis", linewidths=0)
             axes.plot(0.0, 0.0, "ks", markersize=7)
             axes.set_xlabel(f"{'xy'[across]} [mm]")
             axes.set_aspect("equal", adjustable="datalim")
         panels[0].set_ylabel("z [mm]")
         figure.suptitle(f"{reach.name}: places of the tip; the square is the base", fontsize=12)
-        figure.colorbar(seen, ax=list(panels), shrink=0.8, label="gauge pressure [kPa]")
+        figure.colorbar(points, ax=list(panels), shrink=0.8, label="gauge pressure [kPa]")
     return figure
 
 

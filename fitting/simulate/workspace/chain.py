@@ -146,10 +146,10 @@ def _loaded_reach(
     for start in range(0, at.size, CHUNK):
         rows = np.minimum(np.arange(start, start + min(CHUNK, at.size)), at.size - 1)
         found = _tips(chain, at[rows], jax.tree.map(lambda x, rows=rows: x[rows], drives))
-        kept = min(CHUNK, at.size - start)
+        count = min(CHUNK, at.size - start)
         for values, more in zip((tips, good, stable), found, strict=True):
-            values.append(np.asarray(more)[:kept])
-        progress(kept)
+            values.append(np.asarray(more)[:count])
+        progress(count)
     tip, good, stable = (np.concatenate(values) for values in (tips, good, stable))
     lost, shaky = int(np.sum(~good)), int(np.sum(good & ~stable))
     cautions = []

@@ -159,7 +159,7 @@ def compute_workspace(
     bend = found.bend_angle if planar else np.linalg.norm(np.asarray(found.bend), axis=-1)
     curvature = bend / found.length
     more = lambda name: added.get(f"unmodelled_{name}", 0.0)  # noqa: E731
-    marks, told = marked(model, added, "actuator", () if planar else ("curvature", "bend_angle"))
+    marks, sentences = marked(model, added, "actuator", () if planar else ("curvature", "bend_angle"))
     if planar:
         curvature, bend = curvature + more("curvature"), bend + more("bend_angle")
     return Workspace(
@@ -175,7 +175,7 @@ def compute_workspace(
         delta_1=grid(found.delta_1),
         delta_2=grid(found.delta_2),
         status=grid(found.status),
-        cautions=actuator_cautions(actuator, found) + told,
+        cautions=actuator_cautions(actuator, found) + sentences,
         outer_diameter=2.0 * float(actuator.section.radius),
         planar=planar,
         marks={name: grid(values) for name, values in marks.items()},
@@ -240,9 +240,9 @@ def _in_chunks(
         lot = _at_rest(actuator, pressure[rows], given, effects) if effects else (
             (pj.solve_batch(actuator, pressure[rows], given), {})
         )  # fmt: skip
-        kept = min(size, len(pressure) - start)
-        found.append(jax.tree.map(lambda leaf, kept=kept: np.asarray(leaf)[:kept], lot))
-        progress(kept)
+        count = min(size, len(pressure) - start)
+        found.append(jax.tree.map(lambda leaf, count=count: np.asarray(leaf)[:count], lot))
+        progress(count)
     return jax.tree.map(lambda *lots: np.concatenate(lots), *found)
 
 

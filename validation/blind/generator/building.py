@@ -148,8 +148,8 @@ def _reach_masked(specimen, direction):
     for _ in range(5):
         share = _share_for(shares, gains, aim)
         found = _safe(specimen.judge, share * direction, [specimen.start])
-        seen = found is not None and found["log_bayes"] > 20.0 and found["validation_gain"] > 5000.0
-        if found is not None and found["fit_chi2"] < MASKED_CHI2 and not seen:
+        obvious = found is not None and found["log_bayes"] > 20.0 and found["validation_gain"] > 5000.0
+        if found is not None and found["fit_chi2"] < MASKED_CHI2 and not obvious:
             if best[0] is None or share > best[0]:
                 best = (share, found)
             if share >= shares[-1] or found["fit_chi2"] > MASKED_CHI2 - 0.1:

@@ -92,10 +92,10 @@ class CreepingSet(Effect):
         return stress + self._stiffness * (base_stress(strain - self._set) - base_stress(strain))
 
     def close_fibre(self, strain, stress, row):
-        moved = 0.0 if self._before is None else np.abs(strain - self._before)
+        increment = 0.0 if self._before is None else np.abs(strain - self._before)
         self._largest = np.maximum(self._largest, np.maximum(strain, 0.0))
         goal = self.amplitude[..., None] * self._largest
-        self._set = self._set + (goal - self._set) * (1.0 - np.exp(-moved / self.path))
+        self._set = self._set + (goal - self._set) * (1.0 - np.exp(-increment / self.path))
         self._before = strain
 
 

@@ -29,14 +29,14 @@ class Slopes:
     `z` is (M, P). For recording k, `at[k]` (M_k,) holds the indices of its residuals, and `x[k]` (M_k, N_k)
     the derivative by its fractions at `rows[k]`."""
 
-    def __init__(self, whiten, by_z, own, kept, source):
+    def __init__(self, whiten, by_z, own, by_memory, source):
         self.z, self.at, self.rows, self.x = by_z, {}, {}, {}
         place = 0
         for column, k, rows, factor in whiten.blocks:
             n = np.arange(len(rows))
             matrix = np.diag(own[column][k, rows])
             earlier = source[k, rows] >= 0
-            matrix[n[earlier], source[k, rows][earlier]] += kept[column][k, rows][earlier]
+            matrix[n[earlier], source[k, rows][earlier]] += by_memory[column][k, rows][earlier]
             part = -solve_triangular(factor, matrix, lower=True)
             here = place + n
             place += len(rows)
@@ -57,11 +57,11 @@ class Slopes:
             changes = [self._hold(k, gradient[k], held[k], steps[k], dz, course) for k in self.x]
             if not any(changes):
                 break
-        moved, rest = np.zeros_like(course), r + self.z @ dz
+        change, rest = np.zeros_like(course), r + self.z @ dz
         for k, rows in self.rows.items():
-            moved[k, rows] = np.clip(steps[k], -course[k, rows], 1.0 - course[k, rows])
-            rest[self.at[k]] += self.x[k] @ moved[k, rows]
-        return dz if move_z else np.zeros_like(z), moved, rest
+            change[k, rows] = np.clip(steps[k], -course[k, rows], 1.0 - course[k, rows])
+            rest[self.at[k]] += self.x[k] @ change[k, rows]
+        return dz if move_z else np.zeros_like(z), change, rest
 
     def _split(self, k, gradient, held):
         """Free rows, their factor, and their gradient with the held rows at their limits."""
@@ -126,10 +126,10 @@ class HiddenJudge:
         predicted, source = stand.forward(self.bench, numbers_at(self.bench, points), self.recorded, courses, True)
         values = self._left({c: v[:-2] for c, v in predicted.items() if c in self.bench.scored})
         own = {c: (predicted[c][-2] - predicted[c][0]) / shift for c in self.bench.scored}
-        kept = {c: (predicted[c][-1] - predicted[c][-2]) / shift for c in self.bench.scored}
-        return values[0], Slopes(self.whiten, (values[1:] - values[0]).T / STEP, own, kept, source)
+        by_memory = {c: (predicted[c][-1] - predicted[c][-2]) / shift for c in self.bench.scored}
+        return values[0], Slopes(self.whiten, (values[1:] - values[0]).T / STEP, own, by_memory, source)
 
-    def _trial(self, z, course, dz, moved, at):
+    def _trial(self, z, course, dz, change, at):
         """The best share of a step: its cost, z and trajectory; the cost is infinite where none has an
         equilibrium.
 
@@ -139,7 +139,7 @@ class HiddenJudge:
         for shares in (SHARES[:3], SHARES[3:]):
             pairs = [(whole, part) for whole in shares for part in (*shares, 0.0) if part <= whole]
             points = np.clip(z + np.outer([whole for whole, _ in pairs], dz), -4.0, 4.0)
-            courses = np.clip(course + np.multiply.outer([part for _, part in pairs], moved), 0.0, 1.0)
+            courses = np.clip(course + np.multiply.outer([part for _, part in pairs], change), 0.0, 1.0)
             try:
                 predicted, _ = stand.forward(self.bench, numbers_at(self.bench, points), self.recorded, courses)
             except ArithmeticError:  # too far off
@@ -148,11 +148,11 @@ class HiddenJudge:
             own = {k: np.sum(left[:, places], axis=1) for k, places in at.items()}
             for share in shares:
                 tried = [n for n, (whole, _) in enumerate(pairs) if whole == share]
-                taken = {k: tried[np.argmin(costs[tried])] for k, costs in own.items()}
+                choice = {k: tried[np.argmin(costs[tried])] for k, costs in own.items()}
                 point, joined = points[tried[0]], course.copy()
-                for k, n in taken.items():
+                for k, n in choice.items():
                     joined[k] = courses[n, k]
-                cost = point @ point + sum(own[k][n] for k, n in taken.items())
+                cost = point @ point + sum(own[k][n] for k, n in choice.items())
                 best = min(best, (cost, point, joined), key=lambda found: found[0])
             if np.isfinite(best[0]):
                 break
@@ -166,10 +166,10 @@ class HiddenJudge:
         for _ in range(rounds):
             r, slopes = self.linearise(z, course, move_z, SHIFTS[side])
             cost = min(cost, r @ r + z @ z)
-            new, *there = self._trial(z, course, *slopes.step(r, z, course, move_z)[:2], slopes.at)
+            new, *end = self._trial(z, course, *slopes.step(r, z, course, move_z)[:2], slopes.at)
             gained = cost - new
             if gained > 0.0:
-                cost, (z, course) = new, there
+                cost, (z, course) = new, end
             idle = 0 if gained > enough else idle + 1
             if idle == len(SHIFTS):
                 break

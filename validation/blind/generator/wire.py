@@ -62,10 +62,10 @@ def _search(residual, guess):
             trial = x - here * 1e-8 / (beside - here)
         middle = 0.5 * (low + high)
         inside = (trial > low) & (trial < high) & (np.abs(trial - x) < 0.02)
-        moved = np.where(inside, trial, middle)
-        if np.max(np.minimum(np.abs(moved - x), high - low)) < 1e-11:
-            return moved
-        x = moved
+        following = np.where(inside, trial, middle)
+        if np.max(np.minimum(np.abs(following - x), high - low)) < 1e-11:
+            return following
+        x = following
     if np.max(np.abs(residual(x[None]))) < 1e-7:
         return x
     raise ArithmeticError("no strain of the wire carries this stress")

@@ -108,8 +108,8 @@ def held_out(program, parts):
     for fold, misfit in parts:
         total += sum(float(np.sum((w * m) ** 2)) for w, m in zip(fold.out, misfit, strict=True))
         for k, (channels, weight) in enumerate(zip(program.channels, fold.out, strict=True)):
-            there = np.concatenate([np.isfinite(c.sigma) for c in channels])
-            count += float(np.sum(there & (weight > 0.0))) * program.free_share(k)
+            counted = np.concatenate([np.isfinite(c.sigma) for c in channels])
+            count += float(np.sum(counted & (weight > 0.0))) * program.free_share(k)
     return total / max(count, 1.0)
 
 

@@ -27,10 +27,10 @@ PER_PROCESS = 80
 def chosen_cases(plan, seed, limit=None, kinds=None, groups=None):
     """Cases of a plan: the first `limit` of the requested kinds and groups."""
     cases = case_list(plan, seed)
-    for what, asked, there in (("kind", kinds, KINDS), ("group", groups, sorted({case.group for case in cases}))):
-        unknown = sorted(set(asked or ()) - set(there))
+    for what, asked, available in (("kind", kinds, KINDS), ("group", groups, sorted({case.group for case in cases}))):
+        unknown = sorted(set(asked or ()) - set(available))
         if unknown:
-            raise ValueError(f"unknown {what} {unknown[0]!r}: one of {', '.join(there)}")
+            raise ValueError(f"unknown {what} {unknown[0]!r}: one of {', '.join(available)}")
     return [c for c in cases if (not kinds or c.kind in kinds) and (not groups or c.group in groups)][:limit]
 
 
@@ -90,33 +90,33 @@ def _sealed(cases, places, workers):
     """Seal cases. One that cannot be made is noted and left out, which says nothing about the tool."""
     book, unmade_book = places.campaigns / "seals.json", places.folder / "unmade.json"
     unmade, seals = read(unmade_book, {}), read(book, {})
-    there = [case for case in cases if case.name in seals and (places.campaigns / case.name).is_dir()]
-    left = [case for case in cases if case not in there and case.name not in unmade]
-    for case, problem in zip(left, _side_by_side(partial(_seal_apart, places), left, workers), strict=True):
+    sealed = [case for case in cases if case.name in seals and (places.campaigns / case.name).is_dir()]
+    left = [case for case in cases if case not in sealed and case.name not in unmade]
+    for case, problem in zip(left, _side_by_side(partial(_seal_alone, places), left, workers), strict=True):
         if problem:
             unmade[case.name] = problem
             write(unmade_book, unmade)
             continue
-        part = _apart(places, case)
+        part = _own_folder(places, case)
         shutil.rmtree(places.campaigns / case.name, ignore_errors=True)
         places.campaigns.mkdir(parents=True, exist_ok=True)
         (part / case.name).replace(places.campaigns / case.name)
         seals |= read(part / "seals.json")
         write(book, seals)
         shutil.rmtree(part)
-        there.append(case)
-    return there
+        sealed.append(case)
+    return sealed
 
 
-def _apart(places, case):
+def _own_folder(places, case):
     return places.folder / "sealing" / case.name
 
 
-def _seal_apart(places, case):
+def _seal_alone(places, case):
     """Seal one case in a folder of its own, so that several can be sealed at a time; returns the reason of a
     failure."""
     try:
-        seal([case], _apart(places, case))
+        seal([case], _own_folder(places, case))
     except ArithmeticError as problem:
         return str(problem)
     return None

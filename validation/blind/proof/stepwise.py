@@ -76,9 +76,9 @@ def _ranked(program, current, present):
     absent = [s for s in unknowns.slugs if s not in present]
     columns = {s: unknowns.amplitudes(s) for s in absent}
     weight = program.fitted.astype(float)
-    kept = np.concatenate([unknowns.base, unknowns.of(present)]).astype(int)
-    r, J = program.evaluate(current.u, np.concatenate([kept, *columns.values()])).joined(weight)
-    known, own, first = J[:, : len(kept)], {}, len(kept)
+    entered = np.concatenate([unknowns.base, unknowns.of(present)]).astype(int)
+    r, J = program.evaluate(current.u, np.concatenate([entered, *columns.values()])).joined(weight)
+    known, own, first = J[:, : len(entered)], {}, len(entered)
     for slug, mine in columns.items():
         own[slug] = J[:, first : first + len(mine)]
         first += len(mine)

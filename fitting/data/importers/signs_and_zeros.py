@@ -6,7 +6,7 @@ from ..recordings.table import refuse
 from .channels import in_unit
 from .making import Channel, Making
 from .slack import Slack, noise_of_steps
-from .taut import largest, leave_to_fit, offer, slack_of, start_at
+from .slack_treatment import largest, leave_to_fit, offer, slack_of, start_at
 from .words import COMPRESS
 
 ATMOSPHERE_KPA = 101.325
@@ -73,7 +73,7 @@ def gauge_pressure(making: Making) -> None:
         )
 
 
-def straighten(columns: dict[str, np.ndarray], making: Making, about: str) -> np.ndarray:
+def correct_signs_and_zeros(columns: dict[str, np.ndarray], making: Making, about: str) -> np.ndarray:
     """Correct signs, and begin where the specimen became taut. The columns are changed in place.
 
     Args:
@@ -88,16 +88,16 @@ def straighten(columns: dict[str, np.ndarray], making: Making, about: str) -> np
         InputError: if stress and strain of a coupon, or of a wire at one temperature, have opposite signs.
     """
     rows = len(next(iter(columns.values())))
-    kept = np.ones(rows, bool)
+    keep = np.ones(rows, bool)
     pair = _PAIRS.get(making.kind)
     if pair is None or not set(pair) <= columns.keys():
-        return kept
+        return keep
     if making.kind == "elastomer":
         _turn(columns, making, about)
     if making.options.slack is not None:
         making.use("--slack")
     if making.kind == "wire" and not _steady(columns):
-        return kept  # what is flat there is the alloy's own doing
+        return keep  # what is flat there is the alloy's own doing
     if making.kind in ("elastomer", "wire"):
         _refuse_opposed(columns, pair, making)
         _refuse_beyond_nothing(columns, pair, making)
@@ -105,17 +105,17 @@ def straighten(columns: dict[str, np.ndarray], making: Making, about: str) -> np
     if making.options.slack == "fit":
         leave_to_fit(columns, pair, making)
     if making.options.slack in ("keep", "fit"):
-        return kept
+        return keep
     slack = slack_of(drive, force, making)
     if slack is None:
         _speak_of_start(columns, pair, making)
     elif making.options.slack is None:
         offer(slack, pair, making)
     else:
-        kept = start_at(slack, columns, pair, making)
+        keep = start_at(slack, columns, pair, making)
     if making.kind == "elastomer" and making.options.compression is None and not COMPRESS.search(about):
-        _ask_whether_pressed(columns["strain"][kept], columns["stress_kPa"][kept], slack, making)
-    return kept
+        _ask_whether_pressed(columns["strain"][keep], columns["stress_kPa"][keep], slack, making)
+    return keep
 
 
 def _turn(columns: dict[str, np.ndarray], making: Making, about: str) -> None:
@@ -149,10 +149,10 @@ def _steady(columns: dict[str, np.ndarray]) -> bool:
 def _refuse_opposed(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
     """Refuse stress and strain of opposite signs at the largest of either."""
     strain, stress = columns["strain"], columns[pair[1]]
-    there = np.flatnonzero(np.isfinite(strain) & np.isfinite(stress))
-    if there.size < 3 or not np.ptp(stress[there]) > 0.0 or strain[there].min() <= -1.0:
+    finite = np.flatnonzero(np.isfinite(strain) & np.isfinite(stress))
+    if finite.size < 3 or not np.ptp(stress[finite]) > 0.0 or strain[finite].min() <= -1.0:
         return  # nothing to compare, or numbers that are refused as they are
-    x, y = strain[there] - strain[there[0]], stress[there] - stress[there[0]]
+    x, y = strain[finite] - strain[finite[0]], stress[finite] - stress[finite[0]]
     for at in (int(np.argmax(np.abs(x))), int(np.argmax(np.abs(y)))):
         gone, answered = float(x[at]), float(y[at])
         if (
@@ -163,8 +163,8 @@ def _refuse_opposed(columns: dict[str, np.ndarray], pair: tuple[str, str], makin
             sources = [_source(making, family) for family in ("strain", "stress")]
             unit = pair[1].rpartition("_")[2]
             raise refuse(
-                making.place, f"stress goes to {stress[there[at]]:.4g} {unit} while strain goes to"
-                f" {strain[there[at]]:.4g}: one of them is counted the other way; pulled: --scale"
+                making.place, f"stress goes to {stress[finite[at]]:.4g} {unit} while strain goes to"
+                f" {strain[finite[at]]:.4g}: one of them is counted the other way; pulled: --scale"
                 f" {sources[1 if answered < 0.0 else 0]}=-1, pressed: --scale"
                 f" {sources[0 if gone > 0.0 else 1]}=-1",
             )  # fmt: skip
@@ -201,11 +201,11 @@ def _speak_of_start(columns: dict[str, np.ndarray], pair: tuple[str, str], makin
     if making.options.slack == "auto":
         making.say("no slack was found at the start: nothing was left out for --slack auto")
     drive, force = (columns[name] for name in pair)
-    there = np.isfinite(drive) & np.isfinite(force)
-    if making.kind not in ("elastomer", "wire") or there.sum() < 8:
+    finite = np.isfinite(drive) & np.isfinite(force)
+    if making.kind not in ("elastomer", "wire") or finite.sum() < 8:
         return
     answer_name, unit = pair[1].rsplit("_", 1)
-    x, y = drive[there], force[there]
+    x, y = drive[finite], force[finite]
     reach, answer = float(np.ptp(x)), float(np.ptp(y))
     if abs(x[0]) > AT_START * reach and abs(x[0]) == float(np.abs(x).min()):
         making.warn(
@@ -237,8 +237,8 @@ def _ask_whether_pressed(
 ) -> None:
     """Ask if a test that only stiffens was in compression, and if one of negative strain that softens was in
     tension. A pulled rubber softens first; a pressed one stiffens."""
-    there = np.isfinite(strain) & np.isfinite(stress)
-    x, y = strain[there], stress[there]
+    finite = np.isfinite(strain) & np.isfinite(stress)
+    x, y = strain[finite], stress[finite]
     way = 1.0 if x.size and x.max() >= -x.min() else -1.0
     x, y = way * x, way * y
     if (

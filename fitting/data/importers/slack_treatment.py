@@ -18,8 +18,8 @@ def slack_of(drive: np.ndarray, force: np.ndarray, making: Making) -> Slack | No
     if not isinstance(stated, float):
         return find_slack(drive, force)
     start = stated if largest(drive) >= 0.0 else -stated
-    there = np.isfinite(drive) & np.isfinite(force)
-    stroke = there & (np.arange(len(drive)) <= int(np.nanargmax(np.abs(drive))))
+    finite = np.isfinite(drive) & np.isfinite(force)
+    stroke = finite & (np.arange(len(drive)) <= int(np.nanargmax(np.abs(drive))))
     before = stroke & (np.abs(drive) <= abs(start))
     return Slack(start, float(np.mean(force[before])) if before.any() else 0.0, int(before.sum()))
 
@@ -55,10 +55,10 @@ def leave_to_fit(columns: dict[str, np.ndarray], pair: tuple[str, str], making: 
         )  # fmt: skip
     drive, force = (columns[name] for name in pair)
     slack = slack_of(drive, force, making)
-    there = np.isfinite(drive) & np.isfinite(force)
-    first = float(np.mean(force[there][:FIRST])) if there.any() else 0.0
-    seen = (slack.start, slack.zero) if slack else (0.0, first)
-    for name, values, size in zip(pair, (drive, force), seen, strict=True):
+    finite = np.isfinite(drive) & np.isfinite(force)
+    first = float(np.mean(force[finite][:FIRST])) if finite.any() else 0.0
+    estimates = (slack.start, slack.zero) if slack else (0.0, first)
+    for name, values, size in zip(pair, (drive, force), estimates, strict=True):
         least = LEAST_ZERO * float(np.nanmax(np.abs(values)))
         making.zero[name] = float(f"{max(TWICE * abs(size), least):.2g}")
     stated = ", ".join(f"{name} = {sd:g}" for name, sd in making.zero.items())
@@ -75,7 +75,7 @@ def start_at(
     drive, force = pair
     sign = 1.0 if slack.start >= 0.0 else -1.0
     raw = columns[drive]
-    kept = ~(sign * raw < sign * slack.start)
+    keep = ~(sign * raw < sign * slack.start)
     if drive == "strain":
         columns[drive] = (raw - slack.start) / (1.0 + slack.start)
         how = f"strain is counted from there, as (strain - {slack.start:.4g}) / (1 + {slack.start:.4g})"
@@ -85,11 +85,11 @@ def start_at(
     columns[force] = columns[force] - slack.zero
     answer, unit = force.rsplit("_", 1)
     making.say(
-        f"{_words(slack, pair, making)}: {int((~kept).sum())} slack rows left out, {how}; {slack.zero:.4g}"
+        f"{_words(slack, pair, making)}: {int((~keep).sum())} slack rows left out, {how}; {slack.zero:.4g}"
         f" {unit} taken off"
         f" {answer} (--slack)"
     )
-    return kept
+    return keep
 
 
 def largest(values: np.ndarray) -> float:
