@@ -28,7 +28,7 @@ DRAWS = 8
 MOST_REPEATS = 3
 MISFIT = 0.02
 MOST_TESTS = 9
-KNOWN = 0.25  # relative 1-sigma up to which a constant counts as identified
+KNOWN = 0.25  # Maximum relative standard deviation of an identified constant
 
 
 @dataclass(frozen=True)

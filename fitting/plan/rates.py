@@ -21,13 +21,13 @@ from fitting.synthesise.spring import COLD_WIDTHS
 from .candidates import HEATED, HELD, Candidate
 from .information import held_phase
 
-SECONDS = (4.0, 8.0, 16.0, 32.0)  # for a pull to the first step, of the rates that are compared
-LOST = 0.02  # of the contrast at rest: an error of the held resistance that still counts as held
-MOST_LOST = 0.1  # share of the time in which it may be larger
+SECONDS = (4.0, 8.0, 16.0, 32.0)  # Candidate durations of a pull to the first step
+LOST = 0.02  # Maximum error of a held resistance, as part of the contrast at rest
+MOST_LOST = 0.1  # Maximum share of the time with a larger error
 REST_S = 20.0
-READ_S = 0.5  # between the readings that are judged
-SETUP_MIN = 5.0  # to mount, cool and settle a spring before a test
-HEATING_S = 120.0  # of a test that heats at constant length, there and back
+READ_S = 0.5  # Interval between the judged readings
+SETUP_MIN = 5.0  # Time to mount, cool and settle a spring before a test
+HEATING_S = 120.0  # Duration of heating and cooling at constant length
 
 
 def minutes(test: Candidate, rate: float) -> float:

@@ -19,7 +19,7 @@ from .starts import dispersed_ball
 from .target import Evaluator, Target
 from .tempered import PARTICLES, temper
 
-SAME_MODEL = 1e-6  # relative difference of log-probabilities beyond which a stored chain is of another model
+SAME_MODEL = 1e-6  # Maximum relative difference of log-probabilities for a stored chain of the same model
 
 
 class Ensembles(Chains):

@@ -25,7 +25,7 @@ from .result import Posterior
 from .settings import Settings
 from .target import Target
 
-GROWTH = 1.1  # between two judgements of convergence
+GROWTH = 1.1  # Factor on the number of steps between two judgements of convergence
 CHAINS = {"emcee": Ensembles, "tempered": Ensembles, "nuts": HamiltonianChains}
 
 

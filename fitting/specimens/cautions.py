@@ -8,7 +8,7 @@ from pneusma_jax.silicone import PolynomialFit, RegularisedSilicone, SiliconeLaw
 
 from .silicones import Scaled
 
-CLEARANCE_DEG = 270.0  # bend past which the source saw the tip touch the clamp (Section 3.7.2)
+CLEARANCE_DEG = 270.0  # Bend angle beyond which the source saw the tip touch the clamp (Section 3.7.2)
 
 
 def _where(mask: np.ndarray) -> str:

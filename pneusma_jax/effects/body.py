@@ -10,7 +10,7 @@ from ..actuator.loads import STANDARD_GRAVITY, centred_weight
 from ..pipeline import Effect, Known
 from ._spec import Spec
 
-UP = (0.0, 1.0)  # the plane of sides 1 and 2
+UP = (0.0, 1.0)  # Direction of the plane of sides 1 and 2
 ELEMENTS = 3
 """Number of elastic-slip elements of the wrapping's friction."""
 

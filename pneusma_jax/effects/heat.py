@@ -13,8 +13,8 @@ from ..pipeline import Effect, Known
 from ._spec import Spec
 from ._springs import arrived, each, solved_springs, zeros
 
-LEAST_SLOPE = 0.02  # of the colder zone's stress over strain, relative to the modulus
-HOTTEST = 1e-5  # fraction of the rest of the wire below which the colder zone gets no hotter
+LEAST_SLOPE = 0.02  # Minimum slope of the colder zone's stress over strain, relative to the modulus
+HOTTEST = 1e-5  # Minimum fraction of the rest of the wire; below it the colder zone gets no hotter
 
 
 class OpposingSpringHeating(Effect):

@@ -15,8 +15,9 @@ from jaxtyping import Array
 
 from ..numerics.safe import is_concrete
 
-POISSON_RATIO = 0.33  # of nitinol, used throughout the source
-MOST_STEPS = 60  # of Newton in `spring_strain`; 4 to 12 are taken over shear strains from -0.1 to 10
+POISSON_RATIO = 0.33  # Poisson's ratio of nitinol, used throughout the source
+MOST_STEPS = 60
+"""Maximum number of Newton steps in `spring_strain`; shear strains from -0.1 to 10 take 4 to 12."""
 
 
 def spring_index(coil_diameter: Array, wire_diameter: Array) -> Array:

@@ -11,7 +11,8 @@ from jaxtyping import Array, Bool
 from ..numerics.safe import chord_power, complement_power, safe_divide, unit_power
 from .detwinning import signed_algebraic_sigmoid
 
-DEGENERATE_CONTRAST = 0.02  # ohm/m, about a thousandth of a phase's resistivity
+DEGENERATE_CONTRAST = 0.02
+"""Minimum contrast of distinguishable phases [ohm/m], about a thousandth of a phase's resistivity."""
 LOWEST_EXPONENT = 0.5
 
 

@@ -24,11 +24,11 @@ from .residual_strain import SpringState
 # Eqs. 3.1 and 3.2 over strain / eps_L, for a table without residual strain; the shift is small, so that a
 # cold wire unloads elastically (a spring, whose wire is strained unevenly, does so from large strains only)
 RESIDUAL = {"gR_amplitude": 0.065 / 0.1013, "gR_slope": 10.32 * 0.1013, "gR_shift": 0.5, "gR_decay": 5.0}
-LONGEST = 0.5  # strain beyond which no wire is looked for; nitinol breaks at a fraction of that
+LONGEST = 0.5  # Maximum strain in the search; nitinol breaks at a fraction of it
 # strains in units of eps_L between which a wire's strain is looked for; closer where detwinning sets in
 LADDER = np.concatenate([np.linspace(-0.5, -0.1, 5), np.arange(16) / 64.0, np.linspace(0.25, 2.5, 37)])
-MOST_STEPS = 80  # of the bracketed Newton search; bisection alone needs 50
-FLATTEST = 1e-6  # slope of stress over strain, relative to the modulus, below which its inverse is held
+MOST_STEPS = 80  # Maximum number of steps of the bracketed Newton search; bisection alone needs 50
+FLATTEST = 1e-6  # Minimum slope of stress over strain, relative to the modulus, whose inverse is taken
 
 
 class WireStatus(enum.IntEnum):

@@ -16,7 +16,8 @@ from . import NODES, Section
 from .outline import Outline
 from .shapes import Shape, as_numpy
 
-STRAIGHT_NODES = 8  # Gauss nodes a panel of straight edges: exact for the default law, a blend of polynomials
+STRAIGHT_NODES = 8
+"""Number of Gauss nodes a panel of straight edges; exact for the default law, a blend of polynomials."""
 
 
 def hollow(outer: Shape, bore: Shape, nodes: int = NODES) -> Section:

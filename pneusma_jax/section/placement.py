@@ -13,7 +13,7 @@ from ..numerics.safe import is_concrete
 from . import Section
 from .shapes import as_numpy
 
-FIBRE_REACH = 0.1  # of the section's radius: how far from the wall a fibre may be
+FIBRE_REACH = 0.1  # Maximum distance of a fibre from the wall, as part of the section's radius
 
 
 def _number(angle: float | None) -> float | None:

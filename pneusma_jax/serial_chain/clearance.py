@@ -22,8 +22,9 @@ from jaxtyping import Array, Float
 from ..numerics.safe import safe_norm
 from .kinematics import arc_frame, arc_points, tangent, transform
 
-COARSE = 33  # points per piece in the first search; 1.75 mm apart on a 56 mm segment
-FINE, ROUNDS = 9, 10  # each round searches the neighbourhood of the best pair four times finer
+COARSE = 33  # Number of points per piece in the first search; 1.75 mm apart on a 56 mm segment
+FINE, ROUNDS = 9, 10
+"""Numbers of points and of rounds of the refinement; each is four times finer about the best pair."""
 
 
 class Pieces(eqx.Module):

@@ -37,16 +37,18 @@ from .segments import SegmentChain, chain_of
 from .weight import chain_weight, with_bodies
 
 SCHEMA = "pneusma-chain/1"
-KEYS = {"angle": "angle", "connector": "length", "connector_mass": "mass"}  # numbers of a segment
+KEYS = {"angle": "angle", "connector": "length", "connector_mass": "mass"}
+"""Numbers of a segment with their dimensions."""
 AXES = ("x", "y", "z")
 VECTORS = {"gravity": "acceleration", "tip_force": "force", "tip_moment": "moment", "line_load": "stiffness"}
-NUMBERS = {  # of the whole chain, and their dimensions; a force per length has that of a stiffness
+NUMBERS = {  # Numbers of the whole chain with their dimensions; a force per length has that of a stiffness
     "tip_mass": "mass", "tip_x": "length", "tip_y": "length",
     **{f"{stem}_{axis}": dimension for stem, dimension in VECTORS.items() for axis in AXES},
 }  # fmt: skip
 TOP = ("schema", "name", "description", "segment", "orientation", "tip_follows", *NUMBERS)
-IN_PLANE = 1e-9  # of a load's size, or radians: a load that lies further out of a plane bends out of it
-MOST = 100  # segments of a chain: more is a slip
+IN_PLANE = 1e-9
+"""Maximum component of a load in a plane, relative or in radians; a larger one bends out of the plane."""
+MOST = 100  # Maximum number of segments of a chain; more is a typing error
 _EXAMPLES = resources.files("calibration_data").joinpath("examples", "chains")
 
 

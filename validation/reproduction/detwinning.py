@@ -14,7 +14,7 @@ from .resistivity import NAMES
 from .spring_strain import wire_strain
 from .statement import Found, Statement
 
-HOT_LIMIT = 3.45  # spring strain to which hot springs were stretched (Section 2.4.2)
+HOT_LIMIT = 3.45  # Maximum spring strain of hot springs (Section 2.4.2)
 STRAINS = np.linspace(0.0, PRESTRAIN, 200)
 
 

@@ -16,10 +16,10 @@ from .expectation import at_least, at_most
 from .resistivity import NAMES
 from .statement import Found, Statement
 
-SETPOINTS = 7  # as many as the source tested (Section 2.4.5)
+SETPOINTS = 7  # Number of setpoints, as in the source (Section 2.4.5)
 STRAINS = np.linspace(0.0, PRESTRAIN, 241)
-ALIKE = 0.1  # ohm/m, contrast of the phases below which a fraction read from resistivity is not drawn
-SHADES = ListedColormap(colormaps["plasma_r"](np.linspace(0.15, 1.0, 256)))  # orange: low resistivity, hot
+ALIKE = 0.1  # Minimum contrast of the phases for drawing a fraction read from resistivity [ohm/m]
+SHADES = ListedColormap(colormaps["plasma_r"](np.linspace(0.15, 1.0, 256)))  # Orange: low resistivity, hot
 
 
 def setpoints(alloy: pj.Alloy) -> np.ndarray:

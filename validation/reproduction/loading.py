@@ -16,7 +16,7 @@ from .isoresistive import ALIKE, SETPOINTS, SHADES, STRAINS, controlled, setpoin
 from .resistivity import NAMES
 from .statement import Found, Statement
 
-NOISE = 0.5e-3  # ohm, of a resistance measurement
+NOISE = 0.5e-3  # Standard deviation of a resistance measurement [ohm]
 
 
 def loading_stress(alloy: pj.Alloy, xi0: np.ndarray, gamma: np.ndarray) -> np.ndarray:

@@ -22,9 +22,9 @@ QUOTED_GRAVITY = {
     "t": 9.7,
     "w": 4.3,
 }  # %, largest change of the predicted curvature (Section 3.7.3)
-UPWARDS = SWEEP_ROWS // 2 + 1  # rows of a sweep until the largest pressure
-WALL_SPREAD = 0.03  # relative, of the wall's thickness, as the shipped tables assume; the source gives none
-STANDING = "vertical_base_down"  # clamped below: the weight adds to the bending, as the source says
+UPWARDS = SWEEP_ROWS // 2 + 1  # Number of rows of a sweep up to the largest pressure
+WALL_SPREAD = 0.03  # Relative tolerance of the wall's thickness in the shipped tables; the source gives none
+STANDING = "vertical_base_down"  # Orientation clamped below: the weight adds to the bending, as in the source
 
 
 def _density() -> float:

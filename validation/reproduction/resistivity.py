@@ -16,7 +16,7 @@ from .statement import Found, Statement
 NAMES = {"krl35": "35 degC alloy", "krl45": "45 degC alloy"}
 # Section 2.4.3: temperatures of the drop, last one of the rise after it [degC], drop and rise [ohm/m]
 REPORTED = {"krl35": (20.0, 30.0, 40.0, 2.5, 0.14), "krl45": (22.0, 34.0, 45.0, 3.5, 0.20)}
-LENGTHS = (1.0, 1.5, 2.0, 2.5)  # of the springs in their tests, over the free length
+LENGTHS = (1.0, 1.5, 2.0, 2.5)  # Lengths of the springs in their tests, over the free length
 
 
 def pure_phases(alloy: pj.Alloy) -> dict[str, float]:

@@ -19,7 +19,7 @@ from .statement import Found, Statement
 PEAKS = np.linspace(0.0, LONGEST, 6)[
     1:
 ]  # spring strains at which the cycles turn; the source's are lost but the last
-ROWS = 24  # from one end of a cycle to the other
+ROWS = 24  # Number of rows from one end of a cycle to the other
 TENTH = 0.1 * PRESTRAIN
 
 

@@ -11,7 +11,8 @@ from pneusma_jax.nitinol import detwinning, geometry
 
 from .claims import Claim
 
-D, WIRE, PITCH, NU = 1.15e-3, 0.25e-3, 0.269e-3, 0.33  # the source's spring [m]
+D, WIRE, PITCH, NU = 1.15e-3, 0.25e-3, 0.269e-3, 0.33
+"""Dimensions of the source's spring [m] and Poisson's ratio [1]."""
 
 
 def claims() -> Iterator[Claim]:

@@ -7,8 +7,8 @@ from typing import NamedTuple
 from .numerals import decimal_evidence, like_a_clock, like_a_number, to_number
 from .raw import Page
 
-LEAST_ROWS = 3  # fewer rows of numbers are not a table
-_SAMPLED = 1000  # lines from which the delimiter and the decimal mark are told
+LEAST_ROWS = 3  # Minimum number of rows of numbers in a table
+_SAMPLED = 1000  # Number of lines that decide the delimiter and the decimal mark
 
 
 class Reading(NamedTuple):

@@ -79,7 +79,7 @@ _PREFIX = re.compile(
 _NUMBER_UNIT = re.compile(rf"^(?P<number>{_NUMBER})\s*(?P<unit>[^\d\s].*)?$")
 
 
-_MOST_ROWS = 60  # specimens of a table of sizes, and lines above it
+_MOST_ROWS = 60  # Maximum number of specimens in a table of dimensions, and of lines above it
 
 
 @dataclass(frozen=True)

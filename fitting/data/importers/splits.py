@@ -11,8 +11,8 @@ from .separators import LEAST_ROWS
 from .words import SPECIMEN_WORDS, TEST_WORDS, meaning
 
 _MOST_PARTS = 60
-_RESTART = 0.05  # of the range of what drives a test: so near its start it begins anew
-_SAME = 0.005  # of the largest value: rounding of one measurement in two units
+_RESTART = 0.05  # Maximum distance from its start at which a test restarts, as part of the drive's range
+_SAME = 0.005  # Maximum rounding of one measurement in two units, as part of the largest value
 _OUTPUTS = ("stress", "true_stress", "force")
 _DRIVERS = ("strain", "true_strain", "stretch", "elongation", "pressure")
 _ID_COLUMN = re.compile(

@@ -13,7 +13,9 @@ KINDS = (
     " with curvature, bend"
     " angle or length)"
 )
-TORSION = "torsion"  # a machine that can twist writes torque and angle of every pull, too
+TORSION = "torsion"
+"""Name of a subject that is uncertain: a machine that can twist writes torque and angle of every pull,
+too."""
 # What a heading, the lines above the table, a sheet or the file's name speak of; whether that is certain.
 _THINGS: tuple[tuple[str, str], ...] = (
     (

@@ -53,7 +53,7 @@ DIMENSIONS = {
     "ambient": "temperature",
     "elongation": "length",
 }
-LIMITS = {  # SI: least, most, in words
+LIMITS = {  # Minimum and maximum in SI, and both in words
     "pressure": (-102e3, 1000e3, "a gauge pressure from -102 to 1000 kPa"),
     "xi0": (0.0, 1.0, "a fraction from 0 (hot) to 1 (cold)"),
     "duty": (0.0, 1.0, "a share from 0 to 1"),

@@ -14,8 +14,9 @@ from . import schema
 from .recording import Recording
 from .table import refuse
 
-PRESSURE_LIMIT_KPA = 1000.0  # a silicone tube bursts far below; more is a pressure in the wrong unit
-VACUUM_KPA = -102.0  # gauge; just past the emptiest vacuum, for a sensor's zero error
+PRESSURE_LIMIT_KPA = 1000.0
+"""Maximum pressure; a silicone tube bursts far below, so more is a pressure in the wrong unit."""
+VACUUM_KPA = -102.0  # Minimum gauge pressure: just below perfect vacuum, to allow a sensor's zero error
 ABSOLUTE_ZERO_DEGC = -273.15
 
 

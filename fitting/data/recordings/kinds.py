@@ -13,8 +13,9 @@ from . import schema
 from .nominal import STANDARD_DESIGN, design_geometry, wound
 from .schema import Columns, Kind, Told, register
 
-WIRE_STRAIN_LIMIT = 0.15  # no nitinol wire strains further, and a coupon of rubber is rarely pulled less
-WIRE_STRAIN_FRACTION_LIMIT = 0.5  # nitinol breaks at a fraction of that: such numbers are percent
+WIRE_STRAIN_LIMIT = 0.15  # Maximum strain of a nitinol wire; a coupon of rubber is rarely pulled less
+WIRE_STRAIN_FRACTION_LIMIT = 0.5
+"""Maximum strain of a wire as a fraction; nitinol breaks far below, so larger numbers are percent."""
 WIRE_ALLOY = "niti_wire"
 """Nominal alloy of a wire. The source's springs have no constants of a wire in tension."""
 METAL_UNITS = ("MPa", "GPa", "ksi")

@@ -197,4 +197,4 @@ SIDECAR_KEYS = (
     "kind", "role", "specimen", "real", "source", "noise", "geometry", "tolerance", "constant", "zero",
 )  # fmt: skip
 CAMPAIGN_KEYS = ("title", "tolerance", "geometry", "constant", "zero")
-NOT_STATED = "not stated"  # what a sidecar says of a citation or licence that nobody gave
+NOT_STATED = "not stated"  # Text of a sidecar for an unknown citation or licence

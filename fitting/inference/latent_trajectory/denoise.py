@@ -15,13 +15,14 @@ import numpy as np
 
 import pneusma_jax as pj
 
-ROUNDS = 20  # at most, of linearising the resistance about the last estimate
-LONGEST = 0.1  # step of a fraction in a round; near full heat the flat tangent would throw it anywhere
-SETTLED = 1e-3  # largest step at which the rounds end
-WANDER = np.geomspace(1e-8, 1e4, 49)  # candidates: variance of the walk per second over that of one reading
-ASTRAY = 10.0  # times the noise of the resistance by which a sample may miss the walk
-MOST_ASTRAY = 0.05  # share of the samples that may
-LEAST_SLOPE = 1e-6  # of resistance over xi0, relative to the wire's; keeps a sample that says nothing finite
+ROUNDS = 20  # Maximum number of linearisations of the resistance about the last estimate
+LONGEST = 0.1  # Maximum step of a fraction in a round; near full heat the tangent is too flat for a full step
+SETTLED = 1e-3  # Maximum step at which the rounds end
+WANDER = np.geomspace(1e-8, 1e4, 49)  # Candidate variances of the walk per second, over that of one reading
+ASTRAY = 10.0  # Maximum deviation of a sample from the walk, in units of the resistance's noise
+MOST_ASTRAY = 0.05  # Maximum share of the samples with a larger deviation
+LEAST_SLOPE = 1e-6
+"""Minimum slope of the resistance over xi0, relative to the wire's; keeps uninformative samples finite."""
 
 
 def martensite_fraction(

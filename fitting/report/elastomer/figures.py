@@ -24,7 +24,7 @@ COLOURS = {
 RECORDINGS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION)
 MARKERS = "osD^vP*X"
 POINTS = 300
-MOST_MARKS = 90  # of all recordings together; more are a smear
+MOST_MARKS = 90  # Maximum number of marks of all recordings together; more would overlap
 
 
 def pictures(result: ElastomerCharacterisation) -> dict[str, Picture]:

@@ -12,7 +12,7 @@ from . import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, axis_label, legend_ab
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 ALIKE = {"xi0": "martensite fraction [1]", "duty": "duty cycle [1]"}
-MOST_PANELS = 3  # of outputs
+MOST_PANELS = 3  # Maximum number of panels of outputs
 
 
 def protocol_figure(course: Course) -> Figure:

@@ -19,7 +19,7 @@ LOOKS = {
     "pneusma1": ("PneuSMA1", ORANGE),
     "pneusma2": ("PneuSMA2", BLUE),
 }
-OTHERS = (PURPLE, VERMILION, SKY)  # in turn, for designs that are not the source's
+OTHERS = (PURPLE, VERMILION, SKY)  # Colours in turn for designs that are not the source's
 MOST_TICKS = 5
 
 

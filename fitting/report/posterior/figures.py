@@ -17,8 +17,8 @@ from ..report import Picture
 ENSEMBLE_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, VERMILION, SKY)
 MOST_IN_CORNER = 12
 MOST_CURVES = 6
-MOST_POINTS = 20000  # draws behind a histogram
-MOST_STEPS = 400  # points of a walk that are drawn
+MOST_POINTS = 20000  # Maximum number of draws in a histogram
+MOST_STEPS = 400  # Maximum number of drawn points of a walk
 MOST_MARKS = 400
 BAND = (0.05, 0.95)
 GRID = 201

@@ -16,7 +16,7 @@ from fitting.sample.campaign import CampaignPosterior
 from .text import library_of
 
 PRIOR_DRAWS = 2000
-ROUNDS = 200  # of drawing priors again that fell outside their bounds
+ROUNDS = 200  # Maximum number of redraws of priors outside their bounds
 
 
 def netcdf(result: CampaignPosterior) -> bytes:

@@ -23,7 +23,7 @@ from pneusma_jax.units import from_si
 
 from .grid import branches_of, compute_workspace, fractions_of, modelled_actuator
 
-CHUNK = 256  # loaded chains that are solved at once
+CHUNK = 256  # Number of loaded chains that are solved at once
 
 
 @dataclass

@@ -19,8 +19,8 @@ from pneusma_jax.pipeline import Effect
 from pneusma_jax.units import from_si
 
 DESIGNS = ("pneuflex_s", "pneusma1", "pneusma2")
-MIXES = (0.5, 1.0)  # heat of the second spring over that of the first, where two are heated
-CHUNK = 512  # rows that are solved at once
+MIXES = (0.5, 1.0)  # Ratios of the second spring's heat to the first's, where two are heated
+CHUNK = 512  # Number of rows that are solved at once
 
 
 @dataclass

@@ -48,7 +48,7 @@ from .model import (
 SCHEMA = "pneusma-model/1"
 TABLES = ("design", "alloy", "material")
 TOP = ("schema", "name", "description", "base", "specimen", "effect")
-PLAIN = "1"  # stands for a unit that only one effect has, while its number is read and written
+PLAIN = "1"  # Placeholder, while a number is read and written, for a unit that only one effect has
 
 
 def load_model(path: str | Path) -> AugmentedModel:
