@@ -182,7 +182,7 @@ def _grid(corners: np.ndarray) -> tuple[float, float] | None:
     every = 1.0 / best
     begin = float(np.angle(np.exp(2j * np.pi * best * head).mean()) / (2.0 * np.pi * best))
     count = min(FEWEST, len(corners))
-    while True:  # the spacing from more and more of them, so that none is counted wrongly
+    while True:  # the spacing comes from a growing number of corners, so that none is assigned wrongly
         some = corners[:count]
         number = np.round((some - begin) / every)
         if np.ptp(number) > 0.0:

@@ -79,7 +79,7 @@ def _stopped(
         run: first row at the extreme, and the one after the last.
         clear: minimum continuation, in the unit of `values`.
     """
-    for flip in (1, -1):  # as it came, and backwards as it left
+    for flip in (1, -1):  # forwards before the stop, and backwards after it
         y = values[::flip]
         a, b = run if flip == 1 else (len(values) - run[1], len(values) - run[0])
         first = max(a - max(LONG, b - a), 0)

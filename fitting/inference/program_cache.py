@@ -113,7 +113,7 @@ def _known(options: tuple[tuple[str, bool], ...]) -> dict[str, bool]:
     """Compiler options, or none where this version or device refuses them."""
     try:
         jax.jit(lambda x: x + 1.0, compiler_options=dict(options)).lower(0.0).compile()
-    except Exception:  # what is raised differs between versions
+    except Exception:  # the type of the exception differs between versions
         return {}
     return dict(options)
 

@@ -63,7 +63,7 @@ def fractions_behind(
     noise = np.array([max(robust_noise(time, r), LEAST_NOISE * np.median(r)) for r in read.T])
     begun = np.stack([np.broadcast_to(np.asarray(given[k].value), rows) for k in wired], axis=1)
     starts = [begun]
-    for column in range(len(wired)):  # noise may have led a spring astray that is cold throughout
+    for column in range(len(wired)):  # noise may have heated a spring that is cold throughout
         cold = begun.copy()
         cold[:, column] = 1.0
         starts += [cold] if np.min(begun[:, column]) < 1.0 - CLOSE else []

@@ -233,7 +233,7 @@ def actuator_state(
     drive = drive_of(specimen, actuator, given, model)
     if not model.added:
         solved = _solve_once(actuator, np.asarray(pressure), drive.activations, drive.states)
-        found = jax.tree.map(np.asarray, solved)  # JAX would compile every small conversion that follows
+        found = jax.tree.map(np.asarray, solved)  # otherwise JAX would compile every small conversion below
         return described_state(specimen, actuator, found, drive)
     history = pj.simulate_history(
         actuator, np.array([pressure]), drive.activations, drive.states,
@@ -242,7 +242,7 @@ def actuator_state(
     found, seen = jax.tree.map(lambda x: np.asarray(x)[0], (history.rows, history.seen))
     bent = () if actuator.planar else ("curvature", "bend_angle")
     drive.notices += marked(model, seen, "actuator", bent)[1]
-    if not actuator.planar:  # the instruments show the plane of sides 1 and 2; free bending has a size
+    if not actuator.planar:  # instruments read the plane of sides 1 and 2; free bending has a magnitude
         seen = {"length": seen["length"]}
     return described_state(specimen, actuator, found, drive, seen)
 

@@ -48,7 +48,7 @@ class BendingActuator(Specimen):
     starts_with_model = 1
     element = "actuator"
     wall_drivers = ("time", "current_1", "current_2", "current_3")
-    most_rows_with_effects = 128  # every one is an equilibrium
+    most_rows_with_effects = 128  # every row is an equilibrium
     compiler_options = COMPILER_OPTIONS
     explained = EXPLAINED
     latent = SpringPhases()

@@ -55,7 +55,7 @@ def _hidden(rows: Rows, recording: Recording) -> Rows:
     read = {name: np.asarray(x) for name, x in rows.inputs.items() if name in READINGS}
     noise = {name: float(rows.extra[f"noise_{name}"]) for name in read}
     weight = {name: _counted(rows, recording, name) / sd if sd > 0.0 else still for name, sd in noise.items()}
-    own = extra.pop("clean", rows.weight)  # without what an uncertain phase adds
+    own = extra.pop("clean", rows.weight)  # without the variance of an uncertain phase
     return eqx.tree_at(
         lambda r: (r.extra, r.measured, r.weight), rows, (extra, rows.measured | read, dict(own) | weight)
     )

@@ -181,7 +181,7 @@ def best_course(outputs: Outputs, frozen: Outputs, read: Array, names: Sequence[
     solution, local = settle(step, jnp.clip(read, 0.0, 1.0), everywhere, SETTLED, ROUNDS, blank)
     at_solution, known = outputs(solution)
     last = system.step(local, solution, at_solution)
-    # where a row begins to renew the metal's memory all later ones jump, which no slope foretells
+    # where a row begins to renew the metal's memory all later ones jump, which the slopes cannot predict
     here, outputs_here, after = jax.lax.stop_gradient((solution, at_solution, solution + last))
     then = frozen(after)[0]
     better = system.square(measured - then, after) <= system.square(measured - outputs_here, here)

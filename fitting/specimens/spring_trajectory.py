@@ -240,7 +240,7 @@ def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
             ended = trajectory(values, with_decisions(decisions))
             return ended.xi0, jnp.sum(_misfit(ended, rows) ** 2)
 
-        # a hot wire's course may be caught between limits: what a level leads to is often better
+        # the trajectory of a hot wire may be stuck between limits: a constant start is often better
         trials = jnp.stack([best.course, *(jnp.full_like(best.course, level) for level in LEVELS)])
         courses, misfits = jax.lax.map(begun, trials)
         return eqx.tree_at(lambda d: d.course, best, courses[jnp.argmin(misfits)])

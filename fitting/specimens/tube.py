@@ -53,7 +53,7 @@ class Tube(Specimen):
     profiled = 2
     element = "actuator"
     wall_drivers = ("time",)
-    most_rows_with_effects = 512  # every one is an equilibrium
+    most_rows_with_effects = 512  # every row is an equilibrium
 
     def drivers(self, recording: Recording) -> tuple[str, ...]:
         """The pressure."""

@@ -98,7 +98,7 @@ def _followed(
     modulus, detwinning = alloy.modulus(xi0), alloy.detwinning_stress(gamma, xi0)
     cost = cost + (weight * (alloy.shear_stress(gamma, xi0, left) - measured)) ** 2
     deeper = residual_strain(alloy.residual_strain_limit(gamma), xi0, alloy.gR_decay) > left
-    beyond = (detwinning - modulus * left) / jnp.maximum(modulus * left, 1e-12)  # above zero the rule renews
+    beyond = (detwinning - modulus * left) / jnp.maximum(modulus * left, 1e-12)  # positive: renewed
     against = TIE * (beyond / jnp.maximum(margin, 1e-12)) ** 2
     due = deeper & (beyond > 0.0)
     stays = jnp.where(deeper & (beyond > margin), jnp.inf, cost + jnp.where(due, against, 0.0))

@@ -259,7 +259,7 @@ class StraightWire(Specimen):
                 runs[given] = (run.seen | {given: rows.inputs[given]}, within)
         if len(runs) == 1:
             ((found, within),) = runs.values()
-        else:  # the recordings of a campaign share one structure, and each says what drives it
+        else:  # the recordings of a campaign share one structure, and each names its driver
             stressed, nothing = rows.extra["by_stress"] > 0.0, jnp.zeros_like(temperature)
             pairs = zip(runs["stress"], runs["strain"], strict=True)
             found, within = (

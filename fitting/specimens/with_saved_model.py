@@ -291,7 +291,7 @@ class Augmented(Model):
 def _start_from(entry: Parameter, quantity: Quantity, title: str) -> None:
     """A base constant at the model's value, with the prior that is known beside these recordings."""
     value, prior = float(quantity.value), entry.prior
-    if quantity.prior is not None and title in quantity.source:  # these recordings: a start, not knowledge
+    if quantity.prior is not None and title in quantity.source:  # from these recordings: a start, no prior
         entry.set(value=float(np.clip(value, entry.min, entry.max)))
         return
     sd = prior.sd if quantity.prior is None else quantity.prior.sd
@@ -309,7 +309,7 @@ def _effect_parameter(added: AddedEffect, key: str, name: str, title: str) -> Pa
     prior = None
     if own is not None and title not in quantity.source:
         prior = Prior(float(quantity.value), own.sd, spec.low, spec.high)
-    elif spec.shape and not logarithmic:  # means nothing while its effect is small, and then stays put
+    elif spec.shape and not logarithmic:  # undetermined for a small effect
         prior = Prior(spec.typical, SHAPE_SD * (spec.high - spec.low), spec.low, spec.high)
     return Parameter(
         name,

@@ -76,7 +76,7 @@ def synthesise_spring(wishes: Wishes) -> Synthetic:
     Raises:
         InputError: for an alloy without a spring's constants, or wishes that cannot be.
     """
-    # an unknown alloy is one that a fit with alloy = "fit" starts from as little knowledge of
+    # an unknown alloy is drawn from the wide priors from which a fit with alloy = "fit" starts
     usual = NEW_ALLOY if wishes.spread == "prior" else "krl35"
     table = load_calibration(wishes.alloy or usual, "alloy")
     unknowns = Unknowns(wishes, TOLERANCE)
@@ -127,7 +127,7 @@ def _run_tests(
     readings = [stream(wishes.seed, "controller", t.name).standard_normal(longest) for t in tests]
     stand = build_stand(spring, ambient, bench.noise["resistance_ohm"])
     run = run_stand(stand, elongation, setpoints, np.array([t.duty for t in tests]), np.stack(readings))
-    # recorded rows; the memory is carried along these, as the model defines it
+    # recorded rows; the model carries the memory along them
     first = steps_of(REST_S)
     run, elongation = jax.tree.map(lambda x: np.asarray(x)[:, first::every], (run, elongation))
     force = _forces(spring, elongation, run.xi0)

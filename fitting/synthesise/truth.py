@@ -39,7 +39,7 @@ class Unknowns:
                     f"--tolerance {name}: no such parameter, {nearest(name, schema.tolerance_keys())}"
                 )
         self.wishes = wishes
-        if wishes.spread == "prior":  # an unknown alloy: its constants are not known to within a tolerance
+        if wishes.spread == "prior":  # an unknown alloy: its constants have no tolerance
             tolerance = {k: v for k, v in tolerance.items() if k not in schema.ALLOY_PARAMETERS}
         self.tolerance = {k: v for k, v in {**tolerance, **wishes.tolerance}.items() if v > 0.0}
         self.record: dict[str, Any] = {}

@@ -323,7 +323,7 @@ class CyclicShakedown(Effect):
         """See `Effect.stress`."""
         modulus, progress = law_of(at).modulus(at["xi0"]), self._progress(at, memory)
         change = law_stress(at, at["gamma"] - self.plastic * progress) - at["base_stress"]
-        # where detwinning takes off more than the residual strain does, only what exceeds it counts
+        # where detwinning reduces the stress by more than the residual strain does, only the excess counts
         spare = modulus * (at["gamma"] - at["gamma_R"]) - at["base_stress"]
         spare = jnp.where(spare > 1e-9 * modulus, spare, 0.0)  # zero but for rounding on the elastic branch
         extra = modulus * self.strain * progress - spare

@@ -255,7 +255,7 @@ def _polish(f: Callable, low: Array, high: Array) -> Array:
         value, slope = jax.jvp(f, (eps,), (jnp.ones_like(eps),))
         low, high = jnp.where(value < 0.0, eps, low), jnp.where(value < 0.0, high, eps)
         newton = eps - safe_divide(value, slope, FLATTEST)
-        # a step that stays inside but shrinks slowly is no better than half the bracket
+        # a step that stays inside but shrinks slowly is no better than bisection
         trusted = (newton > low) & (newton < high) & (jnp.abs(newton - eps) < 0.5 * jnp.abs(move))
         after = jnp.where(value == 0.0, eps, jnp.where(trusted, newton, 0.5 * (low + high)))
         return after, low, high, after - eps, steps + 1

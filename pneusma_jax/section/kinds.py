@@ -69,7 +69,7 @@ def semicircle(outer_diameter: Array, wall_thickness: Array, nodes: int = NODES)
     xp = np if isinstance(radius, np.ndarray) and isinstance(wall, np.ndarray) else jnp
     floor = -0.5 * radius
     outer = _half_disc(xp, radius, floor)
-    # the bore's arc has the same centre; it ends where it meets the inner face of the flat wall
+    # the bore's arc has the same centre; it ends at the inner face of the flat wall
     half_width = xp.sqrt((radius - wall) ** 2 - wall**2)
     bulge = (radius - 2.0 * wall) / half_width
     return hollow(outer, _half_disc(xp, half_width, floor + wall, bulge), nodes)

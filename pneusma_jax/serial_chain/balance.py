@@ -241,7 +241,7 @@ def search(rest: ChainProblem, problem: ChainProblem, guess: Float[Array, "unkno
         stable = _is_stable(here, jacobian)
         trial = now.unknowns - step * jnp.minimum(1.0, 1.0 / _length_of(here, now.unknowns, step))
         converged = (size < CLOSE) & (jnp.max(jnp.abs(excess)) < BALANCED)
-        # an equilibrium that would not stay, reached from one that does, is on another branch: go more slowly
+        # an unstable equilibrium that follows a stable one is on another branch: take a smaller step
         off_branch = converged & now.begun & now.stable & ~stable & (now.stride > 4.0 * LEAST_STRIDE)
         good = converged & ~off_branch
         failed = off_branch | ~jnp.isfinite(size) | (now.tries >= MOST_STEPS)

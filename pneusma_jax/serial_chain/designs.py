@@ -99,7 +99,7 @@ def describes_chain(name_or_path: str | Path) -> bool:
         text = Path(name_or_path).read_text(encoding="utf-8")
         return parse_toml(text, Path(name_or_path)).get("schema") == SCHEMA
     except (OSError, ValueError):
-        return False  # whoever reads it as a table says what is wrong with it
+        return False  # the reader of tables reports the error
 
 
 def load_chain(name_or_path: str | Path) -> ChainDesign:
@@ -226,7 +226,7 @@ def make_chain(
     built = {name: build(name) for name in names}
     fall = _one_gravity(design, built)
     loads = _loads(design, built, fall, density or _density)
-    if fall is not None:  # what hangs on single segments is in the chain's weight
+    if fall is not None:  # bodies on single segments are in the chain's weight
         built = {
             name: body.with_loads(*(load for load in body.loads if not isinstance(load, Gravity)))
             for name, body in built.items()

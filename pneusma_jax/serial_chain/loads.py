@@ -244,7 +244,7 @@ def generalised_forces(
     turns = ends[:, :3, :3] @ jax.vmap(_own_axes)(angles)
     inwards = jnp.swapaxes(bases[:, :3, :3], 1, 2)
     pull, turn = jnp.zeros_like(lengths), jnp.zeros_like(bends)
-    along = about = force = moment = jnp.zeros((lengths.shape[0], 3))  # `along`, `about`: of what is spread
+    along = about = force = moment = jnp.zeros((lengths.shape[0], 3))  # `along`, `about`: spread loads
     for load in loads:
         spread, at_ends = load.spread(rest_lengths), load.at_ends(turns)
         if spread is not None:

@@ -18,7 +18,7 @@ from .parts import Sample
 from .spelling import WEIGHTS, unit_name
 from .words import meaning
 
-# Quantities that the strain or the stress of a coupon or wire can be made of, first the one that is it.
+# Quantities from which the strain or the stress of a coupon or wire can be derived, itself first.
 FAMILIES = (("strain", "stretch", "true_strain", "elongation"), ("stress", "true_stress", "force"))
 
 
@@ -84,7 +84,7 @@ def channels_of(sample: Sample, options: Options, notices: list[str]) -> dict[st
     for family in FAMILIES:
         if any(quantity in mapped for quantity in family):
             aside = [q for q in family if q in recognised and q not in mapped]
-            # What a further column says of the same is kept for comparison, but does not come first.
+            # A further column of the same quantity is kept for comparison, but does not come first.
             first = min(family.index(q) for q in family if q in mapped)
             for quantity in (q for q in aside if family.index(q) < first):
                 notices.append(f"{recognised[quantity].label!r} set aside for what --map names")

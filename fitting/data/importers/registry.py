@@ -165,7 +165,7 @@ def _format_or_error(sample: Sample, options: Options) -> Format | InputError:
             return named_columns.FORMAT
         if not options.columns:
             return detect(sample)
-        # A format that reads headings takes those that are named, too; columns without names are a person's.
+        # A format that reads headings also takes named columns; the user must name columns without headings.
         hits = [
             known
             for known in FORMATS

@@ -29,7 +29,7 @@ FITS_BETTER = 0.5
 STEADY_K = 5.0
 """Maximum range of temperature of a test at one temperature [K]."""
 
-# Columns of what drives a test and of what answers, by kind.
+# Driving and responding column of a test, by kind.
 _PAIRS = {
     "elastomer": ("strain", "stress_kPa"),
     "wire": ("strain", "stress_MPa"),
@@ -97,7 +97,7 @@ def correct_signs_and_zeros(columns: dict[str, np.ndarray], making: Making, abou
     if making.options.slack is not None:
         making.use("--slack")
     if making.kind == "wire" and not _steady(columns):
-        return keep  # what is flat there is the alloy's own doing
+        return keep  # a flat part is then a property of the alloy
     if making.kind in ("elastomer", "wire"):
         _refuse_opposed(columns, pair, making)
         _refuse_beyond_nothing(columns, pair, making)
@@ -151,7 +151,7 @@ def _refuse_opposed(columns: dict[str, np.ndarray], pair: tuple[str, str], makin
     strain, stress = columns["strain"], columns[pair[1]]
     finite = np.flatnonzero(np.isfinite(strain) & np.isfinite(stress))
     if finite.size < 3 or not np.ptp(stress[finite]) > 0.0 or strain[finite].min() <= -1.0:
-        return  # nothing to compare, or numbers that are refused as they are
+        return  # nothing to compare, or numbers that another check refuses
     x, y = strain[finite] - strain[finite[0]], stress[finite] - stress[finite[0]]
     for at in (int(np.argmax(np.abs(x))), int(np.argmax(np.abs(y)))):
         gone, answered = float(x[at]), float(y[at])

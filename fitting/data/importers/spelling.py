@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from pneusma_jax.units import UNITS, find_unit
 
-# How units are written, in lower case, where it differs from the package's names in more than capitals.
+# Spellings of units, in lower case, that differ from the package's names in more than capitals.
 _SPELLINGS = {
     "": "1", "-": "1", "–": "1", "/": "1", "--": "1", "[-]": "1", "none": "1", "mm/mm": "1", "m/m": "1",
     "in/in": "1",
@@ -58,7 +58,7 @@ _REFERENCE = re.compile(
     r" ]?\(?(?P<zero>a|abs|abs\.|absolute|g|ga|gauge|gage)\)?$",
     re.IGNORECASE,
 )
-# Weights that stand for forces, as many load cells show them.
+# Masses that stand for forces, as many load cells display them.
 WEIGHTS = {"g": "gf", "kg": "kgf", "mg": "gf"}
 # Words and letters that end a heading more often as a name than as a unit.
 _LETTERS = frozenset(

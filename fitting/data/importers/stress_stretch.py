@@ -16,7 +16,7 @@ from .strain_unit import FARTHEST_STRETCH, unit_assumed
 NAME = "stress-stretch"
 DEFAULT_UNIT = "MPa"
 NEAR_REST = 0.5  # Maximum distance of some reading from a stretch of one; beyond it the column is no stretch
-# Folders of such collections name the mode of loading, which the numbers do not.
+# Folders of such collections name the mode of loading, which the numbers do not show.
 _OTHER_MODES = {
     "ET": "equibiaxial tension",
     "PS": "pure shear",

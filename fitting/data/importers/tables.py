@@ -16,7 +16,7 @@ from .spelling import unit_name
 from .texts import read_texts
 from .words import heading_of, meaning
 
-# Names of columns, though units are called so, too.
+# Names of columns that are also spelled like units.
 _NAMES_TOO = ("strain", "ratio", "t", "f", "r", "i", "temp")
 _SEPARATORS = {
     ",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "white space", "": "cells of a sheet",

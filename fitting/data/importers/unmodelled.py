@@ -16,7 +16,7 @@ KINDS = (
 TORSION = "torsion"
 """Name of a subject that is uncertain: a machine that can twist writes torque and angle of every pull,
 too."""
-# What a heading, the lines above the table, a sheet or the file's name speak of; whether that is certain.
+# Subjects by their words in a heading, the preamble, a sheet's or the file's name.
 _THINGS: tuple[tuple[str, str], ...] = (
     (
         r"mckibben|artificial muscle|\bpam\b|contraction|muscle|contracted|braid(ed)? angle",

@@ -99,7 +99,7 @@ _NEEDS_UNIT = {
     "ave": "number", "ave2": "number", "ave 2": "number",
 }  # fmt: skip
 _QUANTITY = {word: (quantity, rank) for quantity, words in WORDS.items() for rank, word in enumerate(words)}
-# What a unit makes of a heading whose word disagrees: `Elongation (%)` is a strain, `Stress (N)` a force.
+# Quantity from the unit where the word disagrees: `Elongation (%)` is a strain, `Stress (N)` a force.
 _BY_UNIT = {
     ("elongation", "number"): "strain", ("strain", "length"): "elongation", ("stress", "force"): "force",
     ("force", "pressure"): "stress", ("stress", "voltage"): "voltage", ("length", "number"): "stretch",

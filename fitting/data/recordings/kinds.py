@@ -117,7 +117,7 @@ SPRING = register(
         "spring",
         Columns(
             required=("time_s", "elongation_mm", "force_N"),
-            one_of=("resistance_ohm", "temperature_degC"),  # either tells the phase
+            one_of=("resistance_ohm", "temperature_degC"),  # either one determines the phase
             optional=("current_A", "setpoint_ohm"),
             outputs=("force_N", "resistance_ohm"),
         ),

@@ -180,7 +180,7 @@ def tolerance_keys() -> tuple[str, ...]:
     return (*GEOMETRY_NUMBERS, *ALLOY_PARAMETERS, *material, "silicone_stiffness")
 
 
-# Used where no [tolerance] table is given; a table that is given is complete.
+# Defaults without a [tolerance] table; a stated table is complete.
 TOLERANCE_DEFAULTS = {
     **{key: 0.02 for key in GEOMETRY_NUMBERS if re.search(r"(diameter|length|pitch)_mm$", key)},
     "wall_thickness_mm": 0.03,

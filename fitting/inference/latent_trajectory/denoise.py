@@ -114,7 +114,7 @@ def _filter(steps: np.ndarray, values: np.ndarray, precision: np.ndarray, wander
     count = len(values)
     means, variances = np.empty((2, count, len(wander)))
     mean = np.full(len(wander), values[0])
-    variance = np.full(len(wander), 1.0 / precision[0])  # of the first reading, which starts the walk
+    variance = np.full(len(wander), 1.0 / precision[0])  # the first reading starts the walk
     means[0], variances[0] = mean, variance
     squares, logs = np.zeros((2, len(wander)))
     for k in range(1, count):

@@ -172,7 +172,7 @@ def hessian(local: Local, weight: Array, walk: Walk, state: Array) -> tuple[Arra
     """Diagonal and upper diagonal of the Gauss-Newton matrix of the state."""
     diagonal, upper = walk.curvature(state)
     diagonal = diagonal + jnp.sum((weight * local.slope) ** 2, axis=0) + _remembered(local, weight)
-    return jnp.where(diagonal == 0.0, 1.0, diagonal), upper  # padding is coupled to nothing
+    return jnp.where(diagonal == 0.0, 1.0, diagonal), upper  # padding is not coupled to any row
 
 
 def log_determinant(diagonal: Array, upper: Array) -> Array:

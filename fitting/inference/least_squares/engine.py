@@ -118,7 +118,7 @@ class BoxedTrustRegion(optx.AbstractLeastSquaresSolver):
         del options, tags
         residual, tangent, aux = jax.linearize(lambda point: fn(point, args), state.trial, has_aux=True)
         finite = jnp.all(jnp.isfinite(residual))
-        # From differences of the residuals, because subtracting two sums of squares loses all digits.
+        # It is computed from differences of the residuals: subtracting two sums of squares loses all digits.
         actual = 0.5 * jnp.dot(state.residual - residual, state.residual + residual)
         promised = state.proposal.reduction
         ratio = jnp.where(promised > 0, actual / jnp.where(promised > 0, promised, 1.0), -1.0)
@@ -185,7 +185,7 @@ class BoxedTrustRegion(optx.AbstractLeastSquaresSolver):
         step."""
         at_edge = state.proposal.length > 0.95 * state.radius
         enlarged = jnp.where((ratio > 0.75) & at_edge, 2.0 * state.radius, state.radius)
-        # Written so that a ratio that is NaN, after a residual that is, counts as a disappointment.
+        # A ratio of NaN, from a residual of NaN, fails both comparisons and shrinks the radius.
         return jnp.where(ratio >= 0.25, enlarged, 0.25 * state.proposal.length)
 
     def terminate(self, fn, y, args, options, state, tags) -> tuple[Bool[Array, ""], optx.RESULTS]:

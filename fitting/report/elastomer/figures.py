@@ -181,7 +181,7 @@ def held_out_figure(analysis: Analysis) -> Figure:
     for name, held in analysis.held.items():
         look = {"color": COLOURS[name], "ms": 4, "lw": 1.2}
         if name == analysis.choice.chosen:
-            look |= {"ms": 6, "lw": 3.0, "zorder": 1.5}  # under a law that does the same, and seen beside it
+            look |= {"ms": 6, "lw": 3.0, "zorder": 1.5}  # visible below a law with the same values
         partial = [r for r in held.ranges if r.following is not None]
         reach = np.array([r.reach for r in held.ranges])
         label = analysis.fits[name].law.label

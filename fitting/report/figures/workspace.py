@@ -197,7 +197,7 @@ def _shapes(axes: Axes, workspace: Workspace) -> None:
         places.append((left + 0.5 * width, _words(workspace, index)))
         left += width + 7.0 * radius
     low, high = axes.get_ylim()
-    axes.set_ylim(low - 36.0, high)  # a strip for the words
+    axes.set_ylim(low - 36.0, high)  # a strip for the text
     for x, words in places:
         axes.text(x, low - 4.0, words, ha="center", va="top", fontsize=8.5)
     axes.set_aspect("equal")

@@ -34,7 +34,7 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
         )
     elif fit.inflation > 1.0:
         said.append(lasting_sentence(fit.correlation_time, fit.inflation))
-    if fit.reduced_chi_square * fit.correlation_time < OVERSTATED:  # noise that lasts was taken as larger
+    if fit.reduced_chi_square * fit.correlation_time < OVERSTATED:  # correlated noise was enlarged
         said.append(overstated_sentence(fit.reduced_chi_square))
     open_ = [e for e in result.identifiability if e["kind"] not in ("at_bound", "absent")]
     nothing = "These recordings determine everything that was free, each better than was known before."

@@ -71,7 +71,7 @@ def corner_figure(result: CampaignPosterior) -> Figure:
     table = table[np.linspace(0, len(table) - 1, min(len(table), MOST_POINTS)).astype(int)]
     size = 1.6 + 1.75 * len(names)
     figure = Figure(figsize=(size, size))
-    logging.getLogger("root").addFilter(_quiet)  # corner says through it that points are few for its contours
+    logging.getLogger("root").addFilter(_quiet)  # corner warns through it that its contours have few points
     try:
         corner.corner(
             table, labels=[label(result, name) for name in names], fig=figure, color=BLUE, bins=30,

@@ -102,7 +102,7 @@ def compute_chain_reach(
         branch = random.integers(len(space.heat), size=at.size)
         level = random.integers(len(space.xi0), size=at.size)
         size, direction = space.bend[branch, level, at], space.direction[branch, level, at]
-        size = np.abs(size)  # the direction says where to
+        size = np.abs(size)  # the direction of the bend carries the sign
         bends.append(np.stack([size * np.cos(direction), size * np.sin(direction)], axis=-1))
         lengths.append(space.length[branch, level, at])
         chosen = space.fractions()[branch, level]

@@ -82,7 +82,7 @@ class Judge:
                 trial = np.clip(z + share * step, -4.0, 4.0)
                 try:
                     r_new, j_new = self.linearise(trial)
-                except ArithmeticError:  # too far off for an equilibrium
+                except ArithmeticError:  # too far away for an equilibrium
                     continue
                 cost_new = r_new @ r_new + trial @ trial
                 if cost_new < cost:

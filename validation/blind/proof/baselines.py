@@ -56,7 +56,7 @@ def answers(folder, report, seed):
     enable_float64()
     campaign = read_campaign(folder)
     program = Program.of(campaign, kind_of(campaign))
-    if report.get("fit", {}).get("how", VALIDATION) != VALIDATION:  # the tool, too, scored recordings left out in turn
+    if report.get("fit", {}).get("how", VALIDATION) != VALIDATION:  # the tool cross-validated, too
         program.fitted = np.ones_like(program.fitted)
     program, base = base_fit(program)  # noise and latent trajectories as the tool has them
     folds = [(fold, _refitted(program, base, fold)) for fold in _folds(program)]

@@ -160,7 +160,7 @@ def _here(task, names, deadline, bar):
 def _in_processes(task, names, workers, deadline, bar):
     """Work on names in order. A broken pool is made again, and the worker counts the cause."""
     # the processes fill the cores by themselves: no threads of their own, and none of XLA's, which would wait for
-    # work by turning round and round
+    # work in a busy loop
     for threads in ("PNEUSMA_THREADS", "NPROC"):
         os.environ.setdefault(threads, "1")
     left = list(names)
