@@ -123,16 +123,16 @@ def _drawn(values: np.ndarray, every: float, rows: int) -> np.ndarray:
 def _solved(y: np.ndarray, every: float, count: int) -> np.ndarray:
     """Readings between which rows lie, by least squares. A tiny weight keeps those that no row determines."""
     place = np.arange(len(y)) / every
-    left = np.minimum(np.floor(place + EXACT).astype(int), count - 2)
-    part = np.clip(place - left, 0.0, 1.0)
+    reading_before = np.minimum(np.floor(place + EXACT).astype(int), count - 2)
+    part = np.clip(place - reading_before, 0.0, 1.0)
     bands = np.zeros((2, count))
-    np.add.at(bands[1], left, (1.0 - part) ** 2)
-    np.add.at(bands[1], left + 1, part**2)
-    np.add.at(bands[0], left + 1, part * (1.0 - part))
+    np.add.at(bands[1], reading_before, (1.0 - part) ** 2)
+    np.add.at(bands[1], reading_before + 1, part**2)
+    np.add.at(bands[0], reading_before + 1, part * (1.0 - part))
     bands[1] += 1e-12
     right = np.zeros(count)
-    np.add.at(right, left, (1.0 - part) * y)
-    np.add.at(right, left + 1, part * y)
+    np.add.at(right, reading_before, (1.0 - part) * y)
+    np.add.at(right, reading_before + 1, part * y)
     return solveh_banded(bands, right)
 
 
@@ -208,11 +208,11 @@ def _read_off(x: np.ndarray, y: np.ndarray, begin: float, every: float, none: fl
     sides = np.full((2, len(at) + 1), np.nan)
     sides[0, :-1][determined] = y[a] + slope * (at[determined] - x[a])
     sides[1, 1:][determined] = y[a] + slope * (at[determined] + every - x[a])
-    known = np.isfinite(sides[:, :-1])
-    total = np.where(known, sides[:, :-1], 0.0).sum(axis=0)
-    either_side = known.any(axis=0)
+    defined = np.isfinite(sides[:, :-1])
+    total = np.where(defined, sides[:, :-1], 0.0).sum(axis=0)
+    either_side = defined.any(axis=0)
     values = np.full(len(at), np.nan)
-    values[either_side] = _merged(total[either_side] / known.sum(axis=0)[either_side], FARTHER * none)
+    values[either_side] = _merged(total[either_side] / defined.sum(axis=0)[either_side], FARTHER * none)
     return OriginalReadings(at, values)
 
 

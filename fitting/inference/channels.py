@@ -80,8 +80,8 @@ def channel_weight(
         block: number of readings averaged in a row.
     """
     values = columns[quantity]
-    held = np.isfinite(values)
-    if not held.any():
+    finite = np.isfinite(values)
+    if not finite.any():
         return np.zeros(len(values))
     stated = recording.noise_si(quantity)
     raw = read_values(recording, quantity)
@@ -92,8 +92,8 @@ def channel_weight(
         sigma = noise_found(recording, quantity)
         if block > 1:
             sigma = block_noise(*unstated_noise(raw, sigma), block)[0]
-        sigma = max(sigma, LEAST_NOISE * float(np.ptp(values[held])), 1e-12)
-    return np.where(held, 1.0 / sigma, 0.0)
+        sigma = max(sigma, LEAST_NOISE * float(np.ptp(values[finite])), 1e-12)
+    return np.where(finite, 1.0 / sigma, 0.0)
 
 
 def correlation_by_lags(values: np.ndarray) -> float:

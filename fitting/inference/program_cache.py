@@ -49,14 +49,14 @@ def cached_program(function: Callable, name: str, options: dict[str, bool] | Non
         leaves, structure = jax.tree.flatten(arguments)
         shapes = [jax.typeof(leaf) for leaf in leaves]
         folder = jax.config.jax_compilation_cache_dir
-        asked = (folder, structure, *shapes)
-        if asked not in ready:
+        key = (folder, structure, *shapes)
+        if key not in ready:
             words = f"{name}|{structure}|{shapes}"
             if not folder or " at 0x" in words:
                 return plain(*arguments)
             program = _program(Path(folder) / FOLDER, words, function, structure, shapes)
-            ready[asked] = jax.jit(program.call, compiler_options=options)
-        return ready[asked](*leaves)
+            ready[key] = jax.jit(program.call, compiler_options=options)
+        return ready[key](*leaves)
 
     return call
 

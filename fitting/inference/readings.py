@@ -68,23 +68,24 @@ def _readings_of(recording: Recording, quantity: str) -> Readings:
     values = recording.si(quantity)
     rows = np.flatnonzero(np.isfinite(values))
     if recording.column(quantity) not in measured(recording):
-        once = rows[_not_copied(recording, rows)]
+        unique = rows[_not_copied(recording, rows)]
         drawn = [originals for originals in _drawn(recording) if originals]
-        read = _nearest(recording, once, drawn) if drawn else once  # a file is interpolated in every column
+        # a file is interpolated in every column
+        read = _nearest(recording, unique, drawn) if drawn else unique
         mask = np.isin(np.arange(len(values)), read)
         first = drawn[0] if drawn else None
-        return Readings(mask, len(rows) - len(once), len(once) - len(read), originals=first)
+        return Readings(mask, len(rows) - len(unique), len(unique) - len(read), originals=first)
     names = [name for name in _channels(recording) if recording.column(quantity) != name]
     others = [recording.si(name)[rows] for name in names]
     stopped, level = saturated(values[rows], others, recording.memo.get((FULL_SCALE, quantity)))
     below = rows[~stopped]
-    once = below[_not_copied(recording, below)]
-    originals = readings_between(_places(recording)[once], values[once])
-    fresh = once if originals else below[_fresh(recording, below, values[below])]
-    measured_rows = _nearest(recording, once, [originals]) if originals else fresh
+    unique = below[_not_copied(recording, below)]
+    originals = readings_between(_places(recording)[unique], values[unique])
+    new_rows = unique if originals else below[_fresh(recording, below, values[below])]
+    measured_rows = _nearest(recording, unique, [originals]) if originals else new_rows
     counted = np.zeros(len(values), bool)
     counted[measured_rows] = True
-    repeated, between = len(below) - len(fresh), len(fresh) - len(measured_rows)
+    repeated, between = len(below) - len(new_rows), len(new_rows) - len(measured_rows)
     return Readings(counted, repeated, between, int(stopped.sum()), level, originals)
 
 
@@ -120,9 +121,9 @@ def read_rows(recording: Recording) -> np.ndarray:
         recording: original recording.
     """
     rows = np.arange(len(recording))
-    once = rows[_not_copied(recording, rows)]
+    unique = rows[_not_copied(recording, rows)]
     drawn = _drawn(recording)
-    return _nearest(recording, once, drawn) if drawn and all(drawn) else once
+    return _nearest(recording, unique, drawn) if drawn and all(drawn) else unique
 
 
 def share_full_scale(recordings: Sequence[Recording]) -> None:
@@ -134,10 +135,10 @@ def share_full_scale(recordings: Sequence[Recording]) -> None:
     """
     names = dict.fromkeys(name for recording in recordings for name in recording.outputs)
     for quantity in (schema.quantity_and_unit(name)[0] for name in names):
-        held = [r for r in recordings if r.has(quantity)]
-        levels = {readings_of(r, quantity).level for r in held}
+        having = [r for r in recordings if r.has(quantity)]
+        levels = {readings_of(r, quantity).level for r in having}
         levels = {level for level in levels if np.isfinite(level)}
-        for recording in held if len(levels) == 1 else ():
+        for recording in having if len(levels) == 1 else ():
             if not np.isfinite(readings_of(recording, quantity).level):
                 for key in [key for key in recording.memo if key[1] == quantity]:
                     del recording.memo[key]
@@ -158,8 +159,8 @@ def noise_found(recording: Recording, quantity: str) -> float:
 def _noise_found(whole: Recording, quantity: str) -> float:
     values, originals = whole.si(quantity), readings_of(whole, quantity).originals
     if originals and whole.column(quantity) in measured(whole):
-        known = np.isfinite(originals.values)
-        return robust_noise(originals.at[known], originals.values[known])
+        finite = np.isfinite(originals.values)
+        return robust_noise(originals.at[finite], originals.values[finite])
     time = whole.si("time") if whole.has("time") else np.arange(float(len(values)))
     counted = readings_of(whole, quantity).counted & np.isfinite(time)
     time = time[counted]
@@ -215,12 +216,12 @@ def _cautions(recording: Recording) -> list[str]:
         stated = recording.noise_si(quantity)
         rounding = rounding_noise(recording.si(quantity)[readings.counted])
         if stated and stated < FAR_BELOW * rounding:
-            step, least, said = (
+            step, least, stated_noise = (
                 float(from_si(x, unit, difference=True)) for x in (np.sqrt(12.0) * rounding, rounding, stated)
             )
             found.append(
-                f"{place}: the stated noise of {said:.3g} {unit} is far below the {least:.3g} {unit} that "
-                f"rounding in steps of {step:.3g} {unit} leaves; it stays as stated, so rounding may "
+                f"{place}: the stated noise of {stated_noise:.3g} {unit} is far below the {least:.3g} {unit} "
+                f"that rounding in steps of {step:.3g} {unit} leaves; it stays as stated, so rounding may "
                 "look like misfit"
             )
     return found
@@ -228,28 +229,28 @@ def _cautions(recording: Recording) -> list[str]:
 
 def _channels(recording: Recording) -> list[str]:
     """Numeric columns, without the clock and counts."""
-    known = [name for name in recording.known_columns if name not in ("time_s", "cycle")]
-    return [name for name in known if np.asarray(recording.columns[name]).dtype.kind == "f"]
+    names = [name for name in recording.known_columns if name not in ("time_s", "cycle")]
+    return [name for name in names if np.asarray(recording.columns[name]).dtype.kind == "f"]
 
 
 def _fresh(recording: Recording, rows: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Rows that are no copies: of whole rows, or of a slower channel's reading."""
-    fresh = _not_copied(recording, rows)
-    own = values[fresh]
+    new = _not_copied(recording, rows)
+    own = values[new]
     moves = np.abs(np.diff(own))
     if slower(own, moves):
-        fresh[np.flatnonzero(fresh)[1:]] = moves > 0.0
-    return fresh
+        new[np.flatnonzero(new)[1:]] = moves > 0.0
+    return new
 
 
 
 def _not_copied(recording: Recording, rows: np.ndarray) -> np.ndarray:
     """Rows in which any channel moved, where a logger writes each as often as the last."""
-    fresh = np.ones(len(rows), bool)
+    new = np.ones(len(rows), bool)
     if len(rows) < LONG:
-        return fresh
+        return new
     table = np.stack([recording.columns[name][rows] for name in _channels(recording)])
     moves = np.abs(np.nan_to_num(np.diff(table, axis=1))).max(axis=0)
     if copied(moves) and len(table) > 1 and regular(moves) and everywhere(moves):
-        fresh[1:] = moves > 0.0
-    return fresh
+        new[1:] = moves > 0.0
+    return new

@@ -79,11 +79,11 @@ def candidates(steps: tuple[float, ...] = STEPS, shares: Sequence[float] = SHARE
 def published_campaign(steps: tuple[float, ...] = STEPS) -> list[Candidate]:
     """The source's seven tests of one spring: cold, hot, and five resistances between."""
     hot, full = steps[:HOT_STEPS], (*steps, steps[-1])
-    held = [k / 6.0 for k in range(1, 6)]
+    shares = [k / 6.0 for k in range(1, 6)]
     return [
         Candidate(COLD, full),
         Candidate(HOT, hot),
-        *(Candidate(HELD, hot if s < HOT_SHARE else full, s) for s in held),
+        *(Candidate(HELD, hot if s < HOT_SHARE else full, s) for s in shares),
     ]
 
 

@@ -67,22 +67,22 @@ class _Worth:
 
     def greedy(self, pool: Counter, most: int, least: float) -> list[Choice]:
         """Tests one by one, each at most as often as in `pool`."""
-        known, done = _prior(self.fisher), Counter()
+        precision, done = _prior(self.fisher), Counter()
         chosen: list[Choice] = []
         while len(chosen) < most:
-            left = [k for k in sorted(pool) if done[k] < pool[k]]
-            if not left:
+            available = [k for k in sorted(pool) if done[k] < pool[k]]
+            if not available:
                 break
-            more = np.stack([self._next(k, done) for k in left], axis=1)
-            gain = log_volume(known, self.rows) - log_volume(known[:, None] + more, self.rows)
+            more = np.stack([self._next(k, done) for k in available], axis=1)
+            gain = log_volume(precision, self.rows) - log_volume(precision[:, None] + more, self.rows)
             enough = gain >= least
             if chosen and not enough.any():
                 break
-            per_minute = gain / self.minutes[left]
+            per_minute = gain / self.minutes[available]
             best = int(np.argmax(np.where(enough, per_minute, -np.inf) if enough.any() else per_minute))
-            chosen.append(Choice(left[best], float(gain[best])))
-            known = known + more[:, best]
-            done[left[best]] += 1
+            chosen.append(Choice(available[best], float(gain[best])))
+            precision = precision + more[:, best]
+            done[available[best]] += 1
         return chosen
 
     def exchanged(self, tests: list[int]) -> list[int]:
@@ -100,9 +100,9 @@ class _Worth:
                     j for j in everything
                     if done[j] < self.fisher.shape[2] and time + self.minutes[j] <= limit
                 ]
-                known = _prior(self.fisher) + sum(self.fisher[:, j, n - 1] for j, n in done.items())
+                precision = _prior(self.fisher) + sum(self.fisher[:, j, n - 1] for j, n in done.items())
                 more = np.stack([self._next(j, done) for j in able], axis=1)
-                volume = log_volume(known[:, None] + more, self.rows)
+                volume = log_volume(precision[:, None] + more, self.rows)
                 best = able[int(np.argmin(volume))]
                 if best != tests[k] and volume.min() < volume[able.index(tests[k])] - 1e-9:
                     tests[k], improved = best, True

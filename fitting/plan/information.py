@@ -38,9 +38,9 @@ def held_phase(alloy: pj.Alloy, gamma: Array, share: Array) -> Array:
 
 def phase_course(alloy: pj.Alloy, gamma: Array, test: Courses) -> Array:
     """Martensite fraction over one test, shape (rows,)."""
-    held = held_phase(alloy, gamma, test.share)
+    at_setpoint = held_phase(alloy, gamma, test.share)
     fixed = jnp.where(test.hold == COLD, 1.0, 0.0)
-    course = jnp.where((test.hold == COLD) | (test.hold == HOT), fixed, held)
+    course = jnp.where((test.hold == COLD) | (test.hold == HOT), fixed, at_setpoint)
     return jnp.where(test.hold == HEATED, 1.0 - test.warmth, course)
 
 
@@ -106,7 +106,7 @@ def _information(
 
     at = jnp.zeros(len(names)), jnp.zeros(rows // LATENT_ROWS)
     by_constants, by_phase = jax.jacfwd(outputs, argnums=(0, 1))(*at)
-    known = by_phase.T @ by_phase + jnp.eye(by_phase.shape[1]) / test.phase_sd**2
+    precision = by_phase.T @ by_phase + jnp.eye(by_phase.shape[1]) / test.phase_sd**2
     mixed = by_phase.T @ by_constants
-    fisher = by_constants.T @ by_constants - mixed.T @ jnp.linalg.solve(known, mixed)
+    fisher = by_constants.T @ by_constants - mixed.T @ jnp.linalg.solve(precision, mixed)
     return 0.5 * (fisher + fisher.T)

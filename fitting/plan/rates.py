@@ -49,9 +49,9 @@ def choose_rates(spring: pj.Spring, tests: Sequence[Candidate], seed: int, read_
         seed: seed of the controller's readings.
         read_noise: standard deviation of these readings [ohm].
     """
-    held = [test for test in tests if test.hold == HELD]
-    shares = sorted({test.share for test in held})
-    longest = [max((t for t in held if t.share == share), key=_travel) for share in shares]
+    held_tests = [test for test in tests if test.hold == HELD]
+    shares = sorted({test.share for test in held_tests})
+    longest = [max((t for t in held_tests if t.share == share), key=_travel) for share in shares]
     rates = dict(zip(shares, _held_rates(spring, longest, seed, read_noise), strict=True))
     usual = float(np.median(list(rates.values()))) if rates else _rates(tests)[1]
     return [rates[test.share] if test.hold == HELD else usual for test in tests]

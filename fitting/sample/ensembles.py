@@ -86,8 +86,8 @@ class Ensembles(Chains):
         for k in range(1, self.settings.ensembles + 1):
             backend = _read(self.file, f"ensemble_{k}")
             self._add(backend, backend.get_last_sample())
-            known, again = backend.log_prob[-1], density(backend.chain[-1])
-            if not np.allclose(known, again, rtol=SAME_MODEL, atol=SAME_MODEL):
+            on_file, again = backend.log_prob[-1], density(backend.chain[-1])
+            if not np.allclose(on_file, again, rtol=SAME_MODEL, atol=SAME_MODEL):
                 raise InputError(checkpoint.other_model(self.file))
 
     def _add(self, backend: emcee.backends.Backend, state: emcee.State) -> None:

@@ -147,13 +147,13 @@ class HamiltonianChains(Chains):
         def one(job: tuple[int, _Chain]) -> _Chain:
             k, chain = job
             key = jax.random.fold_in(jax.random.fold_in(self._key, k), 2)
-            state, parts, left = chain.state, [chain.draws], steps
+            state, parts, remaining = chain.state, [chain.draws], steps
             done = len(chain.draws.energy)
-            while left > 0:
-                count = min(left, self.settings.chunk)
+            while remaining > 0:
+                count = min(remaining, self.settings.chunk)
                 state, new = programs.advance(leaves, key, state, chain.step, chain.metric, done, count)
                 parts.append(Draws(*(np.asarray(column)[:count] for column in new)))
-                done, left = done + count, left - count
+                done, remaining = done + count, remaining - count
             draws = Draws(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
             return _Chain(state, chain.step, chain.metric, chain.warm_up, draws)
 

@@ -50,10 +50,10 @@ class SamplingBar:
             expected = min(int((LENGTHS + BURN_LENGTHS) * state.kept / state.lengths) + 1, self._budget)
         self._bar.total = max(expected, state.steps)
         pace = (time.monotonic() - self._began) / max(state.steps - self._first, 1)
-        left = pace * max(expected - state.steps, 0)
+        remaining = pace * max(expected - state.steps, 0)
         status = (
             f"{state.effective.min():.0f} effective samples, {state.lengths:.0f} of {LENGTHS:.0f} "
-            f"autocorrelation times, R-hat {state.r_hat.max():.3f}, about {duration(left)} left"
+            f"autocorrelation times, R-hat {state.r_hat.max():.3f}, about {duration(remaining)} left"
         )
         self._judged = f"; when last judged: {status}"
         self._bar.set_postfix_str(status)

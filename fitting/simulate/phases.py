@@ -86,9 +86,9 @@ def _followed(
     """Fractions of the measured springs from a start, shape (rows, wired), and their log-likelihood."""
     wander, likelihood = None, -np.inf
     for _ in range(ROUNDS):
-        held = _with(given, wired, np.clip(x, 0.0, 1.0))
-        history = pj.simulate_history(actuator, pressure, held, states)
-        found = _read_off(actuator, pressure, held, states, history, tuple(wired))
+        fractions = _with(given, wired, np.clip(x, 0.0, 1.0))
+        history = pj.simulate_history(actuator, pressure, fractions, states)
+        found = _read_off(actuator, pressure, fractions, states, history, tuple(wired))
         ohms, slope = (np.asarray(part) for part in found)
         good = np.all(np.isfinite(slope), axis=(1, 2)) & np.all(np.isfinite(ohms), axis=1)
         ohms, slope = np.where(good[:, None], ohms, read), np.where(good[:, None, None], slope, 0.0)
@@ -110,10 +110,10 @@ def _with(
     given: Sequence[pj.MartensiteFraction], wired: Sequence[int], x: np.ndarray
 ) -> tuple[pj.MartensiteFraction, ...]:
     """Activations with the fractions of the measured springs replaced."""
-    held = list(given)
+    fractions = list(given)
     for column, k in enumerate(wired):
-        held[k] = pj.MartensiteFraction(x[:, column])
-    return tuple(held)
+        fractions[k] = pj.MartensiteFraction(x[:, column])
+    return tuple(fractions)
 
 
 @eqx.filter_jit

@@ -260,8 +260,8 @@ def run_chain_protocol(
     states: dict[str, np.ndarray] = {}
     notices = []
     for k, (body, part) in enumerate(zip(chain.segments, history.segments, strict=True), 1):
-        segment_outputs, known = _described(body, part, f"segment_{k}_")
-        outputs, states = outputs | segment_outputs, states | known
+        segment_outputs, segment_states = _described(body, part, f"segment_{k}_")
+        outputs, states = outputs | segment_outputs, states | segment_states
         notices += [f"segment {k}: {sentence}" for sentence in actuator_cautions(body, part.rows)]
     title = f"{protocol.name}: {name}"
     return Course(title, _inputs(protocol), outputs, states, notices, (chain, history), pressure)

@@ -105,9 +105,9 @@ def _read_by_effects(
     found = {}
     for name in names:
         values = recording.si(name)[complete]
-        held = np.isfinite(values)
-        if name not in inputs and held.any():
-            found[name] = np.interp(inputs["time"], inputs["time"][held], values[held])
+        finite = np.isfinite(values)
+        if name not in inputs and finite.any():
+            found[name] = np.interp(inputs["time"], inputs["time"][finite], values[finite])
     return found
 
 
@@ -189,14 +189,14 @@ def _denoised_history(
     begun = []
     for k, activation in enumerate(activations):
         xi0 = np.asarray(read.springs[k].xi0)
-        known = np.isfinite(xi0)
+        finite = np.isfinite(xi0)
         if k in measured:
             rows = np.arange(len(xi0))
-            xi0 = np.interp(rows, rows[known], xi0[known]) if known.any() else np.ones(len(xi0))
+            xi0 = np.interp(rows, rows[finite], xi0[finite]) if finite.any() else np.ones(len(xi0))
             activation = pj.MartensiteFraction(xi0)
         begun.append(activation)
-    given = fractions_behind(actuator, time, pressure, measured, begun, states)
-    return pj.simulate_history(actuator, pressure, tuple(given), states).rows, read
+    fractions = fractions_behind(actuator, time, pressure, measured, begun, states)
+    return pj.simulate_history(actuator, pressure, tuple(fractions), states).rows, read
 
 
 @_predicted.register

@@ -102,11 +102,11 @@ class BendingActuator(Specimen):
         table = silicones.table_name(campaign, material)
         parameters.update(silicones.material_parameters(campaign, law, identify, table))
         free_names = {silicones.FACTOR, *(GEOMETRY_KEYS if layout.spring_numbers else TUBE)}
-        known = {
+        sizes = {
             specimen: {name: value for name, value in dimensions(members[0]).items() if name in free_names}
             for specimen, members in campaign.specimens().items()
         }
-        own = priors.geometry_parameters(campaign, known, silicones.UNITS, silicones.always_open(identify))
+        own = priors.geometry_parameters(campaign, sizes, silicones.UNITS, silicones.always_open(identify))
         parameters.update(own)
         return parameters
 

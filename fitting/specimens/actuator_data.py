@@ -134,8 +134,8 @@ def _recorded(recording: Recording, rows: Rows, names: list[str]) -> dict[str, n
         column = np.full(len(rows.mask), nominal)
         if recording.has(name):
             values, time = recording.si(name), recording.si("time")
-            held = np.isfinite(values) & np.isfinite(time)
-            if held.any():
-                column = np.interp(np.asarray(rows.time), time[held], values[held])
+            finite = np.isfinite(values) & np.isfinite(time)
+            if finite.any():
+                column = np.interp(np.asarray(rows.time), time[finite], values[finite])
         found[f"recorded_{name}"] = column
     return found

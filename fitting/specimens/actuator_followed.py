@@ -78,22 +78,22 @@ def settled(recordings: list[Rows], evaluate: Callable[[list[Rows]], dict[str, n
     if not wired:
         return recordings
     slopes: dict[int, np.ndarray] = {}
-    held = [
+    fixed = [
         replaced(rows, gain=tuple(0.0 * np.asarray(g) for g in rows.extra["gain"])) for rows in recordings
     ]
     for _ in range(ROUNDS):
-        here = evaluate(held)
+        base = evaluate(fixed)
         for k, n in wired:
-            perturbed = evaluate([_perturbed(rows, k) for rows in held])
-            slope = (perturbed[f"ohms_{n}"] - here[f"ohms_{n}"]) / (perturbed[f"xi0_{n}"] - here[f"xi0_{n}"])
-            held = [_read(rows, k, n, here[f"ohms_{n}"][j], slope[j]) for j, rows in enumerate(held)]
+            perturbed = evaluate([_perturbed(rows, k) for rows in fixed])
+            slope = (perturbed[f"ohms_{n}"] - base[f"ohms_{n}"]) / (perturbed[f"xi0_{n}"] - base[f"xi0_{n}"])
+            fixed = [_read(rows, k, n, base[f"ohms_{n}"][j], slope[j]) for j, rows in enumerate(fixed)]
             slopes[k] = slope
-    here = evaluate(held)
+    base = evaluate(fixed)
     found = []
-    for j, rows in enumerate(held):
+    for j, rows in enumerate(fixed):
         count = len(rows.mask)
         reading = {
-            name: tuple(np.nan_to_num(here[f"{name}_{n}"][j, :count]) for n in layout.spring_numbers)
+            name: tuple(np.nan_to_num(base[f"{name}_{n}"][j, :count]) for n in layout.spring_numbers)
             for name in ("ohms", "gamma")
         }
         gain = [np.zeros(count) for _ in layout.spring_numbers]

@@ -72,8 +72,8 @@ def with_effects(
     values: Mapping[str, Array], rows: Rows, effects: tuple[Effect, ...]
 ) -> tuple[dict[str, Array], dict[str, Any]]:
     """All outputs under effects; see `Specimen.answer`."""
-    known = numbers(values, rows)
-    body = body_of(known, rows)
+    parameters = numbers(values, rows)
+    body = body_of(parameters, rows)
     extra = rows.extra
     if "gain" in extra:
         following = zip(extra["xi0"], extra["ohms"], extra["gain"], extra["gamma"], strict=True)
@@ -81,7 +81,7 @@ def with_effects(
     else:
         phases = tuple(MartensiteFraction(x) for x in extra["xi0"])
     one = jnp.ones(())
-    states = tuple(SpringState(known["prestrain"], one) for _ in body.springs)
+    states = tuple(SpringState(parameters["prestrain"], one) for _ in body.springs)
     pressure = rows.inputs["pressure"]
     known_rows = {"gravity": jnp.broadcast_to(extra["gravity"], (pressure.size, 3))}
     currents = {

@@ -85,12 +85,12 @@ def decided(values: Mapping[str, float], recordings: Sequence[Rows]) -> list[Row
         return found
     for _ in range(ROUNDS):
         stacked = _held(stack(found))
-        here = jax.device_get(_solve(values, stacked))
-        slopes = [_slopes(values, stacked, here, k) for k in wired]
+        current = jax.device_get(_solve(values, stacked))
+        slopes = [_slopes(values, stacked, current, k) for k in wired]
         change = 0.0
         for k, (_, slope) in zip(wired, slopes, strict=True):
             for number, rows in enumerate(found):
-                found[number], largest_step = _smoothed(rows, k, here.ohms[number][k], slope[number])
+                found[number], largest_step = _smoothed(rows, k, current.ohms[number][k], slope[number])
                 change = max(change, largest_step)
         if change < SETTLED:
             break
@@ -115,14 +115,14 @@ def _noise(rows: Rows, k: int) -> float:
 
 
 def _slopes(
-    values: Mapping[str, Array], stacked: Rows, here: Solved, k: int
+    values: Mapping[str, Array], stacked: Rows, base: Solved, k: int
 ) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Slopes of the outputs and of spring k's resistance over its fraction, shape (recordings, rows)."""
     xi0 = stacked.extra["xi0"][k]
     nudge = jnp.where(xi0 > 0.5, -NUDGE, NUDGE)
     perturbed = jax.device_get(_solve(values, _with_phase(stacked, k, xi0 + nudge)))
-    outputs = {name: (getattr(perturbed, name) - getattr(here, name)) / np.asarray(nudge) for name in OUTPUTS}
-    return outputs, (perturbed.ohms[:, k] - here.ohms[:, k]) / np.asarray(nudge)
+    outputs = {name: (getattr(perturbed, name) - getattr(base, name)) / np.asarray(nudge) for name in OUTPUTS}
+    return outputs, (perturbed.ohms[:, k] - base.ohms[:, k]) / np.asarray(nudge)
 
 
 OUTPUTS = ("curvature", "bend_angle", "length", "bend_direction")
@@ -146,14 +146,14 @@ def _smoothed(rows: Rows, k: int, ohms: np.ndarray, slope: np.ndarray) -> tuple[
 def _finished(values: Mapping[str, Array], found: list[Rows], wired: Sequence[int]) -> list[Rows]:
     """Recordings with gains, resistances and weights at the final fractions."""
     stacked = _held(stack(found))
-    here = jax.device_get(_solve(values, stacked))
+    current = jax.device_get(_solve(values, stacked))
     variance = [
         {name: 1.0 / np.where(w > 0.0, w, np.inf) ** 2 for name, w in r.extra["clean"].items()} for r in found
     ]
     for k in wired:
-        outputs, slopes = _slopes(values, stacked, here, k)
+        outputs, slopes = _slopes(values, stacked, current, k)
         for number, rows in enumerate(found):
-            found[number] = _with_gain(values, rows, k, here, slopes[number], number)
+            found[number] = _with_gain(values, rows, k, current, slopes[number], number)
             sd = found[number].extra["sd"][k]
             share = np.where(sd > BLIND, max(np.sum(sd > BLIND), 1), 1.0)
             for name, known in variance[number].items():
@@ -163,15 +163,15 @@ def _finished(values: Mapping[str, Array], found: list[Rows], wired: Sequence[in
 
 
 def _with_gain(
-    values: Mapping[str, Array], rows: Rows, k: int, here: Solved, slope: np.ndarray, number: int
+    values: Mapping[str, Array], rows: Rows, k: int, current: Solved, slope: np.ndarray, number: int
 ) -> Rows:
     """A recording with the gain and uncertainty of spring k's fraction."""
     noise, count = _noise(rows, k), len(rows.mask)
-    ohms = tuple(np.asarray(here.ohms[number][j][:count]) for j in range(len(rows.extra["xi0"])))
+    ohms = tuple(np.asarray(current.ohms[number][j][:count]) for j in range(len(rows.extra["xi0"])))
     if noise == 0.0:
         return replaced(rows, ohms=ohms)
     spring = body_of(numbers(values, rows), rows).springs[k]
-    gamma = jnp.asarray(here.gamma[number][k][:count])
+    gamma = jnp.asarray(current.gamma[number][k][:count])
     mean_slope = np.asarray(_mean_slope(spring, jnp.asarray(rows.extra["xi0"][k]), gamma, jnp.asarray(noise)))
     sd = noise / np.sqrt(mean_slope**2 + (noise / UNKNOWN) ** 2)
     total = slope[:count]

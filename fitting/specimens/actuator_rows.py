@@ -47,12 +47,12 @@ class Solved(eqx.Module):
     ohms: Array
 
 
-def body_of(known: Mapping[str, Array], rows: Rows) -> pj.Actuator:
+def body_of(parameters: Mapping[str, Array], rows: Rows) -> pj.Actuator:
     """The actuator with these parameters."""
     layout = rows.extra["layout"]
-    alloy = Alloy(**{name: known[name] for name in ALLOY}) if layout.spring_numbers else None
-    geometry = pj.Geometry(**{name: known[name] for name in GEOMETRY_KEYS})
-    return pj.round_actuator(layout, geometry, alloy, silicones.law_with(rows.extra["law"], known))
+    alloy = Alloy(**{name: parameters[name] for name in ALLOY}) if layout.spring_numbers else None
+    geometry = pj.Geometry(**{name: parameters[name] for name in GEOMETRY_KEYS})
+    return pj.round_actuator(layout, geometry, alloy, silicones.law_with(rows.extra["law"], parameters))
 
 
 def trajectory(values: Mapping[str, Array], rows: Rows) -> Solved:
@@ -62,9 +62,9 @@ def trajectory(values: Mapping[str, Array], rows: Rows) -> Solved:
         values: free parameters by name, SI.
         rows: one recording.
     """
-    known = numbers(values, rows)
-    body, count = body_of(known, rows), rows.time.size
-    fresh = SpringState.fresh(jnp.asarray(known["prestrain"], float))
+    parameters = numbers(values, rows)
+    body, count = body_of(parameters, rows), rows.time.size
+    fresh = SpringState.fresh(jnp.asarray(parameters["prestrain"], float))
     xi0 = _of_springs(rows, "xi0")
     states = tuple(SpringState(jnp.broadcast_to(fresh.prestrain, (count,)), _hottest(x)) for x in xi0)
     guess = jnp.broadcast_to(start(body), (count, body.basis.shape[1]))

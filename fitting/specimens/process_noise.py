@@ -60,8 +60,8 @@ def with_process_noise(
     """
     values = {name: jnp.asarray(value, float) for name, value in values.items()}
     table = np.array([np.asarray(_evidence(values, stacked, jnp.asarray(w))) for w in candidates])
-    held = np.asarray(stacked.extra["level_sd"]) == 0.0
-    informative = (np.ptp(table, axis=0) > DECISIVE) & ~held
+    fixed = np.asarray(stacked.extra["level_sd"]) == 0.0
+    informative = (np.ptp(table, axis=0) > DECISIVE) & ~fixed
     blind = informative & (table.max(axis=0) - table[0] <= DECISIVE) & pooled
     tried, alike = np.asarray(candidates), table > table.max(axis=0) - ALIKE
     best, slowest = tried[np.argmax(table, axis=0)], tried[np.argmax(alike, axis=0)]

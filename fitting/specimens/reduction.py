@@ -115,8 +115,8 @@ def averaged(columns: Mapping[str, np.ndarray], block: int) -> dict[str, np.ndar
 
 def _table(recording: Recording) -> dict[str, np.ndarray]:
     """Numeric columns of known quantities, canonical units."""
-    known = {name: np.asarray(recording.columns[name]) for name in recording.known_columns}
-    return {name: values for name, values in known.items() if values.dtype.kind == "f"}
+    columns = {name: np.asarray(recording.columns[name]) for name in recording.known_columns}
+    return {name: values for name, values in columns.items() if values.dtype.kind == "f"}
 
 
 def _channels(table: Mapping[str, np.ndarray]) -> list[str]:
@@ -177,8 +177,8 @@ def _selected_rows(
         turns = turns[usable[turns]]
     path = EVEN_SHARE * np.linspace(0.0, 1.0, count)
     for name in channels:
-        known = np.isfinite(means[name])
-        course = np.interp(np.arange(count), means["row"][known], means[name][known])
+        finite = np.isfinite(means[name])
+        course = np.interp(np.arange(count), means["row"][finite], means[name][finite])
         way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(course)))])
         path += (1.0 - EVEN_SHARE) / len(channels) * way / max(way[-1], 1e-300)
     candidates = usable & _informative_rows(recording)
@@ -210,8 +210,8 @@ def _turns(
     drivers = [name for name in _channels(table) if name not in predicted(recording)]
     found: list[int] = []
     for name in drivers:
-        known = np.isfinite(means[name])
-        course, at = means[name][known], means["row"][known]
+        finite = np.isfinite(means[name])
+        course, at = means[name][finite], means["row"][finite]
         sign, best, back = 0, 0, TURNS * np.ptp(course)
         for k in range(len(course)):
             if sign == 0:

@@ -182,9 +182,9 @@ def best_course(outputs: Outputs, frozen: Outputs, read: Array, names: Sequence[
     at_solution, known = outputs(solution)
     last = system.step(local, solution, at_solution)
     # where a row begins to renew the metal's memory all later ones jump, which the slopes cannot predict
-    here, outputs_here, after = jax.lax.stop_gradient((solution, at_solution, solution + last))
+    solution_value, outputs_here, after = jax.lax.stop_gradient((solution, at_solution, solution + last))
     then = frozen(after)[0]
-    better = system.square(measured - then, after) <= system.square(measured - outputs_here, here)
+    better = system.square(measured - then, after) <= system.square(measured - outputs_here, solution_value)
     made = better & (largest(last, everywhere) <= SETTLED)
     course = ended(solution, last, made)
     predicted = at_solution + local.along(course - solution)

@@ -89,15 +89,15 @@ def rows_of(
     driven_columns = {name: values[driven] for name, values in columns.items()}
     weight = {name: channel_weight(recording, name, driven_columns, recording.block) for name in OUTPUTS}
     smooth = denoised(driven_columns["time"], driven_columns["resistance"])
-    known = np.isfinite(smooth)
+    finite = np.isfinite(smooth)
     size = len(driven_columns["time"])
     return Rows(
         mask=np.ones(size, bool),
         time=driven_columns["time"],
         inputs={
             "elongation": driven_columns["elongation"],
-            "resistance": np.interp(driven_columns["time"], driven_columns["time"][known], smooth[known])
-            if known.any()
+            "resistance": np.interp(driven_columns["time"], driven_columns["time"][finite], smooth[finite])
+            if finite.any()
             else np.full(size, np.nan_to_num(alloy["rho_mean"])),
         },
         measured={name: np.nan_to_num(driven_columns[name]) for name in OUTPUTS},
@@ -134,10 +134,10 @@ def dimension_numbers(recording: Recording) -> dict[str, np.ndarray]:
     return {name: np.asarray(float(getattr(geometry, name))) for name in (*GEOMETRY, "prestrain")}
 
 
-def spring_of(known: Mapping[str, Array]) -> Spring:
+def spring_of(parameters: Mapping[str, Array]) -> Spring:
     """The spring with these parameters. On a stand its elongation counts from the free length."""
-    alloy = Alloy(**{name: known[name] for name in ALLOY})
-    geometry = SpringGeometry(**{name: known[name] for name in GEOMETRY})
+    alloy = Alloy(**{name: parameters[name] for name in ALLOY})
+    geometry = SpringGeometry(**{name: parameters[name] for name in GEOMETRY})
     return Spring(geometry, alloy, geometry.free_length)
 
 
@@ -146,8 +146,9 @@ def _outputs(law: Law, xi0: Array) -> smoother.Local:
 
 
 def _law(values: Mapping[str, Array], rows: Rows) -> Law:
-    known = numbers(values, rows)
-    return Law(spring_of(known), known["prestrain"], rows.inputs["elongation"], rows.extra.get("decisions"))
+    parameters = numbers(values, rows)
+    spring, decisions = spring_of(parameters), rows.extra.get("decisions")
+    return Law(spring, parameters["prestrain"], rows.inputs["elongation"], decisions)
 
 
 def _walk(rows: Rows) -> smoother.Walk:
@@ -335,5 +336,5 @@ def rows_for(
     quantities, _ = priors.alloy_quantities(campaign, ALLOY, base)
     alloy = {name: quantity.value for name, quantity in quantities.items()}
     number = {specimen: k for k, specimen in enumerate(campaign.specimens(), start=1)}
-    held = held_at or {}
-    return [rows_of(r, alloy, number[r.specimen], held.get(r.name), options) for r in campaign.recordings]
+    levels = held_at or {}
+    return [rows_of(r, alloy, number[r.specimen], levels.get(r.name), options) for r in campaign.recordings]

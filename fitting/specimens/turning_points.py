@@ -94,11 +94,11 @@ def _followed(
     """All histories after a row, their earlier states, and the slot and parent of a renewal, if any."""
     state = SpringState(known.prestrain, known.xi_min)
     heated = hottest(state, xi0)
-    left = alloy.residual_strain(state, xi0)
+    residual = alloy.residual_strain(state, xi0)
     modulus, detwinning = alloy.modulus(xi0), alloy.detwinning_stress(gamma, xi0)
-    cost = cost + (weight * (alloy.shear_stress(gamma, xi0, left) - measured)) ** 2
-    deeper = residual_strain(alloy.residual_strain_limit(gamma), xi0, alloy.gR_decay) > left
-    beyond = (detwinning - modulus * left) / jnp.maximum(modulus * left, 1e-12)  # positive: renewed
+    cost = cost + (weight * (alloy.shear_stress(gamma, xi0, residual) - measured)) ** 2
+    deeper = residual_strain(alloy.residual_strain_limit(gamma), xi0, alloy.gR_decay) > residual
+    beyond = (detwinning - modulus * residual) / jnp.maximum(modulus * residual, 1e-12)  # positive: renewed
     against = TIE * (beyond / jnp.maximum(margin, 1e-12)) ** 2
     due = deeper & (beyond > 0.0)
     stays = jnp.where(deeper & (beyond > margin), jnp.inf, cost + jnp.where(due, against, 0.0))

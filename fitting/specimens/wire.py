@@ -89,11 +89,11 @@ def without_residual(campaign: Campaign, base: str | Path | Calibration | None =
     """
     table = load_calibration(base or NEW_WIRE, "alloy")
     quantities, _ = wire_quantities(campaign, table)
-    said = (
+    source = (
         "Left out: no load was taken off, and a loop that it drew under the steady load was not the "
         "recorded one"
     )
-    none = replace(quantities[AMPLITUDE], value=0.0, status="assumed", source=said)
+    none = replace(quantities[AMPLITUDE], value=0.0, status="assumed", source=source)
     return replace(table, quantities={**table.quantities, AMPLITUDE: none})
 
 
@@ -163,9 +163,9 @@ def _time_of(recording: Recording, row: int) -> float:
     return float(recording.si("time")[row - 1]) if recording.has("time") else row - 1.0
 
 
-def wire_of(known: Mapping[str, Array]) -> WireAlloy:
+def wire_of(parameters: Mapping[str, Array]) -> WireAlloy:
     """The wire with these parameters."""
-    return WireAlloy(**{name: known[name] for name in ALLOY})
+    return WireAlloy(**{name: parameters[name] for name in ALLOY})
 
 
 class StraightWire(Specimen):
@@ -247,8 +247,8 @@ class StraightWire(Specimen):
     ) -> tuple[dict[str, Array], dict[str, Any]]:
         """Outputs and drivers; see `Specimen.answer`. The driver is returned unchanged, NaN where no strain
         carries a stress."""
-        known = numbers(values, rows)
-        element, state = wire_of(known), SpringState(known["prestrain"], jnp.ones(()))
+        parameters = numbers(values, rows)
+        element, state = wire_of(parameters), SpringState(parameters["prestrain"], jnp.ones(()))
         temperature = rows.inputs["temperature"]
         drive = {"temperature": temperature, "state": state, "time": rows.time, "effects": effects}
         runs = {}
@@ -279,10 +279,10 @@ class StraightWire(Specimen):
 
     def cautions(self, recording: Recording, rows: Rows, outputs: Courses, drivers: Courses) -> list[str]:
         """Name of the wire's driver, and a warning about rows without an answer."""
-        given, free = _driver_and_output(recording)
+        driver, free = _driver_and_output(recording)
         lost = int(np.sum(~np.isfinite(outputs[free])))
-        said = [f"{given} drives the wire, as it was held or varies less"]
-        return said + ([f"in {lost} of {len(rows.mask)} rows no strain carries the stress"] if lost else [])
+        notes = [f"{driver} drives the wire, as it was held or varies less"]
+        return notes + ([f"in {lost} of {len(rows.mask)} rows no strain carries the stress"] if lost else [])
 
     def states(self, rows: Rows, drivers: Courses) -> dict[str, np.ndarray]:
         """The martensite fraction."""

@@ -75,13 +75,13 @@ def zeros_of(recording: Recording) -> Zeros:
         quantity, unit = schema.quantity_and_unit(column)
         sd[quantity] = float(to_si(size, unit))
     strain = recording.si("strain")
-    known = strain[np.isfinite(strain)]
-    moves = np.abs(np.diff(known))
+    finite = strain[np.isfinite(strain)]
+    moves = np.abs(np.diff(finite))
     usual = float(np.median(moves[moves > 0.0])) if moves.any() else 0.0
-    near = max(NEAR * float(np.ptp(known)), ROWS * usual)
+    near = max(NEAR * float(np.ptp(finite)), ROWS * usual)
     slack = find_slack(strain, recording.si("stress")) if sd else None
     start = {"strain": slack.start, "stress": slack.zero} if slack else {}
-    return Zeros(sd, start, float(known[0]), near)
+    return Zeros(sd, start, float(finite[0]), near)
 
 
 def offered(recordings: Sequence[Recording]) -> list[str]:

@@ -210,9 +210,9 @@ def write_synthetic(
         InputError: if the folder holds anything and `force` is off, or recordings of another campaign.
     """
     folder = check_folder(folder, force)
-    held = sorted(p.name for p in folder.iterdir()) if folder.is_dir() else []
+    present = sorted(p.name for p in folder.iterdir()) if folder.is_dir() else []
     ours = {f"{r.name}{ending}" for r in made.recordings for ending in (".csv", ".toml")}
-    strange = [name for name in held if name.endswith(".csv") and name not in ours]
+    strange = [name for name in present if name.endswith(".csv") and name not in ours]
     if strange:
         raise InputError(f"{folder}: {strange[0]} is of another campaign; choose another --out")
     return publish(folder, lambda: _documents(made, folder, reveal), force)

@@ -125,21 +125,21 @@ def _root_by_element(excess: Callable, given: tuple, start: Array) -> Array:
     ones = jnp.ones_like(start)
 
     def search(_: object, start: Array) -> Array:
-        held = jax.lax.stop_gradient(given)
+        frozen = jax.lax.stop_gradient(given)
 
         def go_on(carry: tuple) -> Array:
             return (carry[1] > 0) & (carry[2] < MOST_STEPS)
 
         def advance(carry: tuple) -> tuple:
             x, _, count = carry
-            value, rise = jax.jvp(lambda x: excess(x, held), (x,), (ones,))
+            value, rise = jax.jvp(lambda x: excess(x, frozen), (x,), (ones,))
             step = value / rise
             moving = jnp.abs(step) > 4e-16 * (1.0 + jnp.abs(x))
             return x - step, jnp.sum(moving), count + 1
 
         x, moving, _ = jax.lax.while_loop(go_on, advance, (start, jnp.asarray(1), 0))
-        off = jnp.abs(excess(x, held))
-        return jnp.where(off <= 1e-9 * (1.0 + jnp.abs(held[0])), x, jnp.nan)
+        off = jnp.abs(excess(x, frozen))
+        return jnp.where(off <= 1e-9 * (1.0 + jnp.abs(frozen[0])), x, jnp.nan)
 
     def tangent(linear: Callable[[Array], Array], vector: Array) -> Array:
         return vector / linear(ones)  # the derivative is diagonal

@@ -87,9 +87,9 @@ def martensite_fraction(
 
     A clipped base has zero slope. Both flags of the reading mark such results.
     """
-    held, clipped = martensite_weight(rho, rho_m, rho_a)
+    weight, clipped = martensite_weight(rho, rho_m, rho_a)
     degenerate = jnp.abs(rho_m - rho_a) < DEGENERATE_CONTRAST
-    powered = complement_power(held, 1.0 / second)
+    powered = complement_power(weight, 1.0 / second)
     return PhaseReading(unit_power(powered, 1.0 / exponent), clipped, degenerate)
 
 

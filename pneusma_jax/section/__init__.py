@@ -121,11 +121,11 @@ class Section(eqx.Module):
         Returns:
             Places [m], shape (fibres, 2), and their areas [m2], negative in holes, shape (fibres,).
         """
-        held = direction is not None
-        direction = jnp.asarray(direction if held else [0.0, 1.0])
+        in_plane = direction is not None
+        direction = jnp.asarray(direction if in_plane else [0.0, 1.0])
         rule = self.rule(direction, jnp.zeros(0))
         middle, aside = rule.first / rule.area, across(direction)
-        if held:
+        if in_plane:
             return rule.s[:, None] * direction + middle[:, None] * aside, rule.area
         half = jnp.sqrt(jnp.maximum(rule.second / rule.area - middle**2, 1e-30))
         u = jnp.concatenate([middle - half, middle + half])

@@ -115,8 +115,8 @@ def inset(vertices: Float[Array, "n 2"], distance: Array) -> Float[Array, "n 2"]
     mitre = (inwards + before) / (1.0 + (inwards * before).sum(-1, keepdims=True))
     inner = vertices + distance * mitre
     if concrete:
-        left = ((np.roll(inner, -1, axis=0) - inner) * along).sum(-1)
-        if not float(distance) > 0.0 or np.any(left <= 0.0) or first_crossing(inner) is not None:
+        remaining = ((np.roll(inner, -1, axis=0) - inner) * along).sum(-1)
+        if not float(distance) > 0.0 or np.any(remaining <= 0.0) or first_crossing(inner) is not None:
             raise ValueError(
                 "Argument `wall_thickness` must be positive and leave a bore, "
                 f"but it is {float(distance) * 1e3:g} mm in an outline whose shortest edge is "

@@ -66,9 +66,9 @@ def simulate_coupon(
 
     def step(memories: tuple, row: tuple) -> tuple:
         strain, time, interval, cycle = row
-        known = dict(time=time, interval=interval, cycle=cycle, silicone=law, area=area)
-        known["recorded_strain"] = strain
-        chain = Chain(effects, memories, Known(known))
+        inputs = dict(time=time, interval=interval, cycle=cycle, silicone=law, area=area)
+        inputs["recorded_strain"] = strain
+        chain = Chain(effects, memories, Known(inputs))
 
         def stress_at(given: tuple, strain: Array) -> Array:
             law, chain = given

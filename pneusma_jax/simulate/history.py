@@ -150,8 +150,8 @@ def _simulate(
         pressure, activations, time, interval, recorded = row
         before = carry.temperatures, carry.resistances
         phases, temperatures = phases_of(actuator.springs, activations, *before, interval)
-        known = Known(dict(time=time, interval=interval, recorded_pressure=pressure) | fixed | recorded)
-        chain = Chain(effects, carry.memories, known)
+        inputs = Known(dict(time=time, interval=interval, recorded_pressure=pressure) | fixed | recorded)
+        chain = Chain(effects, carry.memories, inputs)
         pressure = chain.through("pressure", pressure)
         chain = chain.knowing(pressure=pressure)
         return Problem(actuator, pressure, phases, carry.states, chain), temperatures

@@ -122,8 +122,8 @@ def _equilibrium_near(problem: Problem, guess: Array) -> Equilibrium:
     """
     frozen, body = jax.lax.stop_gradient(problem), problem.actuator
 
-    held = tuple(getattr(a, "held", lambda a=a: a)() for a in problem.activations)
-    frozen = eqx.tree_at(lambda p: p.activations, frozen, jax.lax.stop_gradient(held))
+    fixed_phases = tuple(getattr(a, "held", lambda a=a: a)() for a in problem.activations)
+    frozen = eqx.tree_at(lambda p: p.activations, frozen, jax.lax.stop_gradient(fixed_phases))
     guess = jax.lax.stop_gradient(guess)
     found = optx.root_find(residual, METHOD, guess, frozen, max_steps=MOST_STEPS, throw=False)  # type: ignore[var-annotated]
     root, slope = jax.lax.stop_gradient((found.value, found.stats["slope"]))

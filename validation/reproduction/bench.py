@@ -95,8 +95,8 @@ class Bench:
     def _history(self, design: str, pressure: np.ndarray, heated: np.ndarray, opposite: float) -> pj.History:
         body = self.actuator(design)
         phases = {1: np.full(SWEEP_ROWS, opposite), 2: heated}
-        given = tuple(pj.MartensiteFraction(phases[n]) for n in body.spring_numbers)
-        history = pj.simulate_history(body, pressure, given)
+        activations = tuple(pj.MartensiteFraction(phases[n]) for n in body.spring_numbers)
+        history = pj.simulate_history(body, pressure, activations)
         if not np.all(np.asarray(history.converged)):
             raise RuntimeError(
                 f"A history of {design} must have an equilibrium in every row, but it has not."

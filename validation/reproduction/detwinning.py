@@ -51,10 +51,10 @@ def _draw(bench: Bench, fraction: str, resistivity: str, axis: str, tested: floa
     with style():
         figure = Figure(figsize=(10.0, 4.6), layout="constrained")
         left, right = figure.subplots(1, 2)
-        known = np.linspace(0.0, tested, 150)
+        tested_strains = np.linspace(0.0, tested, 150)
         beyond = np.linspace(tested, PRESTRAIN, 60)
         for colour, (name, alloy) in zip((BLUE, VERMILION), bench.alloys.items(), strict=True):
-            for gamma, line in ((known, "-"), (beyond, ":")):
+            for gamma, line in ((tested_strains, "-"), (beyond, ":")):
                 if np.ptp(gamma) == 0.0:
                     continue
                 xi, rho = (

@@ -82,9 +82,9 @@ def _between(bench: Bench) -> float:
         ends = np.sort([loading_stress(alloy, np.asarray(x), STRAINS) for x in (0.0, 1.0)], axis=0)
         for s in setpoints(alloy):
             stress = isoresistive_stress(alloy, s)
-            known = np.isfinite(stress)
-            inside += int(np.sum((stress >= ends[0] - 1e-6) & (stress <= ends[1] + 1e-6) & known))
-            points += int(known.sum())
+            finite = np.isfinite(stress)
+            inside += int(np.sum((stress >= ends[0] - 1e-6) & (stress <= ends[1] + 1e-6) & finite))
+            points += int(finite.sum())
     return 100.0 * inside / points
 
 

@@ -73,8 +73,8 @@ def _after_heating(bench: Bench, xi0: float) -> float:
 
 def _after_cooling(bench: Bench) -> Found:
     alloy = bench.alloys["krl35"]
-    left = float(alloy.residual_strain(heated_and_cooled(alloy), 1.0))
-    return Found(left, f"hot it was {_after_heating(bench, HEATED):.5f}")
+    remaining = float(alloy.residual_strain(heated_and_cooled(alloy), 1.0))
+    return Found(remaining, f"hot it was {_after_heating(bench, HEATED):.5f}")
 
 
 def _elastic_unloading(bench: Bench) -> float:

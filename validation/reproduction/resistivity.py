@@ -47,8 +47,8 @@ def _corner_width(alloy: pj.Alloy, gamma: float) -> float:
     """Temperature range of the last 20 to 2 % of the drop [K]."""
     temperature = np.linspace(0.0, 70.0, 7001)
     rho = over_temperature(alloy, temperature, gamma)
-    left = (rho - rho[-1]) / (rho[0] - rho[-1])
-    return float(np.interp(-0.02, -left, temperature) - np.interp(-0.20, -left, temperature))
+    remaining = (rho - rho[-1]) / (rho[0] - rho[-1])
+    return float(np.interp(-0.02, -remaining, temperature) - np.interp(-0.20, -remaining, temperature))
 
 
 def _highest_phase(bench: Bench) -> Found:

@@ -166,11 +166,11 @@ def _say_preload(sample: Sample, making: Making) -> None:
 def _geometry(facts: Facts, making: Making) -> dict:
     """Content of the sidecar's [geometry]: dimensions of the kind, and a law that is to be identified."""
     kind, notices = making.kind, making.notices
-    known = {*nominal_geometry(kind, {}), *(schema.GEOMETRY_NUMBERS if kind == "actuator" else ())}
+    keys = {*nominal_geometry(kind, {}), *(schema.GEOMETRY_NUMBERS if kind == "actuator" else ())}
     stated = {
         key: size
         for key, size in making.options.dimensions.items()
-        if key in schema.GEOMETRY_NUMBERS and key in known
+        if key in schema.GEOMETRY_NUMBERS and key in keys
     }
     for key in stated:
         making.use("--dimension", key)

@@ -28,19 +28,19 @@ class UnitMissing(InputError):
 
 def units_missing(making: Making) -> InputError:
     """One error for all columns without a unit, so that they need not be stated one by one."""
-    known = {schema.quantity_and_unit(name)[0] for name in schema.KINDS[making.kind].columns.known}
+    names = {schema.quantity_and_unit(name)[0] for name in schema.KINDS[making.kind].columns.known}
     plain = {"strain", "stretch", "true_strain", "cycle"}
     bare = [
         quantity
         for quantity, channel in making.channels.items()
-        if channel.unit is None and quantity not in plain and (quantity in known | {"force", "elongation"})
+        if channel.unit is None and quantity not in plain and (quantity in names | {"force", "elongation"})
     ]
     labels = ", ".join(repr(making.channels[quantity].label) for quantity in bare)
-    what = f"the unit of {labels} is" if len(bare) == 1 else f"the units of {labels} are"
+    subject = f"the unit of {labels} is" if len(bare) == 1 else f"the units of {labels} are"
     options = " ".join(f"--unit {quantity}=..." for quantity in bare)
     return refuse(
         making.place,
-        f"{what} not stated in the file; state {'it' if len(bare) == 1 else 'them'} with {options}",
+        f"{subject} not stated in the file; state {'it' if len(bare) == 1 else 'them'} with {options}",
     )
 
 

@@ -127,10 +127,10 @@ def _wanted(raw: RawFile, sheet: str) -> list[Page]:
 def _about(page: Page, sizes: Sizes, table: dict[str, Sizes], selected: bool) -> str:
     """Description of a sheet without a test."""
     if sizes or table:
-        said = [size.said for size in sizes.values()] + [
+        texts = [size.said for size in sizes.values()] + [
             f"{name}: {', '.join(s.said for s in own.values())}" for name, own in table.items()
         ]
-        return f"sheet {page.name!r} states sizes: {'; '.join(said)}"
+        return f"sheet {page.name!r} states sizes: {'; '.join(texts)}"
     return f"sheet {page.name!r} " + (
         "holds no table of a test and was left out" if selected else "was left out (--sheet)"
     )

@@ -47,8 +47,8 @@ def detect(sample: Sample) -> Format:
     Raises:
         InputError: if none does (the known ones are listed), or several do (the person picks).
     """
-    hits = [known for known in FORMATS if not known.fallback and known.recognises(sample)]
-    hits = hits or [known for known in FORMATS if known.fallback and known.recognises(sample)]
+    hits = [format for format in FORMATS if not format.fallback and format.recognises(sample)]
+    hits = hits or [format for format in FORMATS if format.fallback and format.recognises(sample)]
     if len(hits) == 1:
         return hits[0]
     if hits:
@@ -65,7 +65,7 @@ def detect(sample: Sample) -> Format:
                 raise refuse(sample.raw.path, why)
     if why := formulas_without_values(sample.raw):
         raise refuse(sample.raw.path, why)
-    known = ", ".join(known.name for known in FORMATS)
+    format = ", ".join(format.name for format in FORMATS)
     headings = [] if sample.grid is None else [heading.text for heading in sample.grid.headings]
     columns = f" ({', '.join(repr(text) for text in headings)})" if headings else ""
     if sample.grid is not None and not headings:
@@ -73,7 +73,7 @@ def detect(sample: Sample) -> Format:
     raise refuse(
         sample.raw.path,
         f"no known format; name its columns{columns} with --map QUANTITY=COLUMN, or see the known ones: "
-        f"{known}",
+        f"{format}",
     )
 
 
@@ -120,8 +120,8 @@ def _tests_of(path: str | Path, options: Options) -> list[tuple[Recording, Optio
     """Recordings of a file, each with its own record of used options."""
     samples, options = _picked(samples_of(open_raw(path), options.sheet), options)
     formats: list[Format | InputError] = [_format_or_error(sample, options) for sample in samples]
-    known = [found for found in formats if isinstance(found, Format) and not found.refuses]
-    if not known:
+    formats_of_tests = [found for found in formats if isinstance(found, Format) and not found.refuses]
+    if not formats_of_tests:
         first = formats[0]
         if isinstance(first, InputError):
             raise first
@@ -147,9 +147,9 @@ def _picked(samples: list[Sample], options: Options) -> tuple[list[Sample], Opti
         return samples, options
     hits = [s for s in samples if wanted.casefold() in (s.title.casefold(), slug(s.title).casefold())]
     if len(hits) != 1:
-        said = f"check: --specimen {wanted} names none of the tests in this file: all are taken as one"
+        warning = f"check: --specimen {wanted} names none of the tests in this file: all are taken as one"
         own = any(sample.own_specimen for sample in samples)
-        return [replace(s, notices=(*s.notices, said)) if own else s for s in samples], options
+        return [replace(s, notices=(*s.notices, warning)) if own else s for s in samples], options
     titles = ", ".join(repr(sample.title) for sample in samples)
     only = replace(
         hits[0], notices=(*hits[0].notices, f"--specimen names one of the tests {titles}: only that was read")
@@ -268,19 +268,19 @@ def raw_files(sources: Iterable[str | Path]) -> tuple[list[Path], list[Path]]:
             continue
         files = sorted(p for p in source.iterdir() if p.suffix.lower() in RAW_ENDINGS and p.is_file())
         samples = {path: samples_of(open_raw(path)) for path in files}
-        held = [
+        with_numbers = [
             path
             for path, tests in samples.items()
             if any(
                 test.grid is not None or any(known.recognises(test) for known in FORMATS) for test in tests
             )
         ]
-        if not held:
+        if not with_numbers:
             raise refuse(
                 source, f"there is no raw file ({', '.join(RAW_ENDINGS)}) with numbers in this folder"
             )
-        wanted += held
-        aside += [path for path in files if path not in held]
+        wanted += with_numbers
+        aside += [path for path in files if path not in with_numbers]
     return wanted, aside
 
 

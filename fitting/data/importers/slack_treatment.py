@@ -63,8 +63,8 @@ def leave_to_fit(columns: dict[str, np.ndarray], pair: tuple[str, str], making: 
         making.zero[name] = float(f"{max(TWICE * abs(size), least):.2g}")
     stated = ", ".join(f"{name} = {sd:g}" for name, sd in making.zero.items())
     none = f"no slack was found; the first stress is {first:.4g} kPa"
-    said = _words(slack, pair, making) if slack else none
-    making.say(f"{said}: both zeros are left to every fit, with standard deviations of [zero] {stated}")
+    text = _words(slack, pair, making) if slack else none
+    making.say(f"{text}: both zeros are left to every fit, with standard deviations of [zero] {stated}")
 
 
 def start_at(

@@ -68,22 +68,22 @@ def _own_notices(grid: Grid, rows: Sequence[int], columns: Sequence[int]) -> Gri
 def _by_groups(grid: Grid) -> list[Part]:
     """Columns by their specimen, where stress or load occurs several times."""
     means = [meaning(heading) for heading in grid.headings]
-    held: dict[tuple[str, int], list[int]] = {}
+    by_word: dict[tuple[str, int], list[int]] = {}
     for column, means_of in enumerate(means):
         if means_of is not None and not np.isnan(grid.values[:, column]).all():
-            members = held.setdefault((means_of.quantity, means_of.rank), [])
+            members = by_word.setdefault((means_of.quantity, means_of.rank), [])
             if not any(_same_in_another_unit(grid, column, other) for other in members):
                 members.append(column)
-    repeated = {key: columns for key, columns in held.items() if len(columns) > 1}
+    repeated = {key: columns for key, columns in by_word.items() if len(columns) > 1}
     outputs = [key for key in repeated if key[0] in _OUTPUTS] or [
-        key for key in repeated if key[0] == "strain" and not any(other[0] in _OUTPUTS for other in held)
+        key for key in repeated if key[0] == "strain" and not any(other[0] in _OUTPUTS for other in by_word)
     ]
-    if not outputs or not any(key[0] in (*_DRIVERS, "temperature") for key in held):
+    if not outputs or not any(key[0] in (*_DRIVERS, "temperature") for key in by_word):
         return []
-    groups, named = _groups(grid, means, repeated, held[outputs[0]])
+    groups, named = _groups(grid, means, repeated, by_word[outputs[0]])
     if not 1 < len(groups) <= _MOST_PARTS:
         return []
-    once = [columns[0] for key, columns in held.items() if key not in repeated]
+    once = [columns[0] for key, columns in by_word.items() if key not in repeated]
     assigned = {*once, *(c for columns in groups.values() for c in columns)}
     aside = [h.text for c, h in enumerate(grid.headings) if c not in assigned and h.text.strip()]
     parts = []

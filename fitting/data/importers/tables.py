@@ -168,9 +168,9 @@ def few_numbers(page: Page) -> str:
             if len(named) >= 2:
                 count = sum(any(to_number(t, ".") is not None and t for t in row) for row in fields[at + 1 :])
                 if count < LEAST_ROWS:
-                    what = f"{count} row{'s' * (count != 1)} of numbers" if count else "no numbers"
+                    count_text = f"{count} row{'s' * (count != 1)} of numbers" if count else "no numbers"
                     return (
-                        f"below the headings {', '.join(map(repr, named))} stand {what}; a table needs"
+                        f"below the headings {', '.join(map(repr, named))} stand {count_text}; a table needs"
                         f" {LEAST_ROWS}"
                     )
     return ""

@@ -124,9 +124,9 @@ def load_protocol(name_or_path: str | Path) -> Protocol:
 
 def _protocol(document: dict[str, Any], path: Path) -> Protocol:
     kind = document.get("kind", "actuator")
-    known = [name for name, one in schema.KINDS.items() if one.channels]
-    if kind not in known:
-        raise InputError(f"{path}: kind is {kind!r}, {nearest(str(kind), known)}")
+    kinds = [name for name, one in schema.KINDS.items() if one.channels]
+    if kind not in kinds:
+        raise InputError(f"{path}: kind is {kind!r}, {nearest(str(kind), kinds)}")
     steps = document.get("step")
     if not isinstance(steps, list) or not steps:
         raise InputError(f"{path}: this history is empty: a protocol needs at least one [[step]]")

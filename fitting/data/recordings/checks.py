@@ -78,9 +78,9 @@ def _load_shipped(name: str, kind: str) -> dict[str, float]:
 
 
 def _check_missing(recording: Recording, place: Path | str, rows: Sequence[int]) -> None:
-    known = recording.known_columns
-    gone = np.stack([np.isnan(recording.columns[name]) for name in known])
-    for name, column in zip(known, gone, strict=True):
+    columns = recording.known_columns
+    gone = np.stack([np.isnan(recording.columns[name]) for name in columns])
+    for name, column in zip(columns, gone, strict=True):
         if column.all():
             raise refuse(place, "no row has a value here; remove the column or fill it in", column=name)
     empty = np.flatnonzero(gone.all(axis=0))
@@ -173,10 +173,10 @@ def resistance_range(recording: Recording) -> tuple[float, float] | None:
 
 
 def _check_resistance(recording: Recording, place: Path | str, rows: Sequence[int]) -> None:
-    held = [
+    resistances = [
         name for name in recording.known_columns if schema.quantity_and_unit(name)[0].startswith("resistance")
     ]
-    bounds = resistance_range(recording) if held else None
+    bounds = resistance_range(recording) if resistances else None
     if bounds is None:
         return
     geometry = recording.full_geometry()
@@ -184,6 +184,6 @@ def _check_resistance(recording: Recording, place: Path | str, rows: Sequence[in
         f"half to twice the range of alloy {geometry['alloy']!r} on {geometry['active_coils']:g} coils is"
         f' {bounds[0]:.3g} to {bounds[1]:.3g} ohm; state the spring in [geometry], or alloy = "fit"'
     )
-    for name in held:
+    for name in resistances:
         values = recording.columns[name]
         _refuse_first((values < bounds[0]) | (values > bounds[1]), values, right, place, rows, name)

@@ -60,9 +60,9 @@ def _spring_reason(header: Told) -> str | None:
     return "elongation and force" if {"elongation", "force"} <= header.held else None
 
 
-def _bends(held: frozenset[str]) -> bool:
-    bending = held & {"curvature", "bend_angle", "bend_direction"}
-    return bool(bending) or any(quantity.startswith("resistance") for quantity in held)
+def _bends(quantities: frozenset[str]) -> bool:
+    bending = quantities & {"curvature", "bend_angle", "bend_direction"}
+    return bool(bending) or any(quantity.startswith("resistance") for quantity in quantities)
 
 
 def _actuator_reason(header: Told) -> str | None:

@@ -41,14 +41,14 @@ def martensite_fraction(
         faster than a heated wire can, so that the walk does not follow it. Then the readings of single
         samples are returned.
     """
-    held = np.isfinite(resistance) & np.isfinite(gamma)
-    t, ohms, strain = time[held], resistance[held], gamma[held]
-    if not held.any():
+    finite = np.isfinite(resistance) & np.isfinite(gamma)
+    t, ohms, strain = time[finite], resistance[finite], gamma[finite]
+    if not finite.any():
         return np.full(time.shape, np.nan)
     reading = pj.Resistance(ohms).read(spring.alloy, jnp.asarray(strain), spring.geometry.wire_length)
     single = xi0 = np.asarray(reading.xi0)
     scale = float(spring.alloy.rho_mean * spring.geometry.wire_length)
-    for _ in range(ROUNDS if held.sum() > 3 else 0):
+    for _ in range(ROUNDS if finite.sum() > 3 else 0):
         expected, slope = (np.asarray(x) / scale for x in _resistance(spring, xi0, strain))
         slope = np.where(np.abs(slope) < LEAST_SLOPE, LEAST_SLOPE, slope)
         step = np.clip((ohms / scale - expected) / slope, -LONGEST, LONGEST)
@@ -75,12 +75,12 @@ def denoised(time: np.ndarray, values: np.ndarray) -> np.ndarray:
         time: time [s], ascending, shape (rows,).
         values: equally noisy readings, shape (rows,).
     """
-    held = np.isfinite(values)
+    finite = np.isfinite(values)
     result = np.full(values.shape, np.nan)
-    if held.sum() > 3 and np.ptp(values[held]) > 0.0:
-        result[held] = smooth_walk(time[held], values[held], np.ones(int(held.sum())))
+    if finite.sum() > 3 and np.ptp(values[finite]) > 0.0:
+        result[finite] = smooth_walk(time[finite], values[finite], np.ones(int(finite.sum())))
     else:
-        result[held] = values[held]
+        result[finite] = values[finite]
     return result
 
 

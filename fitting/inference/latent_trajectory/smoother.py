@@ -134,9 +134,9 @@ def profile(
     def step(model: PyTree, state: Array) -> tuple[Array, Array, None]:
         """Step of the search, see `inference.latent_trajectory.gauss_newton.Step`."""
         local = outputs(model, state)
-        left = local.predicted - measured
-        pull = local.back(weight**2 * left) + walk.gradient(state)
-        square = jnp.sum((weight * left) ** 2) + jnp.sum(walk.residual(state) ** 2)
+        residual = local.predicted - measured
+        pull = local.back(weight**2 * residual) + walk.gradient(state)
+        square = jnp.sum((weight * residual) ** 2) + jnp.sum(walk.residual(state) ** 2)
         move = -solve(jax.lax.stop_gradient(local), weight, walk, state, pull)
         return jnp.clip(move, -LONGEST, LONGEST), square, None
 

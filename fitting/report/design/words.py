@@ -30,10 +30,10 @@ def objective_words(result: DesignResult, design: Design) -> list[str]:
     """Every objective of a design in words, as `area 8840 mm2`."""
     study, words = result.study, []
     for one, value in zip(study.objectives, design.objectives, strict=True):
-        what = f"{one.name} {shown(value, one.unit)}"
+        text = f"{one.name} {shown(value, one.unit)}"
         if one.goal == "target":
-            what = f"{one.name} {shown(value, one.unit)} away from {shown(one.target[0], one.unit)}"
-        words.append(what)
+            text = f"{one.name} {shown(value, one.unit)} away from {shown(one.target[0], one.unit)}"
+        words.append(text)
     return words
 
 

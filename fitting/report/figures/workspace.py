@@ -161,13 +161,13 @@ def _reach(axes: Axes, workspace: Workspace, values: np.ndarray) -> None:
     if not workspace.springs:
         axes.plot(pressure, values[0, 0], color=colour, linewidth=2.6, label=name, zorder=3)
         return
-    known = np.isfinite(values).any(axis=(0, 1))
-    least = np.nanmin(values[..., known], axis=(0, 1))
-    most = np.nanmax(values[..., known], axis=(0, 1))
+    reached = np.isfinite(values).any(axis=(0, 1))
+    least = np.nanmin(values[..., reached], axis=(0, 1))
+    most = np.nanmax(values[..., reached], axis=(0, 1))
     hottest = f"{name}, heated to xi0 = {workspace.xi0.min():g}"
-    axes.fill_between(pressure[known], least, most, color=colour, alpha=0.28, linewidth=0, label=hottest)
+    axes.fill_between(pressure[reached], least, most, color=colour, alpha=0.28, linewidth=0, label=hottest)
     for edge in (least, most):
-        axes.plot(pressure[known], edge, color=colour, linewidth=1.4)
+        axes.plot(pressure[reached], edge, color=colour, linewidth=1.4)
 
 
 def _shapes(axes: Axes, workspace: Workspace) -> None:

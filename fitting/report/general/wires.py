@@ -79,17 +79,17 @@ def _loops(result: GeneralCharacterisation) -> list[str]:
     """Recordings with a loop of the law, although its phase has one curve. The residual strain causes it."""
     if result.model is not None:
         return []
-    said = []
+    sentences = []
     for score in _over_temperature(result):
         found = _crossings(score)
         up, down = ([T for heating, T in found if heating is way] for way in (True, False))
         if up and down and abs(np.mean(up) - np.mean(down)) > LOOP:
-            said.append(
+            sentences.append(
                 f"In {score.name} the fitted law draws a loop of {abs(np.mean(up) - np.mean(down)):.2g} K "
                 "between heating and cooling. The base law has no hysteresis: its residual strain (gR_*) "
                 "stands in for one here, and its constants mean little."
             )
-    return said
+    return sentences
 
 
 def _over_temperature(result: GeneralCharacterisation) -> list[Score]:

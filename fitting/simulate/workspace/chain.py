@@ -165,8 +165,8 @@ def _tips(chain: pj.SegmentChain, pressure: Any, drives: tuple) -> tuple[Any, An
     """Tips of many states of a loaded chain [m], a mask of those found, and a mask of the stable ones."""
 
     def one(pressure: Any, drives: tuple) -> tuple[Any, Any, Any]:
-        given = [tuple(pj.MartensiteFraction(x) for x in drive) for drive in drives]
-        found = pj.solve_chain(chain, pressure, given, throw=False)
+        activations = [tuple(pj.MartensiteFraction(x) for x in drive) for drive in drives]
+        found = pj.solve_chain(chain, pressure, activations, throw=False)
         return found.end_pose[:3, 3], found.converged, found.stable
 
     return jax.vmap(one)(pressure, drives)

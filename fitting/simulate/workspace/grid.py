@@ -236,9 +236,9 @@ def _in_chunks(
     found = []
     for start in range(0, len(pressure), size):
         rows = np.minimum(np.arange(start, start + size), len(pressure) - 1)
-        given = tuple(pj.MartensiteFraction(column) for column in fractions[rows].T)
-        lot = _at_rest(actuator, pressure[rows], given, effects) if effects else (
-            (pj.solve_batch(actuator, pressure[rows], given), {})
+        activations = tuple(pj.MartensiteFraction(column) for column in fractions[rows].T)
+        lot = _at_rest(actuator, pressure[rows], activations, effects) if effects else (
+            (pj.solve_batch(actuator, pressure[rows], activations), {})
         )  # fmt: skip
         count = min(size, len(pressure) - start)
         found.append(jax.tree.map(lambda leaf, count=count: np.asarray(leaf)[:count], lot))

@@ -129,8 +129,8 @@ def _owner(key: str, entry: Any, where: str) -> tuple[str, str]:
         return kind, rest
     owners = [kind for kind in KINDS if key in QUANTITIES[kind]]
     if not owners:
-        known = {name for kind in KINDS for name in QUANTITIES[kind]} | set(TABLES)
-        raise InputError(f"{where} {key}: unknown key, {nearest(key, known)}")
+        names = {name for kind in KINDS for name in QUANTITIES[kind]} | set(TABLES)
+        raise InputError(f"{where} {key}: unknown key, {nearest(key, names)}")
     unit = entry.get("unit") if isinstance(entry, dict) else None
     if unit in UNITS:
         fitting = [kind for kind in owners if _measures(QUANTITIES[kind][key], unit)]

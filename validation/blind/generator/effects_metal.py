@@ -122,8 +122,8 @@ class OpeningHelix(Effect):
         q = self._q
         turn = np.pi * nitinol.coil_diameter(q)
         pitch = 1e-3 * q["initial_pitch_mm"] * (1.0 + strain)
-        left = np.maximum(turn**2 + (1e-3 * q["initial_pitch_mm"]) ** 2 - pitch**2, 0.05 * turn**2)
-        thinner = (np.sqrt(left) / turn) ** self.amplitude
+        squared = np.maximum(turn**2 + (1e-3 * q["initial_pitch_mm"]) ** 2 - pitch**2, 0.05 * turn**2)
+        thinner = (np.sqrt(squared) / turn) ** self.amplitude
         index = nitinol.coil_diameter(q) / (1e-3 * q["wire_diameter_mm"])
         return factor / thinner if np.all(thinner * index > 2) else factor * np.minimum(1.0 / thinner, 2.0)
 
@@ -195,8 +195,8 @@ class RememberedDetwinning(Effect):
         q = self._q
         now = nitinol.detwinned(q, gamma)
         retained = np.minimum(coil.memory.residual(xi0) / q["gamma_L"], 1.0)
-        held = now + self.amplitude * np.maximum(retained - now, 0.0) ** self.fullness
-        old, new = (nitinol.rho_martensite(q, f) for f in (now, held))
+        fraction = now + self.amplitude * np.maximum(retained - now, 0.0) ** self.fullness
+        old, new = (nitinol.rho_martensite(q, f) for f in (now, fraction))
         return ohm + coil.wire * (nitinol.resistivity(q, xi0, gamma, new) - nitinol.resistivity(q, xi0, gamma, old))
 
 

@@ -29,19 +29,19 @@ class Slopes:
     `z` is (M, P). For recording k, `at[k]` (M_k,) holds the indices of its residuals, and `x[k]` (M_k, N_k)
     the derivative by its fractions at `rows[k]`."""
 
-    def __init__(self, whiten, by_z, own, by_memory, source):
+    def __init__(self, whiten, by_z, by_fraction, by_memory, source):
         self.z, self.at, self.rows, self.x = by_z, {}, {}, {}
         place = 0
         for column, k, rows, factor in whiten.blocks:
             n = np.arange(len(rows))
-            matrix = np.diag(own[column][k, rows])
+            matrix = np.diag(by_fraction[column][k, rows])
             earlier = source[k, rows] >= 0
             matrix[n[earlier], source[k, rows][earlier]] += by_memory[column][k, rows][earlier]
             part = -solve_triangular(factor, matrix, lower=True)
-            here = place + n
+            index = place + n
             place += len(rows)
             self.rows[k] = rows
-            self.at[k] = np.concatenate([self.at[k], here]) if k in self.at else here
+            self.at[k] = np.concatenate([self.at[k], index]) if k in self.at else index
             self.x[k] = np.concatenate([self.x[k], part]) if k in self.x else part
         self.square = {k: x.T @ x + FLOOR * np.eye(x.shape[1]) for k, x in self.x.items()}
         self.mixed = {k: x.T @ by_z[self.at[k]] for k, x in self.x.items()}
@@ -125,9 +125,9 @@ class HiddenJudge:
         courses[-2:] += shift
         predicted, source = stand.forward(self.bench, numbers_at(self.bench, points), self.recorded, courses, True)
         values = self._left({c: v[:-2] for c, v in predicted.items() if c in self.bench.scored})
-        own = {c: (predicted[c][-2] - predicted[c][0]) / shift for c in self.bench.scored}
+        by_fraction = {c: (predicted[c][-2] - predicted[c][0]) / shift for c in self.bench.scored}
         by_memory = {c: (predicted[c][-1] - predicted[c][-2]) / shift for c in self.bench.scored}
-        return values[0], Slopes(self.whiten, (values[1:] - values[0]).T / STEP, own, by_memory, source)
+        return values[0], Slopes(self.whiten, (values[1:] - values[0]).T / STEP, by_fraction, by_memory, source)
 
     def _trial(self, z, course, dz, change, at):
         """The best share of a step: its cost, z and trajectory; the cost is infinite where none has an
@@ -144,15 +144,15 @@ class HiddenJudge:
                 predicted, _ = stand.forward(self.bench, numbers_at(self.bench, points), self.recorded, courses)
             except ArithmeticError:  # too far off
                 continue
-            left = np.nan_to_num(self._left(predicted) ** 2, nan=np.inf)
-            own = {k: np.sum(left[:, places], axis=1) for k, places in at.items()}
+            squares = np.nan_to_num(self._left(predicted) ** 2, nan=np.inf)
+            costs_of = {k: np.sum(squares[:, places], axis=1) for k, places in at.items()}
             for share in shares:
                 tried = [n for n, (whole, _) in enumerate(pairs) if whole == share]
-                choice = {k: tried[np.argmin(costs[tried])] for k, costs in own.items()}
+                choice = {k: tried[np.argmin(costs[tried])] for k, costs in costs_of.items()}
                 point, joined = points[tried[0]], course.copy()
                 for k, n in choice.items():
                     joined[k] = courses[n, k]
-                cost = point @ point + sum(own[k][n] for k, n in choice.items())
+                cost = point @ point + sum(costs_of[k][n] for k, n in choice.items())
                 best = min(best, (cost, point, joined), key=lambda found: found[0])
             if np.isfinite(best[0]):
                 break

@@ -23,8 +23,8 @@ def _best_of(residual, x, step):
     """Share of a step with the smallest residual, problem by problem."""
     shares = SHARES.reshape((-1,) + (1,) * x.ndim)
     trials = x[None] - shares * step
-    left = np.sum(residual(trials) ** 2, axis=-1)
-    chosen = np.argmin(left, axis=0)
+    squares = np.sum(residual(trials) ** 2, axis=-1)
+    chosen = np.argmin(squares, axis=0)
     return np.take_along_axis(trials, chosen[None, ..., None], axis=0)[0]
 
 

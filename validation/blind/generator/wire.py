@@ -56,10 +56,10 @@ def _search(residual, guess):
     """Newton inside a bracket that only shrinks, since the flat plateau throws plain Newton far away."""
     low, high, x = np.full(guess.shape, -0.03), np.full(guess.shape, 0.2), np.array(guess)
     for _ in range(70):
-        here, beside = residual(np.stack([x, x + 1e-8]))
-        low, high = np.where(here < 0, x, low), np.where(here < 0, high, x)
+        value, beside = residual(np.stack([x, x + 1e-8]))
+        low, high = np.where(value < 0, x, low), np.where(value < 0, high, x)
         with np.errstate(divide="ignore", invalid="ignore"):
-            trial = x - here * 1e-8 / (beside - here)
+            trial = x - value * 1e-8 / (beside - value)
         middle = 0.5 * (low + high)
         inside = (trial > low) & (trial < high) & (np.abs(trial - x) < 0.02)
         following = np.where(inside, trial, middle)

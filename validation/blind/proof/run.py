@@ -91,8 +91,8 @@ def _sealed(cases, places, workers):
     book, unmade_book = places.campaigns / "seals.json", places.folder / "unmade.json"
     unmade, seals = read(unmade_book, {}), read(book, {})
     sealed = [case for case in cases if case.name in seals and (places.campaigns / case.name).is_dir()]
-    left = [case for case in cases if case not in sealed and case.name not in unmade]
-    for case, problem in zip(left, _side_by_side(partial(_seal_alone, places), left, workers), strict=True):
+    unsealed = [case for case in cases if case not in sealed and case.name not in unmade]
+    for case, problem in zip(unsealed, _side_by_side(partial(_seal_alone, places), unsealed, workers), strict=True):
         if problem:
             unmade[case.name] = problem
             write(unmade_book, unmade)
@@ -131,9 +131,9 @@ def truths(cases, places, workers=1):
     if all(places.report(case.name).exists() for case in cases):
         book = places.campaigns / "opened.json"
         opened = read(book, {})
-        left = [case for case in cases if case.name not in opened]
-        with tqdm(total=len(left), unit="case", disable=None, desc="opening") as bar:
-            for case, truth in zip(left, _side_by_side(truth_of, left, workers), strict=True):
+        unopened = [case for case in cases if case.name not in opened]
+        with tqdm(total=len(unopened), unit="case", disable=None, desc="opening") as bar:
+            for case, truth in zip(unopened, _side_by_side(truth_of, unopened, workers), strict=True):
                 opened[case.name] = truth
                 write(book, opened)
                 bar.update()
@@ -163,23 +163,23 @@ def _in_processes(task, names, workers, deadline, bar):
     # work in a busy loop
     for threads in ("PNEUSMA_THREADS", "NPROC"):
         os.environ.setdefault(threads, "1")
-    left = list(names)
+    remaining = list(names)
     context = multiprocessing.get_context("spawn")
-    while left and time.monotonic() < deadline:
+    while remaining and time.monotonic() < deadline:
         with ProcessPoolExecutor(workers, mp_context=context, max_tasks_per_child=PER_PROCESS) as pool:
             waiting = {}
             try:
-                while (left or waiting) and (waiting or time.monotonic() < deadline):
-                    while left and len(waiting) < workers and time.monotonic() < deadline:
-                        future = pool.submit(task, left[0])
-                        waiting[future] = left.pop(0)
+                while (remaining or waiting) and (waiting or time.monotonic() < deadline):
+                    while remaining and len(waiting) < workers and time.monotonic() < deadline:
+                        future = pool.submit(task, remaining[0])
+                        waiting[future] = remaining.pop(0)
                     done, _ = wait(waiting, return_when=FIRST_COMPLETED)
                     for future in done:
                         future.result()
                         waiting.pop(future)
                         bar.update()
             except BrokenProcessPool:
-                left = [*waiting.values(), *left]
+                remaining = [*waiting.values(), *remaining]
 
 
 def _say(cases, complete, bar):
