@@ -1,7 +1,7 @@
-"""Which readings of a column are measurements, and how noisy they are.
+"""Selection of the readings of a column that are measurements, and their noise.
 
-A logger that is faster than its instrument writes a reading again, or draws a straight line to the next one;
-an instrument at full scale says only that there is more. Such rows have a value but tell nothing by it.
+A logger that is faster than its instrument repeats a reading, or draws a straight line to the next one. An
+instrument at full scale gives only a bound. Such rows have a value but carry no information.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,22 +20,22 @@ from .noise import robust_noise, rounding_noise
 from .repeated_readings import copied, everywhere, regular, slower
 
 UNEVEN = 0.5
-"""Usual steps of the clock by which it may be off an even one and still be one with few digits."""
+"""Maximum deviation, in usual steps, of a clock from an even one that was written with few digits."""
 FULL_SCALE = "full scale"
-"""What a recording's memo holds of other recordings' channels."""
+"""Key of a recording's memo with the saturation values of other recordings' channels."""
 FAR_BELOW = 0.5
-"""Part of the error of rounding alone below which a stated noise is said to be too small for the readings."""
+"""Maximum ratio of a stated noise to the rounding error for it to be reported as too small."""
 
 
 @dataclass(frozen=True)
 class Readings:
-    """What the rows of a column are.
+    """Classification of the rows of a column.
 
     Attributes:
-        counted: rows that are measurements, shape (rows,).
-        repeated, interpolated, saturated: how many rows are not, and why.
-        level: value at which the channel stops, SI; NaN where it does not.
-        taken: readings that its rows were drawn between; None where they are readings.
+        counted: mask of the rows that are measurements, shape (rows,).
+        repeated, interpolated, saturated: numbers of rows that are no measurements, by reason.
+        level: saturation value of the channel, SI; NaN where there is none.
+        taken: readings between which its rows were interpolated; None where they are readings.
     """
 
     counted: np.ndarray
@@ -47,17 +47,17 @@ class Readings:
 
 
 def readings_of(recording: Recording, quantity: str) -> Readings:
-    """What the rows of one column are.
+    """Classification of the rows of one column.
 
     Args:
-        recording: as it was read.
-        quantity: of the column; of one that is set, all that are no copies count.
+        recording: original recording.
+        quantity: name of the column's quantity; for a prescribed one, all rows that are no copies count.
     """
     return _remembered(recording, quantity, _readings_of)
 
 
 def _remembered(recording: Recording, quantity: str, told: Callable[[Recording, str], Any]) -> Any:
-    """What `told` says about a column, once for each."""
+    """Result of `told` for a column, computed once."""
     key = told.__name__, quantity, id(recording.columns[recording.column(quantity)])
     if key not in recording.memo:
         recording.memo[key] = told(recording, quantity)
@@ -88,8 +88,8 @@ def _readings_of(recording: Recording, quantity: str) -> Readings:
 
 
 def _places(recording: Recording) -> np.ndarray:
-    """Where rows lie between readings: by the clock, in its usual steps, where these are uneven by more than
-    its digits; else by their number."""
+    """Positions of rows between readings: by the clock, in its usual steps, where these are uneven by more
+    than its digits; else the row number."""
     number = np.arange(float(len(recording)))
     time = recording.si("time") if recording.has("time") else number
     steps = np.diff(time)
@@ -101,7 +101,7 @@ def _places(recording: Recording) -> np.ndarray:
 
 
 def _drawn(recording: Recording) -> list[Taken | None]:
-    """Readings that the rows of each predicted column were drawn between."""
+    """Readings between which the rows of each predicted column were interpolated."""
     names = [schema.quantity_and_unit(name)[0] for name in predicted(recording)]
     return [readings_of(recording, name).taken for name in names]
 
@@ -113,10 +113,10 @@ def _nearest(recording: Recording, rows: np.ndarray, drawn: Sequence[Taken]) -> 
 
 
 def read_rows(recording: Recording) -> np.ndarray:
-    """Rows of a recording that were read, where a logger wrote whole rows again or interpolated the file.
+    """Rows of a recording that were read, where a logger repeated whole rows or interpolated the file.
 
     Args:
-        recording: as it was read.
+        recording: original recording.
     """
     rows = np.arange(len(recording))
     once = rows[_not_copied(recording, rows)]
@@ -125,11 +125,11 @@ def read_rows(recording: Recording) -> np.ndarray:
 
 
 def share_full_scale(recordings: Sequence[Recording]) -> None:
-    """Let every recording know the values at which its channels stop in others: while a test is held there,
-    its drivers do not go on.
+    """Share the saturation values of each channel among recordings. While a test is saturated throughout, its
+    drivers may not continue, so it cannot show this alone.
 
     Args:
-        recordings: of one campaign, as they were read.
+        recordings: original recordings of one campaign.
     """
     names = dict.fromkeys(name for recording in recordings for name in recording.outputs)
     for quantity in (schema.quantity_and_unit(name)[0] for name in names):
@@ -144,11 +144,12 @@ def share_full_scale(recordings: Sequence[Recording]) -> None:
 
 
 def noise_found(recording: Recording, quantity: str) -> float:
-    """1-sigma of one reading as its fast changes show it, SI; without a clock, rows count for time.
+    """Standard deviation of one reading's noise, from its high-frequency content, SI. Without a clock, rows
+    count for time.
 
     Args:
-        recording: its readings are those before any reduction.
-        quantity: of the column.
+        recording: recording whose readings before any reduction are used.
+        quantity: name of the column's quantity.
     """
     return _remembered(recording.whole, quantity, _noise_found)
 
@@ -184,7 +185,7 @@ def measurements(recording: Recording, quantity: str) -> np.ndarray:
 
 
 def cautions(recordings: Sequence[Recording]) -> list[str]:
-    """What readings are not, and what noise cannot be, a sentence each."""
+    """Warnings about rows that are no measurements and about impossible noise, a sentence each."""
     return [text for recording in recordings for text in _cautions(recording.whole)]
 
 
@@ -223,7 +224,7 @@ def _cautions(recording: Recording) -> list[str]:
 
 
 def _channels(recording: Recording) -> list[str]:
-    """Columns of numbers, the clock and counts left out."""
+    """Numeric columns, without the clock and counts."""
     known = [name for name in recording.known_columns if name not in ("time_s", "cycle")]
     return [name for name in known if np.asarray(recording.columns[name]).dtype.kind == "f"]
 

@@ -1,4 +1,4 @@
-"""The report of a batch: one table over specimens, what they say together, which of them failed."""
+"""The report of a batch: one table over specimens, joint conclusions, and failed specimens."""
 
 from typing import Any
 
@@ -16,12 +16,12 @@ from .table import Table
 
 SCHEMA = "pneusma-characterisation-batch/1"
 UNALIKE = 0.01
-"""p-value below which specimens are said to differ by more than their error bars."""
+"""Maximum p-value for specimens to be reported as different by more than their error bars."""
 MOST_PANELS = 12
 
 
 def verdict(batch: Batch) -> list[str]:
-    """The few sentences to read if nothing else is read."""
+    """The few most important sentences."""
     failed = [member for member in batch.members if member.result is None]
     said = [f"{len(batch.done)} of {len(batch.members)} campaigns were characterised."]
     said += [f"{member.name} was not: {member.problem}" for member in failed]
@@ -40,7 +40,7 @@ def verdict(batch: Batch) -> list[str]:
 
 
 def specimen_table(batch: Batch) -> Table:
-    """Every estimate of every campaign."""
+    """Table of every estimate of every campaign."""
     names = list(dict.fromkeys(n for member in batch.done for n in member.result.parameters))
     rows = []
     for member in batch.members:
@@ -52,7 +52,7 @@ def specimen_table(batch: Batch) -> Table:
 
 
 def pooled_table(batch: Batch) -> Table:
-    """Every constant across specimens."""
+    """Table of every constant across specimens."""
     rows = []
     for name, p in batch.pooled.items():
         ends = f"{number(p.next_low)} to {number(p.next_high)}"
@@ -78,7 +78,7 @@ CAPTION = (
 
 
 def report_of(batch: Batch) -> Report:
-    """Everything that is said about the batch."""
+    """The report of the batch."""
     across = [NOTE, pooled_table(batch), Picture("specimens", CAPTION, lambda: figure(batch))]
     return Report(
         title="Batch",

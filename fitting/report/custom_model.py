@@ -1,4 +1,4 @@
-"""The report of a custom base model: what it misses, the numbers found, errors before and after."""
+"""The report of a custom base model: misfit, fitted parameters, errors before and after."""
 
 from typing import Any
 
@@ -23,7 +23,7 @@ CAPTION = (
 
 
 def report_of(explained: Explained) -> Report:
-    """Everything that is said about the result."""
+    """The report of the result."""
     recordings = explained.problem.recordings
     fitted = sum(recording.role == "fit" for recording in recordings)
     return Report(
@@ -61,7 +61,7 @@ def _named(explained: Explained, name: str) -> str:
 
 
 def _parameters(explained: Explained) -> Table:
-    """Parameters of the terms that entered, then those of the base."""
+    """Parameters of the accepted terms, then those of the base."""
     rows, terms = [], {}
     for name in explained.named:
         term = explained.problem.model.term(name)
@@ -143,7 +143,8 @@ def content(explained: Explained) -> dict[str, Any]:
 
 
 def figure(explained: Explained) -> Figure:
-    """Prediction over measurement for every output: the refitted base, and with the terms that entered."""
+    """Figure of prediction over measurement for every output: the refitted base, and with the accepted
+    terms."""
     data = explained.problem.data
     models = {"base, refitted": (explained.base, house.ORANGE)}
     if explained.named:

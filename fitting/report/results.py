@@ -1,4 +1,5 @@
-"""Any result on paper: `save(result, folder)`, `text(result)`. Importing this says how each type looks."""
+"""Presentation of any result: `save(result, folder)`, `text(result)`. Importing this module registers all
+types."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -55,11 +56,11 @@ REPORTS: dict[type, Callable[[Any], Report]] = {
     Wiring: wiring_report,
     Diagnoses: diagnoses_report,
 }
-"""What makes the report of each type of result."""
+"""Function that makes the report of each type of result."""
 
 
 def presenter(report_of: Callable[[Any], Report]) -> Presenter:
-    """How results look whose report is made by a function."""
+    """Presenter of results from a function that makes their report."""
     return Presenter(
         verdict=lambda result: list(report_of(result).verdict),
         text=lambda result: render.text(report_of(result)),
@@ -81,9 +82,9 @@ def save(result: Result, folder: str | Path, force: bool = False) -> list[Path]:
     """Write all files of a result; they appear together or not at all.
 
     Args:
-        result: of any type in `REPORTS`.
-        folder: made if it does not exist.
-        force: replace files of these names that are there already.
+        result: result of any type in `REPORTS`.
+        folder: folder for the files, made if it does not exist.
+        force: true to replace existing files of these names.
 
     Raises:
         InputError: if files are in the way, or the place cannot be written.

@@ -1,4 +1,4 @@
-"""Effects of heat that is not where the base model has it: in the other spring, or not in all of the wire."""
+"""Effects of heat that the base model neglects: in the other spring, or not in all of the wire."""
 
 from typing import ClassVar
 
@@ -20,9 +20,9 @@ HOTTEST = 1e-5  # fraction of the rest of the wire below which the colder zone g
 class OpposingSpringHeating(Effect):
     """Heat of the driven spring reaches those taken to be cold, through two lags; gain [1], tau_1, tau_2 [s].
 
-    The driven spring's austenite, to a `power` [1], stands for its temperature rise: it is measured, where a
-    temperature from the current would hang on a convection that is only assumed. A spring whose fraction is
-    exactly 1, one that was not measured, loses `gain` times the lagged value of its martensite.
+    The driven spring's austenite, to a `power` [1], stands for its temperature rise. It is measured, while a
+    temperature from the current would depend on an assumed convection. A spring whose fraction is exactly 1
+    was not measured. It loses `gain` times the lagged value of its martensite.
     """
 
     gain: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -43,7 +43,7 @@ class OpposingSpringHeating(Effect):
     }
 
     def begin(self, at: Known) -> dict[int, tuple[Array, Array]]:
-        """Nothing has arrived: per spring, its heat after the first lag and after both."""
+        """Zero heat of each spring after the first lag and after both."""
         return each(at, zeros(2))
 
     def phase(self, value: Array, at: Known, memory: dict) -> Array:
@@ -65,11 +65,12 @@ class OpposingSpringHeating(Effect):
 class UnevenHeating(Effect):
     """A share of the wire is colder, in series with the rest: one force, strains and resistances add.
 
-    share [1] of the wire; colder [1], by how many widths of the reversible curve: cold altogether from about
-    ten on, a little behind the rest (ends that clamps cool) below. Where the rest is cold, so is it.
+    `share` [1] of the wire is colder by `colder` [1] widths of the reversible curve. From about ten on it is
+    entirely cold; below, it lags behind the rest a little (ends that clamps cool). Where the rest is cold, so
+    is it.
 
-    The colder zone's strain follows the common stress by one Newton step a row from where it was: nothing is
-    solved inside the equilibrium, and the error is of second order in the change from row to row.
+    The colder zone's strain follows the common stress by one Newton step a row from its last value. Nothing
+    is solved inside the equilibrium, and the error is of second order in the change from row to row.
     """
 
     share: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -86,7 +87,7 @@ class UnevenHeating(Effect):
     }
 
     def begin(self, at: Known) -> dict[int, "ColdZone"]:
-        """Every spring unstretched from how it is attached, and cold."""
+        """Every spring unstretched, as attached, and cold."""
         springs = at["actuator"].springs if "actuator" in at else (at["spring"],)
         numbers = at["actuator"].spring_numbers if "actuator" in at else (1,)
         zones = {}
@@ -134,7 +135,7 @@ class UnevenHeating(Effect):
         return value + ((1.0 - self.share) * warm + self.share * cold - law(xi0, at["gamma"])) * length
 
     def wire_resistance(self, value: Array, at: Known, memory: dict) -> Array:
-        """See `Effect.wire_resistance`; with the colder zone as it was."""
+        """See `Effect.wire_resistance`; with the colder zone of the row before."""
         spring, zone = at["spring"], memory[at["number"]]
         cold = spring.alloy.resistivity(zone.xi0, zone.strain) * spring.geometry.wire_length
         return (value - self.share * cold) / (1.0 - self.share)
@@ -163,7 +164,7 @@ class ColdZone(eqx.Module):
 
     Attributes:
         strain: its shear strain [1]; xi0: its martensite fraction [1].
-        state: what it remembers.
+        state: memory of the zone.
         warm_slope: slope of the rest's law over strain [Pa].
     """
 

@@ -65,7 +65,7 @@ class InactiveCoils(Effect):
         return (value + gap) / (1.0 - self._share(at)) - gap
 
     def wire_resistance(self, value: Array, at: Known, memory: Any) -> Array:
-        """See `Effect.wire_resistance`; the unstretched turns taken as martensite, which differs little."""
+        """See `Effect.wire_resistance`. The unstretched turns count as martensite, which differs little."""
         return self._apart(value, at, jnp.ones(()))
 
     def _apart(self, value: Array, at: Known, xi0: Array) -> Array:

@@ -41,7 +41,7 @@ class WireStatus(enum.IntEnum):
 
     @property
     def sentence(self) -> str:
-        """What happened, for a person."""
+        """Description of the outcome, for a person."""
         return _SENTENCES[self]
 
 
@@ -59,10 +59,10 @@ _SENTENCES = {
 
 
 class WireResponse(eqx.Module):
-    """Everything about a wire in one row.
+    """Response of a wire in one row.
 
     Attributes:
-        strain: axial, engineering [1]; stress: engineering [Pa]; xi0: martensite fraction [1];
+        strain: axial engineering strain [1]; stress: engineering stress [Pa]; xi0: martensite fraction [1];
         eps_R: residual strain [1]; status: a `WireStatus` code. A row that failed is NaN.
     """
 
@@ -86,11 +86,12 @@ class WireAlloy(eqx.Module):
     """Constants of one nitinol alloy drawn into straight wire. SI, temperatures in degC.
 
     Attributes:
-        beta_1, beta_2, beta_3: detwinned fraction of martensite over axial strain [1].
-        ka_1, ka_2, ka_3: stress-induced fraction of austenite over axial strain [1].
+        beta_1, beta_2, beta_3: constants of the detwinned fraction of martensite over axial strain [1].
+        ka_1, ka_2, ka_3: constants of the stress-induced fraction of austenite over axial strain [1].
         E_m, E_a: Young's moduli [Pa]; eps_L: largest detwinning strain [1].
-        gR_amplitude, gR_slope, gR_shift, gR_decay: residual axial strain, Eqs. 3.1 and 3.2 [1].
-        T_mid, T_width: reversible martensite fraction over temperature [degC, K].
+        gR_amplitude, gR_slope, gR_shift, gR_decay: constants of the residual axial strain, Eqs. 3.1 and 3.2
+            [1].
+        T_mid, T_width: middle and width of the reversible martensite fraction over temperature [degC, K].
         name: static label.
     """
 
@@ -152,7 +153,7 @@ class WireAlloy(eqx.Module):
         return stress.shear_modulus(xi0, self.E_m, self.E_a)
 
     def detwinning_stress(self, strain: Array, xi0: Array) -> Array:
-        """Stress that detwinning takes off the elastic one, Eq. 2.33 in tension [Pa]."""
+        """Difference between the elastic stress and the stress with detwinning, Eq. 2.33 in tension [Pa]."""
         return stress.detwinning_stress(
             xi0, self.xi_sm(strain), self.xi_sa(strain), self.E_m, self.E_a, self.eps_L
         )
@@ -190,8 +191,8 @@ class WireAlloy(eqx.Module):
     def strain_at(self, stress: Array, xi0: Array, state: SpringState, chain: Chain = PLAIN) -> WireResponse:
         """Strain at a prescribed stress [Pa] and martensite fraction [1], all scalars.
 
-        The smallest strain that carries the stress on the way up, found on a ladder of strains and polished
-        by Newton's method inside its rung. Derivatives come from the implicit function theorem.
+        It is the smallest strain that carries the stress on the way up. A ladder of strains brackets it, and
+        Newton's method refines it inside its rung. Derivatives come from the implicit function theorem.
         """
         good = jnp.isfinite(stress) & jnp.isfinite(xi0)
         load, phase = jnp.where(good, stress, 0.0), jnp.where(good, xi0, 0.5)

@@ -83,10 +83,10 @@ def polygon(
     """Tube with any simple polygon as its outer line, convex or not.
 
     Args:
-        vertices: of the outer line, counter-clockwise, in the axes of the section [m].
-        wall_thickness: of a wall that is equally thick everywhere [m].
+        vertices: vertices of the outer line, counter-clockwise, in the axes of the section [m].
+        wall_thickness: uniform thickness of the wall [m].
         bore: vertices of the bore, counter-clockwise, instead of a wall thickness [m].
-        nodes: Gauss nodes per panel of an edge.
+        nodes: number of Gauss nodes per panel of an edge.
 
     Raises:
         ValueError: for a line that bounds no figure, a wall without a bore, or a bore that is not inside.
@@ -139,7 +139,7 @@ def _together(*values: Array) -> Array:
 
 
 def _check_wall(wall_thickness: Array, across: dict[str, Array]) -> None:
-    """Refuse a wall that is no wall, or leaves no bore, between faces that far apart [m]."""
+    """Refuse a wall of impossible thickness between faces at this distance [m]."""
     for name, size in across.items():
         if is_concrete(wall_thickness, size) and not 0.0 < 2.0 * float(wall_thickness) < float(size):
             raise ValueError(

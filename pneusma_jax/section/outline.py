@@ -1,9 +1,9 @@
 """Figures bounded by straight edges and circular arcs: polygons, half discs, rounded corners.
 
 Green's theorem turns the integral of f(s) u^k over the area into one along the boundary, `integral f(s)
-u^(k+1) / (k+1) ds`, edge by edge in the edge's own parameter. The integrand is smooth there for any
-figure, convex or not, and any direction, edges across it included (they contribute nothing, but their
-derivatives do).
+u^(k+1) / (k+1) ds`. It is taken edge by edge in the edge's own parameter. The integrand is smooth there for
+any figure, convex or not, and any direction. This includes edges across the direction: they contribute
+nothing, but their derivatives do.
 """
 
 import equinox as eqx
@@ -23,9 +23,9 @@ class Outline(Shape):
     """A figure inside one closed line, which must not cross itself.
 
     Attributes:
-        vertices: in counter-clockwise order [m], shape (n, 2); the last is joined to the first.
-        bulges: of the curved edges, in the order of `curved`: the tangent of a quarter of the arc's angle, as
-            in DXF polylines; 1 is a half circle, positive bulges outwards, shape (len(curved),).
+        vertices: vertices in counter-clockwise order [m], shape (n, 2); the last is joined to the first.
+        bulges: bulges of the curved edges, in the order of `curved`, shape (len(curved),): the tangent of a
+            quarter of the arc's angle, as in DXF polylines. 1 is a half circle; positive bulges outwards.
         curved: static; indices of the edges that are arcs, edge i going from vertex i to the next.
 
     Raises:

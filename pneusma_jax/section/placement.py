@@ -1,4 +1,4 @@
-"""Where springs and fibres sit on a section, as data, and whether they can sit there."""
+"""Positions of springs and fibres on a section, as data, and the check that they are possible."""
 
 import dataclasses
 
@@ -27,9 +27,9 @@ class Layout(eqx.Module):
     Angles are in degrees from the x axis (side 1 at 90, side 2 at 270); they and the plane are static.
 
     Attributes:
-        spring_numbers: the number by which recordings name each spring.
-        spring_angles: of each spring on the outer line [deg], None where `spring_places` has its place.
-        fibre_angle: of a strain-limiting fibre [deg], or None.
+        spring_numbers: number by which recordings name each spring.
+        spring_angles: angle of each spring on the outer line [deg], None where `spring_places` has its place.
+        fibre_angle: angle of a strain-limiting fibre [deg], or None.
         bending_plane: direction of side 1 in the plane to which bending is held [deg], or None for none.
         spring_places: explicit place of each spring [m], shape (2,), or None where its angle counts; may be
             left empty.
@@ -128,7 +128,7 @@ def check_places(
     fibre: Array | None,
     dimensions: SpringGeometry,
 ) -> None:
-    """Refuse springs that overlap and what is not at the wall; numbers that are traced are not looked at.
+    """Refuse springs that overlap and positions off the wall. Traced numbers are not examined.
 
     Raises:
         ValueError: in one sentence that names the spring.

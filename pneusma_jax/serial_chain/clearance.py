@@ -1,15 +1,14 @@
-"""How far a chain of segments is from touching itself.
+"""Clearance of a chain of segments from itself.
 
-A piece is a segment with the rigid connector after it; its centre line is an arc that goes on straight.
-Clearance is the smallest distance between two centre lines less both radii. Points that are close along
-the tube are always close, so pairs of points less than a segment apart along the centre line are left out
-where pieces adjoin: by Schur's theorem such a pair can only touch if the more bent of the two segments
-already touches itself from end to end, which is checked for every segment (it matters past a bend of half
-a turn).
+A piece is a segment with the rigid connector after it; its centre line is an arc with a straight end.
+Clearance is the smallest distance between two centre lines less both radii. Points that are close along the
+tube are always close. So where pieces adjoin, pairs of points less than a segment apart along the centre line
+are left out. By Schur's theorem such a pair can only touch if the more bent segment already touches itself
+from end to end. That is checked for every segment (it matters past a bend of half a turn).
 
-Values and first derivatives are exact to about 1e-9 m: the closest pair is found without derivatives,
-then held, because at a minimum the distance does not depend on the pair to first order. Where two pairs
-are equally close the gradient is that of one of them; clearance is continuous there but not smooth.
+Values and first derivatives are exact to about 1e-9 m. The closest pair is found without derivatives, then
+held, because at a minimum the distance does not depend on the pair to first order. Where two pairs are
+equally close the gradient is that of one of them. Clearance is continuous there but not smooth.
 """
 
 import itertools
@@ -32,10 +31,10 @@ class Pieces(eqx.Module):
 
     Attributes:
         bend: bend angle vector in the frame of the base [rad].
-        length: of the segment's centre line [m].
+        length: length of the segment's centre line [m].
         connector: length of the rigid connector after it [m].
-        radius: of the tube [m].
-        base: frame where the segment starts.
+        radius: radius of the tube [m].
+        base: frame at the segment's start.
     """
 
     bend: Float[Array, "n 2"]
@@ -56,9 +55,9 @@ class Clearance(eqx.Module):
     """Free space between parts of a chain; negative where they would overlap.
 
     Attributes:
-        within: from a segment's end, or the connector after it, back to its base [m], shape (n,).
-        between: of every pair of segments [m], shape (pairs,).
-        pairs: static; which segments those are, from 0.
+        within: clearance of a segment's end, or the connector after it, from its base [m], shape (n,).
+        between: clearance of every pair of segments [m], shape (pairs,).
+        pairs: static; indices of the segments of each pair, from 0.
     """
 
     within: Float[Array, "n"]
@@ -67,7 +66,7 @@ class Clearance(eqx.Module):
 
     @property
     def smallest(self) -> Array:
-        """The tightest place of the chain [m]."""
+        """The smallest clearance of the chain [m]."""
         return jnp.minimum(jnp.min(self.within), jnp.min(self.between, initial=jnp.inf))
 
 
@@ -76,7 +75,7 @@ def chain_clearance(pieces: Pieces) -> Clearance:
     """Clearance within every segment and between every two of them.
 
     Args:
-        pieces: of one configuration; use `jax.vmap` for a history.
+        pieces: pieces of one configuration; use `jax.vmap` for a history.
     """
     count = pieces.length.shape[0]
     pairs = tuple(itertools.combinations(range(count), 2))
@@ -92,7 +91,7 @@ def chain_clearance(pieces: Pieces) -> Clearance:
 def _within(piece: Pieces) -> Array:
     """Clearance of a piece from itself: pairs of points at least the segment's length apart [m].
 
-    For a segment without connector that is base and end, `L |sinc(phi / 2)| - 2 r`.
+    For a segment without connector this pair is base and end, `L |sinc(phi / 2)| - 2 r`.
     """
 
     def distance(ab: Array, piece: Pieces) -> Array:
@@ -119,7 +118,8 @@ def _between(one: Pieces, other: Pieces, adjoining: Array) -> Array:
 
 
 def _smallest(distance: Callable[..., Array], *pieces: Pieces) -> Array:
-    """Smallest value of a distance over the unit square, by search on ever finer grids; the place is held."""
+    """Smallest value of a distance over the unit square, by search on ever finer grids. The position is held
+    for derivatives."""
     frozen = jax.lax.stop_gradient(pieces)
 
     def best(low: Array, high: Array, count: int) -> Array:

@@ -39,7 +39,7 @@ def gent_stress(stretch: Array, mu: Array, j_m: Array) -> Array:
     """Gent's law of limited chain extension [Pa]. A. N. Gent, Rubber Chem. Technol. 69 (1996) 59.
 
     Within a thousandth of the pole at `I1 - 3 = j_m`, and past it, the amplification is continued along its
-    tangent, so that a trial step may cross the pole.
+    tangent. A trial step may then cross the pole.
 
     Args:
         stretch: axial stretch [1].

@@ -1,4 +1,4 @@
-"""The first figure of the README: a pull that was not fitted, before and after the diagnosis of `make demo`.
+"""The first figure of the README: a held-out pull before and after the diagnosis of `make demo`.
 
 python -m validation.examples.before_and_after docs/figures/before_and_after.png
 """
@@ -21,7 +21,8 @@ HELD_OUT = "pull_4"
 
 
 def figure_of(conclusion: Conclusion) -> Figure:
-    """Stress over strain of the held-out pull, and what either model misses, in units of the noise."""
+    """Figure of stress over strain of the held-out pull, and of either model's residual in units of the
+    noise."""
     program = conclusion.explanation.program
     k = next(k for k, recording in enumerate(program.recordings) if recording.name == HELD_OUT)
     channel = program.channels[k][0]

@@ -52,7 +52,7 @@ def pulled(levels: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def stresses(strain: np.ndarray) -> np.ndarray:
-    """True engineering stress [kPa] along a course of strain [1], both of shape (rows,)."""
+    """True engineering stress [kPa] along a history of strain [1], both of shape (rows,)."""
     most = np.maximum(np.maximum.accumulate(strain), 1e-9)
     lost = SOFTENING * (1.0 - strain / most)
     virgin = np.asarray(load_silicone("dragon_skin_10_fast")(strain)) / 1e3
@@ -73,7 +73,7 @@ def documents() -> dict[str, str]:
 
 
 def truth() -> dict[str, object]:
-    """What the specimen really is."""
+    """True constants and physics of the specimen."""
     return {
         "schema": "pneusma-truth/1",
         "simulated": True,

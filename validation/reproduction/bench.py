@@ -1,6 +1,6 @@
-"""The specimens on which the statements are checked, and the simulations that several of them share.
+"""The specimens of the statements, and the simulations that several statements share.
 
-Everything is computed when first asked for and kept, so that one statement costs no more than it needs.
+Everything is computed on first use and stored, so that one statement costs no more than it needs.
 """
 
 from collections.abc import Callable
@@ -48,7 +48,7 @@ class Bench:
 
         Args:
             alloys: replacements by name, `"krl35"` (the actuators' springs) or `"krl45"`.
-            silicone: a replacement of Dragon Skin 10 FAST.
+            silicone: replacement of Dragon Skin 10 FAST.
 
         Raises:
             ValueError: for another name.
@@ -61,7 +61,7 @@ class Bench:
         self._kept: dict[tuple, object] = {}
 
     def keep(self, key: tuple, compute: Callable[[], T]) -> T:
-        """The result of `compute`, which is called once for a key."""
+        """Result of `compute`, which is called once for a key."""
         if key not in self._kept:
             self._kept[key] = compute()
         return self._kept[key]
@@ -76,9 +76,9 @@ class Bench:
         """A pressure sweep up and down at constant heat, from fresh springs.
 
         Args:
-            design: of Table 3.3.
+            design: name of a design of Table 3.3.
             heated: martensite fraction of the spring on side 2 [1].
-            opposite: of the spring on side 1 [1].
+            opposite: martensite fraction of the spring on side 1 [1].
         """
         return self.keep(
             ("sweep", design, heated, opposite),
@@ -120,5 +120,5 @@ def rising_share(values: np.ndarray) -> float:
 
 
 def listed(values: np.ndarray, digits: int = 1) -> str:
-    """Numbers in a row, for a sentence."""
+    """List of numbers for a sentence."""
     return ", ".join(f"{round(float(v), digits) + 0.0:.{digits}f}" for v in np.ravel(values))

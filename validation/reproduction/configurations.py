@@ -81,7 +81,7 @@ def _both_ways(bench: Bench) -> Found:
 
 
 def _turns(bench: Bench) -> Found:
-    """Changes of the sense of bending along the actuator, most over the shapes."""
+    """Number of changes of the sense of bending along the actuator, the maximum over the shapes."""
     each = {}
     for name, heated in SHAPES.items():
         bends = _bends(shape_of(bench, heated))
@@ -110,7 +110,7 @@ def _one_way(bench: Bench) -> Found:
 
 
 def _out_of_plane(bench: Bench) -> Found:
-    """How far the tip leaves the plane of the first region, over the actuator's length at rest [%]."""
+    """Distance of the tip from the plane of the first region, over the actuator's length at rest [%]."""
     tip = np.asarray(shape_of(bench, (2, 2, 1, 2), turned=True).end_pose)[:3, 3]
     return Found(100.0 * abs(float(tip[0])) / (REGIONS * LENGTH), f"tip at {listed(1e3 * tip)} mm")
 

@@ -1,4 +1,5 @@
-"""Figures 2.12 and 2.13: how strain detwins martensite and turns austenite, and the resistivity with it."""
+"""Figures 2.12 and 2.13: detwinning of martensite and transformation of austenite by strain, and the
+resistivity with them."""
 
 import numpy as np
 from matplotlib.figure import Figure

@@ -32,8 +32,8 @@ def controlled(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Resistivity [ohm/m] and onset fraction [1] under a controller that heats or cools as far as it can.
 
-    Where no phase mixture has the setpoint's resistivity at a strain, a resistance too low stops the heating
-    (all martensite) and one too high calls for all of it (all austenite).
+    At some strains no phase mixture has the setpoint's resistivity. Then a resistance that is too low stops
+    the heating (all martensite), and one that is too high calls for full heating (all austenite).
     """
     cold, hot = np.asarray(alloy.rho_m(gamma)), np.asarray(alloy.rho_a(gamma))
     too_low, too_high = setpoint >= np.maximum(cold, hot), setpoint <= np.minimum(cold, hot)
@@ -57,7 +57,7 @@ def _gathering(bench: Bench, name: str) -> Found:
 
 
 def _lost(bench: Bench) -> float:
-    """How many of the fourteen setpoints cannot be held up to the largest strain."""
+    """Number of the fourteen setpoints that cannot be held up to the largest strain."""
     lost = 0
     for alloy in bench.alloys.values():
         lost += sum(abs(controlled(alloy, s)[0] - s).max() > 1e-6 for s in setpoints(alloy))

@@ -1,4 +1,4 @@
-"""Figure 3.18: fibre-reinforced actuators without springs, and what gravity does to them."""
+"""Figure 3.18: fibre-reinforced actuators without springs, and the influence of gravity on them."""
 
 import dataclasses
 
@@ -49,9 +49,9 @@ def under_gravity(bench: Bench, kind: str, at_tip: bool = False) -> np.ndarray:
     """Curvature of an actuator that is clamped below [1/m], shape (UPWARDS,).
 
     Args:
-        bench: of the actuators.
-        kind: which of `DESIGNS`.
-        at_tip: put the whole weight on the end cap, where the source writes its balance, not along the tube.
+        bench: bench with the actuators.
+        kind: name of one of `DESIGNS`.
+        at_tip: true to put the whole weight on the end cap, as in the source's balance, not along the tube.
     """
 
     def loaded(body: pj.Actuator) -> pj.Actuator:
@@ -83,7 +83,7 @@ def _bends_more(bench: Bench) -> Found:
 
 
 def _gravity_over_wall(bench: Bench) -> Found:
-    """Largest increase by gravity over the largest change by a thinner wall, most of the designs [1]."""
+    """Largest increase by gravity over the largest change by a thinner wall, maximum over the designs [1]."""
     ratios = {}
     for kind in DESIGNS:
         thickness = float(pj.design_geometry(f"pneuflex_{kind}").wall_thickness) * (1.0 - WALL_SPREAD)

@@ -1,4 +1,5 @@
-"""Figures 3.4 to 3.7: residual strain after pre-strain; heating recovers it, cooling keeps what is left."""
+"""Figures 3.4 to 3.7: residual strain after pre-strain, its recovery by heating, and its persistence on
+cooling."""
 
 import numpy as np
 from matplotlib import colormaps

@@ -44,7 +44,7 @@ def _change(alloy: pj.Alloy, start: float, end: float) -> float:
 
 
 def _corner_width(alloy: pj.Alloy, gamma: float) -> float:
-    """Temperature in which the last 20 to 2 % of the drop are gone [K]."""
+    """Temperature range of the last 20 to 2 % of the drop [K]."""
     temperature = np.linspace(0.0, 70.0, 7001)
     rho = over_temperature(alloy, temperature, gamma)
     left = (rho - rho[-1]) / (rho[0] - rho[-1])
@@ -52,7 +52,8 @@ def _corner_width(alloy: pj.Alloy, gamma: float) -> float:
 
 
 def _highest_phase(bench: Bench) -> Found:
-    """How far the twinned martensite lies above the next phase, least of both alloys [ohm/m]."""
+    """Excess of the twinned martensite's resistivity over the next phase's, minimum over both alloys
+    [ohm/m]."""
     each = {name: pure_phases(alloy) for name, alloy in bench.alloys.items()}
     gaps = [p["twinned"] - max(v for k, v in p.items() if k != "twinned") for p in each.values()]
     detail = "; ".join(

@@ -1,4 +1,4 @@
-"""What the numbers of a reproduction amount to, in sentences."""
+"""Summary of a reproduction's numbers in sentences."""
 
 from .expectation import Verdict, number_text
 from .results import Reproduction
@@ -59,7 +59,7 @@ def verdict_sentences(result: Reproduction) -> list[str]:
 
 
 def remark(judged: Judged) -> str:
-    """What to know about a verdict: more numbers, what it rests on, why it is not an agreement."""
+    """Remark on a verdict: further numbers, constants that it rests on, reason of a difference."""
     parts = [judged.found.detail]
     if judged.reason:
         parts.append(f"why: {judged.reason}")

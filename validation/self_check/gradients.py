@@ -76,7 +76,7 @@ def _slopes() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _with(module: eqx.Module, names: tuple[str, ...], values: list) -> eqx.Module:
-    """A module with some of its numbers replaced."""
+    """A module with some of its constants replaced."""
     return eqx.tree_at(lambda m: [getattr(m, name) for name in names], module, values)
 
 

@@ -1,11 +1,11 @@
-"""From a measured resistance to the material's martensite fraction, without the noise of single samples.
+"""Denoising: the martensite fraction from a measured resistance, without the noise of single samples.
 
-The residual strain keeps the running minimum of the martensite fraction, so noise in it does not average
-out, it accumulates. And a resistance says much about the phase when the wire is cold and unstrained, little
-when it is hot, nothing where both phases conduct alike. So the fraction is taken to wander slowly (a random
-walk) behind the resistance, and is recovered by a Kalman smoother that weighs each sample by how much it
-says. How fast it wanders and how noisy the resistance is are found by maximum likelihood; there is nothing to
-tune.
+The residual strain keeps the running minimum of the martensite fraction. Noise in the fraction therefore
+accumulates instead of averaging out. The resistance determines the phase well for a cold, unstrained wire and
+poorly for a hot one. Where both phases conduct alike it says nothing.
+
+So the fraction is modelled as a random walk behind the resistance. A Kalman smoother weights each sample by
+its information. The variances of the walk and of the noise follow by maximum likelihood, without tuning.
 """
 
 import equinox as eqx
@@ -30,14 +30,15 @@ def martensite_fraction(
     """Martensite fraction of a spring over time, in [0, 1].
 
     Args:
-        spring: the element.
-        time: [s], ascending, shape (rows,).
-        resistance: measured [ohm], NaN where missing.
+        spring: spring element.
+        time: time [s], ascending, shape (rows,).
+        resistance: measured resistance [ohm], NaN where missing.
         gamma: shear strain [1], NaN where unknown.
 
     Returns:
-        Shape (rows,); interpolated where a sample is missing. Where the resistance jumps faster than a heated
-        wire can, so that the walk does not follow it, the readings of single samples.
+        Martensite fraction, shape (rows,); interpolated where a sample is missing. The resistance may jump
+        faster than a heated wire can, so that the walk does not follow it. Then the readings of single
+        samples are returned.
     """
     held = np.isfinite(resistance) & np.isfinite(gamma)
     t, ohms, strain = time[held], resistance[held], gamma[held]
@@ -67,10 +68,10 @@ def _resistance(spring: pj.Spring, xi0: jax.Array, gamma: jax.Array) -> tuple[ja
 
 
 def denoised(time: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """A measured input without its noise, as far as its own course tells them apart; NaN where missing.
+    """A measured input, smoothed as far as its trend and its noise can be separated; NaN where missing.
 
     Args:
-        time: [s], ascending, shape (rows,).
+        time: time [s], ascending, shape (rows,).
         values: equally noisy readings, shape (rows,).
     """
     held = np.isfinite(values)
@@ -86,9 +87,9 @@ def smooth_walk(time: np.ndarray, values: np.ndarray, precision: np.ndarray) -> 
     """Random walk behind noisy readings, by Kalman filter and Rauch-Tung-Striebel smoother.
 
     Args:
-        time: ascending, shape (n,).
+        time: time, ascending, shape (n,).
         values: readings, shape (n,).
-        precision: of each reading, up to a common factor, which is estimated; positive, shape (n,).
+        precision: precision of each reading, up to a common factor, which is estimated; positive, shape (n,).
 
     Returns:
         Mean of the walk at each reading, shape (n,).

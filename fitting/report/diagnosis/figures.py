@@ -94,7 +94,7 @@ def _one(conclusion: Conclusion, k: int, top: Axes, below: Axes) -> None:
 
 
 def probability_figure(conclusion: Conclusion) -> Figure:
-    """The likeliest explanations as bars, with what is unknown and with nothing missing."""
+    """The likeliest explanations as bars, with `unknown` and `nothing missing`."""
     pool = {slug: p for slug, (p, _) in conclusion.candidates.items()}
     ranked = sorted(pool, key=lambda s: -pool[s])[:8]
     names = [*ranked, "none of these", "nothing is missing"]

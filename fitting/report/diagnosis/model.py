@@ -1,4 +1,4 @@
-"""The model that a diagnosis leads to, as `augmented.toml` holds it."""
+"""The model that a diagnosis leads to, for `augmented.toml`."""
 
 from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.diagnose.verdict.probabilities import UNMODELLED
@@ -12,13 +12,13 @@ MATERIAL = "material"
 
 
 def model_of(conclusion: Conclusion, source: str, start: AugmentedModel | None = None) -> AugmentedModel:
-    """The base model with its refitted constants, the effects that were found, and what is left unmodelled.
+    """The base model with its refitted constants, the effects that were found, and a model discrepancy.
 
     Args:
-        conclusion: of a diagnosis.
-        source: what it was fitted to, for the file.
-        start: model that the diagnosis started from, whose numbers and effects it keeps; a
-            diagnosis reads none of single specimens.
+        conclusion: conclusion of a diagnosis.
+        source: description of the data that it was fitted to, for the file.
+        start: model that the diagnosis started from, whose constants and effects are kept. A diagnosis reads
+            no constants of single specimens.
     """
     program, fit = conclusion.model
     start = start or AugmentedModel()
@@ -48,7 +48,7 @@ def model_of(conclusion: Conclusion, source: str, start: AugmentedModel | None =
 
 
 def _rest(conclusion: Conclusion, source: str) -> list[AddedDiscrepancy]:
-    """What is unmodelled, if it is modelled at all."""
+    """The model discrepancy, if one was fitted."""
     rest = conclusion.remainder
     if rest is None:
         return []
@@ -65,7 +65,7 @@ def _rest(conclusion: Conclusion, source: str) -> list[AddedDiscrepancy]:
 
 
 def _added(conclusion: Conclusion, source: str) -> list[AddedEffect]:
-    """Effects within their physical bounds, to rounding."""
+    """Effects clipped to their physical bounds, which rounding may exceed."""
     (program, fit), found = conclusion.model, []
     for f in conclusion.found:
         if f.slug == UNMODELLED:

@@ -12,7 +12,7 @@ SCHEMA = "pneusma-diagnosis/1"
 
 
 def content(conclusion: Conclusion) -> dict:
-    """What outside programs read."""
+    """Content for outside programs."""
     explanation = conclusion.explanation
     candidates = [
         {"name": slug, "probability": p, "log_bayes_factor": _finite(bayes)}
@@ -64,7 +64,7 @@ def content(conclusion: Conclusion) -> dict:
 
 
 def _generic(conclusion: Conclusion) -> dict | None:
-    """The smooth correction that named effects were raced against."""
+    """The model discrepancy that competed with the named effects."""
     discrepancy = conclusion.discrepancy
     if discrepancy is None:
         return None
@@ -95,7 +95,7 @@ def _score(conclusion: Conclusion, score: HeldOut) -> dict:
 
 
 def _remainder(conclusion: Conclusion) -> dict | None:
-    """What is unmodelled, described by what it goes with; SI, unknown outside the range of its knots."""
+    """The remaining model discrepancy and its driver; SI, unknown outside the range of its knots."""
     rest = conclusion.remainder
     if rest is None:
         return None

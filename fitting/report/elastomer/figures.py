@@ -106,7 +106,7 @@ def _curves(
 
 
 def residual_figure(result: ElastomerCharacterisation) -> Figure:
-    """Measured less fitted stress: the chosen law by recording with the noise, and every law."""
+    """Figure of measured less fitted stress: the chosen law by recording with the noise, and every law."""
     samples = result.samples
     drawing, (left, right) = _axes(2)
     model = result.best.predict(samples)
@@ -142,7 +142,7 @@ def residual_figure(result: ElastomerCharacterisation) -> Figure:
 
 
 def drift_figure(analysis: Analysis) -> Figure:
-    """Shear modulus at rest of every law over the largest stretch it was fitted to."""
+    """Figure of every law's shear modulus at rest over the largest stretch of its fit."""
     drawing, (axes,) = _axes(1, 7.2, 4.4)
     for k, (name, held) in enumerate(analysis.held.items()):
         reach = np.array([r.reach for r in held.ranges])
@@ -176,7 +176,7 @@ def _range_axis(axes: Axes, reach: np.ndarray) -> None:
 
 
 def held_out_figure(analysis: Analysis) -> Figure:
-    """Error where a law was fitted and on what follows, over the range; and in gaps of the curve."""
+    """Figure of the error within and beyond the range of a fit, over that range; and in gaps of the curve."""
     drawing, (inside, following, gaps) = _axes(3, 10.5, 4.2)
     for name, held in analysis.held.items():
         look = {"color": COLOURS[name], "ms": 4, "lw": 1.2}

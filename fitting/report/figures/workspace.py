@@ -1,4 +1,4 @@
-"""Figures of workspaces: what the source's Fig. 3.25 shows, from computed states, and where chains reach."""
+"""Figures of workspaces: computed states in the form of the source's Fig. 3.25, and reach of chains."""
 
 from collections.abc import Sequence
 
@@ -26,10 +26,11 @@ MOST_TICKS = 5
 def workspace_figure(workspaces: Sequence[Workspace]) -> Figure:
     """Reachable curvature and bend angle over pressure, and the most and least bent shape of each design.
 
-    A design with springs reaches a region, shaded, because its activation can be chosen; one without a line.
+    A design with springs reaches a shaded region, because its activation can be chosen. One without springs
+    reaches a line.
 
     Args:
-        workspaces: of which at least one state was found each.
+        workspaces: workspaces with one or more solved states each.
     """
     with style():
         figure = Figure(figsize=(11.0, 8.6), layout="constrained")
@@ -66,8 +67,8 @@ def activation_figure(workspaces: Sequence[Workspace], levels: int = 4) -> Figur
     """Curvature and bend angle over the martensite fraction of the heated spring, at a few pressures.
 
     Args:
-        workspaces: of designs with springs.
-        levels: how many pressures to show.
+        workspaces: workspaces of designs with springs.
+        levels: number of pressures to show.
     """
     with style():
         figure = Figure(figsize=(1.0 + 4.6 * len(workspaces), 7.0), layout="constrained")
@@ -107,10 +108,10 @@ def _same_scale(views: Sequence[Axes]) -> None:
 
 
 def direction_figure(workspaces: Sequence[Workspace]) -> Figure:
-    """Bend angle over its direction, for designs that bend freely; every state that was found is a point.
+    """Figure of bend angle over its direction, for designs that bend freely; every solved state is a point.
 
     Args:
-        workspaces: of such designs, with at least one state each.
+        workspaces: workspaces of such designs, with one or more states each.
     """
     with style():
         figure = Figure(figsize=(1.2 + 5.0 * len(workspaces), 5.2), layout="constrained")
@@ -129,10 +130,10 @@ def direction_figure(workspaces: Sequence[Workspace]) -> Figure:
 
 
 def reach_figure(reach: ChainReach) -> Figure:
-    """Places of a chain's tip in two views.
+    """Figure of a chain's tip positions in two views.
 
     Args:
-        reach: with at least one state found.
+        reach: reach with one or more solved states.
     """
     tips, pressure = from_si(reach.tip, "mm"), from_si(reach.pressure, "kPa")
     with style():
@@ -150,7 +151,7 @@ def reach_figure(reach: ChainReach) -> Figure:
 
 
 def _look(design: str) -> tuple[str, str]:
-    """Name and colour of a design; the same name gets the same colour in every figure."""
+    """Name and colour of a design. The same name gets the same colour in every figure."""
     return LOOKS.get(design) or (design, OTHERS[sum(map(ord, design)) % len(OTHERS)])
 
 
@@ -170,7 +171,8 @@ def _reach(axes: Axes, workspace: Workspace, values: np.ndarray) -> None:
 
 
 def _shapes(axes: Axes, workspace: Workspace) -> None:
-    """Side view of the least and the most bent state, each standing on its clamp; its numbers below."""
+    """Draw a side view of the least and the most bent state, each standing on its clamp, with its numbers
+    below."""
     name, colour = _look(workspace.design)
     radius = 0.5 * from_si(workspace.outer_diameter, "mm")
     left = 0.0
@@ -217,10 +219,10 @@ def side_line(length: float, bend: float, offset: float, count: int = 90) -> tup
     """A line along the bent actuator, which stands at the origin, points up and bends to the right.
 
     Args:
-        length: of the centre line.
-        bend: angle [rad].
-        offset: of the line from the centre line towards side 1, which is on the left.
-        count: points.
+        length: length of the centre line.
+        bend: bend angle [rad].
+        offset: offset of the line from the centre line towards side 1, which is on the left.
+        count: number of points.
 
     Returns:
         Coordinates, each of shape (count,).

@@ -1,4 +1,4 @@
-"""What tests of wires, tubes and actuators say, in sentences that a laboratory can act on."""
+"""Sentences on tests of wires, tubes and actuators, for the laboratory."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -16,7 +16,7 @@ from . import wires
 
 
 def verdict(result: GeneralCharacterisation) -> list[str]:
-    """The few sentences to read if nothing else is read."""
+    """The few most important sentences."""
     fit = result.fit
     count = sum(recording.role == "fit" for recording in fit.recordings)
     what = "identified from" if result.identify else "adjusted within its tolerances to"
@@ -42,7 +42,7 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
 
 
 def lasting_sentence(time: float, inflation: float) -> str:
-    """Errors that last, in words."""
+    """Sentence on errors with serial correlation."""
     return (
         f"Residuals are correlated over about {time:.0f} samples, so that fewer samples count. The cause is "
         "an instrument that drifts, or a law that is not quite followed. Standard errors were multiplied by "
@@ -51,7 +51,7 @@ def lasting_sentence(time: float, inflation: float) -> str:
 
 
 def overstated_sentence(reduced: float) -> str:
-    """Noise that is stated too large, in words."""
+    """Sentence on noise that is stated too large."""
     return (
         f"The recordings scatter by only {reduced**0.5:.2g} of the noise stated or estimated. If that "
         "is too large, so are the standard errors, and a misfit may hide below it."
@@ -59,18 +59,18 @@ def overstated_sentence(reduced: float) -> str:
 
 
 def law_of(result: GeneralCharacterisation) -> str:
-    """What was fitted, in words: the base law, with the effects of a model on disk if it has any."""
+    """Name of the fitted law: the base law, with the effects of a model on disk if it has any."""
     effects = [] if result.model is None else [a.slug.replace("_", " ") for a in result.model.acting]
     return result.specimen.law + (f" with {' and '.join(effects)}" if effects else "")
 
 
 def by_temperature(result: GeneralCharacterisation) -> bool:
-    """Whether this is a spring without resistance, whose phase follows its temperature."""
+    """True for a spring without resistance, whose phase follows its temperature."""
     return result.specimen is BY_TEMPERATURE
 
 
 def untold(result: GeneralCharacterisation) -> list[str]:
-    """What a resistance would have told of a spring that was recorded without one."""
+    """Sentence on the constants that a resistance would have identified, for a spring without one."""
     if not by_temperature(result):
         return []
     return [
@@ -88,7 +88,7 @@ def untold(result: GeneralCharacterisation) -> list[str]:
 
 
 def about_the_model(result: GeneralCharacterisation) -> list[str]:
-    """What a model on disk brought, and which of its priors these recordings had made themselves."""
+    """Sentences on a model on disk, and on its priors that these recordings had made themselves."""
     if result.model is None:
         return []
     model = result.model.model
@@ -125,7 +125,7 @@ def _unit(column: str) -> str:
 
 
 def warnings(result: GeneralCharacterisation) -> list[str]:
-    """What to be careful about: bounds, parameters that never moved, fits that did not end well."""
+    """Warnings: bounds, parameters that never moved, fits that did not end well."""
     said = [*wires.warnings(result)] if result.specimen is WIRE else []
     said += _together(result.identifiability)
     if not result.fit.result.success:
@@ -146,11 +146,11 @@ TOGETHER = {
     ),
     "at_start": "are still at the values they started from: these recordings do not show them.",
 }
-"""What is said once of several parameters that the same is to be said of."""
+"""Sentences about several parameters with the same status."""
 
 
 def _together(entries: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Warnings about single parameters, one sentence for all that share a fate."""
+    """Warnings about single parameters, with one sentence for all of the same status."""
     said = []
     for kind in ("at_bound", "at_start", "absent"):
         mine = [e for e in entries if e["kind"] == kind]
@@ -163,7 +163,7 @@ def _together(entries: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def how_it_was_fitted(result: GeneralCharacterisation) -> list[str]:
-    """Starts, noise, priors."""
+    """Sentences on starts, noise, priors."""
     fit = result.fit
     ends = ", ".join(f"{x:.1f}" for x in fit.starts)
     return [
@@ -179,7 +179,7 @@ def how_it_was_fitted(result: GeneralCharacterisation) -> list[str]:
 
 
 def _specimens(result: GeneralCharacterisation) -> list[str]:
-    """Whose the numbered names are."""
+    """Sentence on the specimens of the numbered names."""
     numbers = sorted({int(name.rpartition("__")[2]) for name in result.fitted if "__" in name})
     specimens = list(result.campaign.specimens())
     owners = [f"__{k} for {specimens[k - 1]}" for k in numbers]

@@ -54,7 +54,7 @@ def _entry(plan: Plan, number: int, test: PlannedTest) -> dict[str, Any]:
 
 
 def expected(plan: Plan) -> dict[str, dict[str, Any]]:
-    """What each constant is expected to be known to, in the unit of tables."""
+    """Expected value and uncertainty of each constant, in the unit of tables."""
     table = {}
     for k, name in enumerate(plan.knowledge.names):
         unit = plan.knowledge.table.quantities[name].unit

@@ -1,4 +1,4 @@
-"""Tables of a plan: its tests, and what they are expected to tell of each constant."""
+"""Tables of a plan: its tests, and their expected information about each constant."""
 
 from fitting.plan.candidates import HELD
 from fitting.plan.plan import Plan, PlannedTest
@@ -16,7 +16,7 @@ CONSTANTS = ("constant", "first guess", "1-sigma before", "expected after", "rel
 
 
 def test_table(plan: Plan) -> Table:
-    """Every test, in the order in which they are made."""
+    """Table of every test, in the order of the protocol."""
     return Table(TESTS, [_row(plan, test) for test in plan.tests])
 
 
@@ -50,7 +50,7 @@ def setpoint(plan: Plan, test: PlannedTest) -> float:
 
 
 def constant_table(plan: Plan) -> Table:
-    """Every unknown constant: what is known of it before and after the tests."""
+    """Table of every unknown constant: its uncertainty before and after the tests."""
     rows, relative = [], plan.relative_sd()
     for k, name in enumerate(plan.knowledge.names):
         unit = plan.knowledge.table.quantities[name].unit

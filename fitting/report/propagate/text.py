@@ -12,13 +12,12 @@ from ..table import Table, table_text
 from .numbers import column_table, exceedances, lost, shown_column
 
 TELLING = 0.2
-"""Distance of two distributions from which an input is named as one that tells failed rows apart: of 100
-failed
-rows, chance alone gives 0.14 at most in 95 % of cases (Kolmogorov-Smirnov)."""
+"""Minimum distance of two distributions for an input to be named as one that separates failed rows. For 100
+failed rows, chance alone gives at most 0.14 in 95 % of cases (Kolmogorov-Smirnov)."""
 
 
 def verdict(result: Propagation) -> list[str]:
-    """The few sentences to read if nothing else is read."""
+    """The few most important sentences."""
     problem, said = result.problem, []
     failures = result.summary.failures
     words = {"sobol": "Sobol points", "monte_carlo": "random draws", "latin_hypercube": "Latin hypercubes"}
@@ -77,7 +76,8 @@ def _index_sentences(result: Propagation) -> list[str]:
 
 
 def failure_sentences(result: Propagation) -> list[str]:
-    """How many rows have no result, why, where, and what that can have changed."""
+    """Sentences on the number of rows without a result, their causes and places, and their possible
+    influence."""
     failures, problem = result.summary.failures, result.problem
     codes = [code for code in np.flatnonzero(failures.reasons) if code > 1]
     why = "; ".join(
@@ -102,7 +102,7 @@ def failure_sentences(result: Propagation) -> list[str]:
 
 
 def rare_sentences(rare: RareResult) -> list[str]:
-    """A small probability in words."""
+    """Sentences on a small probability."""
     said = []
     if rare.subset is not None:
         low, high = rare.subset.interval
@@ -142,7 +142,7 @@ def rare_sentences(rare: RareResult) -> list[str]:
 
 
 def speed(result: Propagation) -> str:
-    """How many rows this session computed, and how fast; empty where it computed none."""
+    """Number of rows that this session computed, and its speed; empty where it computed none."""
     if not result.computed:
         return ""
     rate = result.computed / max(result.seconds, 1e-9)
@@ -153,7 +153,7 @@ def speed(result: Propagation) -> str:
 
 
 def plan_text(problem: Problem) -> str:
-    """What a study would do."""
+    """Preview of a study."""
     lines = [
         f"{problem.study.name}: {problem.response.title}",
         f"  {problem.rows:,} rows in {len(problem.tasks):,} chunks, {problem.columns.total} columns",
@@ -174,7 +174,7 @@ def _bytes(problem: Problem) -> str:
 
 
 def left_open(result: Propagation) -> str:
-    """What failed rows leave open of the first quantity."""
+    """Sentence on the possible influence of failed rows on the first quantity."""
     header, rows = column_table(result)
     row = dict(zip(header, rows[0], strict=True))
     low, high = (np.format_float_positional(row[k], 4, fractional=False) for k in ("mean_least", "mean_most"))

@@ -1,4 +1,4 @@
-"""What tests of a spring on a stand say about its alloy, in sentences that a laboratory can act on."""
+"""Sentences on the alloy from tests of a spring on a stand, for the laboratory."""
 
 from fitting.calibrate.general.fit import OVERSTATED
 from fitting.calibrate.spring.joint import MISFIT, lead
@@ -13,13 +13,14 @@ OTHER_RULE = (
     " If the alloy is no nitinol, its phases' resistances may mix by another rule: --base new_sma opens it."
 )
 CLOSE_CALL = 4.0
-"""Chi-square by which a best fit that only one start found is ahead, up to which nobody need know."""
+"""Maximum advantage in chi-square of a best fit that only one start found, up to which no sentence is
+needed."""
 BLIND_SHARE = 0.5
-"""Share of a test's rows with a blind resistance from which the test is called blind."""
+"""Minimum share of a test's rows with an uninformative resistance for the test to be called blind."""
 
 
 def verdict(result: SpringCharacterisation) -> list[str]:
-    """The few sentences to read if nothing else is read."""
+    """The few most important sentences."""
     fitted = [test for test in result.tests if test.fitted]
     what = "identified from" if result.identify else "adjusted within its tolerances to"
     chosen = overall(list(result.scores), "fit")
@@ -62,7 +63,7 @@ def _held_out(result: SpringCharacterisation) -> str:
 
 
 def mode_sentence(mode: Mode) -> str:
-    """Another parameter set that fits as well, in words."""
+    """Sentence on another parameter set that fits as well."""
     changes = ", ".join(
         f"{name} {'higher' if change > 0.0 else 'lower'} by {abs(change):.1f} standard errors"
         for name, change in mode.different
@@ -75,7 +76,7 @@ def mode_sentence(mode: Mode) -> str:
 
 
 def warnings(result: SpringCharacterisation) -> list[str]:
-    """What to be careful about: bounds, parameters that never moved, fits that failed, blind tests."""
+    """Warnings: bounds, parameters that never moved, fits that failed, blind tests."""
     said = [e["text"] for e in result.identifiability if e["kind"] in ("at_bound", "at_start")]
     if not result.joint.result.success:
         said.append(f"The joint fit did not end well. {result.joint.result.status.value}")
@@ -92,7 +93,7 @@ def warnings(result: SpringCharacterisation) -> list[str]:
 
 
 def blind_sentence(score: Score) -> str:
-    """What a test with a blind resistance means for its prediction."""
+    """Sentence on the prediction of a test with an uninformative resistance."""
     return (
         f"{score.name}: in {100.0 * score.blind:.0f} % of the rows the resistance hardly tells the "
         "martensite fraction: near full heat the fraction goes as its eighth root. So the stress is "
@@ -102,7 +103,7 @@ def blind_sentence(score: Score) -> str:
 
 
 def how_it_was_fitted(result: SpringCharacterisation) -> list[str]:
-    """Stages, starts and noise."""
+    """Sentences on stages, starts and noise."""
     joint = result.joint
     said = []
     for stage in result.stages:
@@ -130,5 +131,5 @@ def how_it_was_fitted(result: SpringCharacterisation) -> list[str]:
 
 
 def phases(result: SpringCharacterisation) -> list[str]:
-    """What each test was taken to be."""
+    """Assumed phase of each test."""
     return [f"{t.name} ({t.recording.role}): {t.words}; {t.reason}." for t in result.tests]

@@ -201,7 +201,8 @@ class RememberedDetwinning(Effect):
 
 
 class ColdEnds(Effect):
-    """Clamps cool the ends of a spring on a stand: zones of three temperatures in series, one force through all."""
+    """Clamps cool the ends of a spring on a stand: zones of three temperatures in series, with a common
+    force."""
 
     slug, kinds, component = "uneven_heating", ("spring",), "spring"
     drivers, ceiling = ("xi0", "strain"), 0.45

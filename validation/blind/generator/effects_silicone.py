@@ -1,4 +1,5 @@
-"""Physics of the silicone: coupons, tubes and actuators alike. Strains carry the section's points as last axis."""
+"""Physics of the silicone for coupons, tubes and actuators. Strains carry the section's points as last
+axis."""
 
 import numpy as np
 
@@ -26,7 +27,7 @@ class PowerLawRelaxation(Effect):
         self._carried, self._before, self._recalled = 0.0, None, (-1, 0.0, 0.0)
 
     def _recall(self, row):
-        """What is left of earlier overstress in this row, and how much of a stress step counts."""
+        """Remaining part of earlier overstress in this row, and the part of a stress step that counts."""
         if self._recalled[0] != row.index:
             step = np.maximum(row.step, 1e-9)[:, None, None]
             fall = np.exp(-step / self._tau)

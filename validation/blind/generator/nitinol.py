@@ -1,6 +1,8 @@
-"""Nitinol laws of the published model: spring geometry, phases, resistivity, stress and the residual-strain rule.
+"""Nitinol laws of the published model: spring geometry, phases, resistivity, stress and the residual-strain
+rule.
 
-`q` maps names of numbers (numbers.py) to arrays that broadcast with the strain. Moduli come in GPa and leave in Pa.
+`q` maps names of constants (numbers.py) to arrays that broadcast with the strain. Moduli come in GPa, and
+stresses leave in Pa.
 """
 
 import numpy as np
@@ -86,15 +88,16 @@ def fraction_from_resistivity(q, rho, gamma):
 
 
 def residual_bound(q, prestrain, length):
-    """Residual strain that an earlier strain leaves in full martensite: Eq. 3.1, at most what detwinning can."""
+    """Residual strain after an earlier strain in full martensite: Eq. 3.1, at most the strain that detwinning
+    allows."""
     printed = q["gR_amplitude"] * (1.0 + erf(q["gR_slope"] * prestrain - q["gR_shift"]))
     return np.minimum(printed, length * detwinned(q, prestrain))
 
 
 class Memory:
-    """What the metal remembers: its largest strain and its lowest martensite fraction since then.
+    """Memory of the metal: its largest strain and its lowest martensite fraction since then.
 
-    `source` is the row that this fraction is of, -1 before any.
+    `source` is the row of this fraction, -1 before any.
     """
 
     def __init__(self, q, shape, prestrain, *, modulus=("G_m", "G_a"), length="gamma_L"):
@@ -134,7 +137,7 @@ class Memory:
         self.closed += 1
 
     def follow(self, member, other):
-        """Let one parameter set remember what another does."""
+        """Copy one parameter set's memory to another."""
         self.largest[member], self.lowest[member] = self.largest[other], self.lowest[other]
 
 

@@ -1,4 +1,4 @@
-"""The published numbers, in the units and under the names of the recordings' sidecars."""
+"""The published constants, in the units and under the names of the recordings' sidecars."""
 
 KRL35 = {
     "beta_1": 21.9987, "beta_2": 2.8458, "beta_3": 90.5096,
@@ -24,7 +24,7 @@ NITI_WIRE = {
     "gR_amplitude": 0.0321, "gR_slope": 20.9, "gR_shift": 0.5, "gR_decay": 5.0,
     "T_mid": 45.0, "T_width": 5.0,
 }  # fmt: skip
-"""The wire that the calibration data ships by this name."""
+"""Constants of the wire of this name in the calibration data."""
 
 SPRING = {
     "wire_diameter_mm": 0.25, "mandrel_diameter_mm": 0.9, "initial_pitch_mm": 0.269,

@@ -1,8 +1,8 @@
 """The tube's cross-section as a full disc less the disc of its bore.
 
-Each disc is summed by the midpoint rule in the angle whose sine is the height: the integrand continues periodically,
-so the rule converges fast. The points are fixed in the section, so that a fibre of silicone can remember what it went
-through; points of the bore count negatively and remember what silicone there would have gone through.
+Each disc is summed by the midpoint rule in the angle whose sine is the height. The integrand continues
+periodically, so the rule converges fast. The points are fixed in the section, so that a fibre of silicone can
+keep its history. Points of the bore count negatively, with the history that silicone there would have.
 """
 
 import numpy as np

@@ -53,7 +53,7 @@ def _wire(bench, numbers, series, effects):
 
 
 def _search(residual, guess):
-    """Newton inside a bracket that only shrinks: the flat plateau throws plain Newton far away."""
+    """Newton inside a bracket that only shrinks, since the flat plateau throws plain Newton far away."""
     low, high, x = np.full(guess.shape, -0.03), np.full(guess.shape, 0.2), np.array(guess)
     for _ in range(70):
         here, beside = residual(np.stack([x, x + 1e-8]))
@@ -78,6 +78,6 @@ def wire_truth(bench, numbers, effects=()):
 
 
 def wire_base(bench, numbers, recorded):
-    """What the base predicts from recorded stress and temperature."""
+    """Prediction of the base from recorded stress and temperature."""
     size = max(np.size(v) for v in numbers.values())
     return _wire(bench, numbers, {name: batch(recorded[name], size) for name in bench.inputs}, ())

@@ -20,7 +20,7 @@ from .score import scored
 
 
 def main(arguments=None):
-    """Exit code 0; 2 where what is asked for cannot be done."""
+    """Exit code 0; 2 where the request cannot be met."""
     chosen = _parser().parse_args(arguments)
     try:
         return chosen.action(chosen) or 0
@@ -67,7 +67,7 @@ def _places(chosen):
 
 
 def _begin(chosen):
-    """Cases that were asked for and their places, where the plan is still what the run began with."""
+    """Requested cases and their places, if the plan is unchanged since the run began."""
     places = _places(chosen)
     cases = chosen_cases(chosen.plan, chosen.seed, chosen.limit, chosen.kinds, chosen.groups)
     keep_plan(places, chosen.plan, chosen.seed)

@@ -1,12 +1,16 @@
-"""Other methods on the same sealed campaign, with the tool's own model, refit and noise, so that only the method differs.
+"""Other methods on the same sealed campaign, with the tool's own model, refit and noise, so that only the
+method differs.
 
-- recalibration: the base model refitted within its tolerances, and a chi-square test of what is left;
+- recalibration: the base model refitted within its tolerances, and a chi-square test of the residual;
 - BIC stepwise: the same candidate effects, entered one by one while BIC falls, errors taken as independent;
-- Gaussian process: a discrepancy over the located drivers on top of the refitted base (Kennedy & O'Hagan 2001);
-- sparse regression: the residual on a library of terms of the drivers (sequential thresholding, Brunton et al. 2016).
+- Gaussian process: a discrepancy over the located drivers on top of the refitted base (Kennedy & O'Hagan
+  2001);
+- sparse regression: the residual on a library of terms of the drivers (sequential thresholding, Brunton et
+  al. 2016).
 
-Each answers in the form of a report, so that it is judged by the same rules. Held-out errors are reduced chi-squares of
-the same whitened values: recordings with role validation, else recordings (or blocks of the only one) left out in turn.
+Each answers in the form of a report, so that it is judged by the same rules. Held-out errors are reduced
+chi-squares of the same whitened values. The held-out values are recordings with role validation, else folds
+of recordings (or of blocks of the only one).
 """
 
 import time
@@ -26,10 +30,10 @@ from . import stepwise
 from .regressors import GaussianProcess, SparseRegression
 
 FOLDS = 8
-"""Parts that are left out in turn where nothing is for validation."""
+"""Number of cross-validation folds where no recording is for validation."""
 LEVEL = 0.01
 VALIDATION = "validation"
-"""How a report says that it scored recordings of that role, and no others."""
+"""Label of a report that scored recordings of that role, and no others."""
 
 
 @dataclass
@@ -41,12 +45,12 @@ class Fold:
 
 
 def answers(folder, report, seed):
-    """Answers of every method on a campaign; a method that fails says so in its place.
+    """Answers of every method on a campaign; a method that fails is reported as failed.
 
     Args:
-        folder: campaign.
-        report: of the tool: its located drivers are given to the Gaussian process, and the values that it scored are
-            those that the others are scored on.
+        folder: folder of the campaign.
+        report: report of the tool. Its located drivers are inputs of the Gaussian process, and its scored
+            values are those of the others.
         seed: unused; every method is deterministic.
     """
     enable_float64()
@@ -91,15 +95,15 @@ def _folds(program):
 
 
 def _refitted(program, base, fold, slugs=(), start=None):
-    """A model refitted to what a fold keeps."""
+    """A model refitted to the fitted part of a fold."""
     if not program.fitted.all() and start is None:
         return base
     return Refitter(program, fold.fit).fit(slugs, base.u if start is None else start, rounds=6)
 
 
 def held_out(program, parts):
-    """Chi-square per value that was left out and that no latent trajectory takes up, as reports have it; parts are folds
-    with whitened misfits of all recordings."""
+    """Chi-square per held-out value that no latent trajectory uses up, as in reports. Parts are folds with
+    whitened misfits of all recordings."""
     total, count = 0.0, 0.0
     for fold, misfit in parts:
         total += sum(float(np.sum((w * m) ** 2)) for w, m in zip(fold.out, misfit, strict=True))
@@ -128,13 +132,14 @@ def _recalibration(program, base, left):
 
 
 def _corrected(program, folds, regressor, drivers, left):
-    """A regression of the refitted base's residual, learnt on what is fitted, taken off what is not."""
+    """Answer of a regression of the refitted base's residual, trained on the fitted part and subtracted
+    elsewhere."""
     parts = [(fold, _misfit_with(program, fit, fold, regressor, drivers)) for fold, fit in folds]
     return _answer(_mismatch(program, folds[0][1]), left, held_out(program, parts))
 
 
 def _misfit_with(program, fit, fold, regressor, wanted):
-    """Whitened misfits of all recordings with the residuals' regression taken off."""
+    """Whitened misfits of all recordings after subtraction of the residuals' regression."""
     drivers = _drivers(program, fit, wanted)
     place = [_places(channels) for channels in program.channels]
     corrected = [[] for _ in program.channels]
@@ -166,7 +171,7 @@ def _places(channels):
 
 
 def _drivers(program, fit, wanted):
-    """What rows differ in, scaled, (rows, drivers) of every recording; all that vary unless some are wanted."""
+    """Scaled drivers of rows, (rows, drivers) of every recording: the requested ones, or all that vary."""
     found = {name: np.nan_to_num(np.asarray(v)) for name, v in fit.evaluation.drivers.items()}
     found = {name: v for name, v in found.items() if not name.startswith(("gamma", "ohms"))}
     found["time"] = np.asarray(program.stacked.time)

@@ -1,4 +1,5 @@
-"""Seal the cases of a plan and have every one diagnosed: in pieces, with a budget, resumable after any interruption."""
+"""Sealing and diagnosis of all cases of a plan: in pieces, with a budget, resumable after any
+interruption."""
 
 import hashlib
 import json
@@ -22,7 +23,7 @@ CHUNK = 24
 
 
 def chosen_cases(plan, seed, limit=None, kinds=None, groups=None):
-    """Cases of a plan: the first `limit` of the kinds and groups asked for."""
+    """Cases of a plan: the first `limit` of the requested kinds and groups."""
     cases = case_list(plan, seed)
     for what, asked, there in (("kind", kinds, KINDS), ("group", groups, sorted({case.group for case in cases}))):
         unknown = sorted(set(asked or ()) - set(there))
@@ -32,7 +33,7 @@ def chosen_cases(plan, seed, limit=None, kinds=None, groups=None):
 
 
 def keep_plan(places, plan, seed):
-    """Remember which cases a run began with, as a hash; ValueError where the plan's cases have changed since.
+    """Store a hash of the cases of a run; ValueError where the plan's cases have changed since.
 
     Raises:
         ValueError: the generator's plan is another one than that of the campaigns on disk.
@@ -50,7 +51,7 @@ def run(
     """Seal and diagnose cases, each a task of the engine; whatever is on disk already is kept.
 
     Args:
-        cases: from `chosen_cases`.
+        cases: cases from `chosen_cases`.
         places: files of the run.
         seed: of the diagnoses.
         scheduler: where cases are sealed and diagnosed; see `fitting.engine`.
@@ -59,7 +60,7 @@ def run(
         compare: (folder, report, seed) -> answers of other methods; None for none.
 
     Returns:
-        the cases that have everything that was asked for.
+        Cases with all requested results.
     """
     deadline = time.monotonic() + 60.0 * minutes if minutes else float("inf")
     jobs = {"report.json": partial(worker.diagnosed, places, seed=seed, commit=commit(), diagnose=diagnose)}
@@ -146,7 +147,8 @@ def _apart(places, case):
 
 
 def _seal_apart(places, case):
-    """Seal one case in a folder of its own, so that several can be sealed at a time; returns why it cannot be made."""
+    """Seal one case in a folder of its own, so that several can be sealed at a time; returns the reason of a
+    failure."""
     try:
         seal([case], _apart(places, case))
     except ArithmeticError as problem:

@@ -1,4 +1,5 @@
-"""Effects entered one by one while the Bayesian information criterion falls: what a careful user of a catalogue does."""
+"""Stepwise search: effects enter one by one while the Bayesian information criterion falls, as a careful user
+of a catalogue would do."""
 
 from dataclasses import dataclass
 
@@ -9,15 +10,15 @@ from fitting.inference.parallel import RUNS
 
 MOST_EFFECTS = 3
 TRIED = 5
-"""Candidates that are fitted at each step, of those that a linear estimate ranks first."""
+"""Number of candidates that are fitted at each step, of those that a linear estimate ranks first."""
 ROUNDS = 8
 MOST_EVALUATIONS = 400
-"""Runs of the model after which no further effect is tried."""
+"""Maximum number of model runs after which a further effect is tried."""
 
 
 @dataclass
 class Found:
-    """Effects in the order of entry, as a report lists them, with the final fit."""
+    """Effects in the order of entry, in the form of a report, with the final fit."""
 
     slugs: tuple
     effects: list
@@ -29,7 +30,7 @@ def search(program, base):
     """Forward selection by BIC.
 
     Args:
-        program: whose channels hold the errors to be independent.
+        program: program whose channels treat the errors as independent.
         base: fit of the base model from which to start.
     """
     before = program.tally[RUNS]
@@ -70,7 +71,7 @@ def _start(program, current, slug):
 
 
 def _ranked(program, current, present):
-    """Absent effects by the misfit that their derivative, or a typical amount of them, could take away."""
+    """Absent effects, ranked by the misfit that their derivative, or a typical amplitude, could remove."""
     unknowns = program.unknowns
     absent = [s for s in unknowns.slugs if s not in present]
     columns = {s: unknowns.amplitudes(s) for s in absent}

@@ -1,4 +1,5 @@
-"""Parameters that mean the same in the generator's form of an effect and in the tool's: values and errors."""
+"""Parameters with the same meaning in the generator's form of an effect and in the tool's: values and
+errors."""
 
 import math
 
@@ -18,8 +19,8 @@ SAME = {
     "coil_contact": {"tension": lambda p, b: p["amplitude"], "opening": lambda p, b: 1e-3 * p["parting_mm"]},
     "wall_eccentricity": {"shift": lambda p, b: 1e-3 * p["amplitude"] * b.get("wall_thickness_mm", 1.0)},
 }
-"""Slug -> parameter of the tool -> its true value in SI, from the truth's parameters and base; signs, which are a matter
-of convention, are left out of the comparison."""
+"""True value in SI by slug and the tool's parameter, as a function of the truth's parameters and base. Signs
+are a matter of convention and are left out of the comparison."""
 
 
 def parameter_errors(report, truth):

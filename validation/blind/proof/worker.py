@@ -1,6 +1,6 @@
 """One sealed case: its report and the other methods' answers. Nothing here can reach a truth.
 
-What a worker is given is a folder as a laboratory would hand it in, and a place for the report.
+A worker gets a folder as from a laboratory, and a place for the report.
 """
 
 import time
@@ -18,11 +18,11 @@ from .places import read, write
 ERROR = "pneusma-blind-error/1"
 """Schema of what stands for a report where there is none."""
 MOST_ATTEMPTS = 3
-"""Times that a case may take its process down before that is recorded as its result."""
+"""Maximum number of attempts of a case that kills its process, before that is recorded as its result."""
 
 
 def diagnose_folder(folder, seed):
-    """The report of `pneusma diagnose` on a folder, and how long reading and diagnosing took."""
+    """The report of `pneusma diagnose` on a folder, and the durations of reading and diagnosis."""
 
     enable_float64()
 
