@@ -1,21 +1,22 @@
 """One state of an actuator: from dimensions, pressure and what is known of the springs to a result."""
 
-import functools
+import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import equinox as eqx
 import jax
 import numpy as np
 
 import pneusma_jax as pj
 from fitting.data.recordings import Recording, check_recording, resistance_range, schema, sidecar
+from fitting.inference.program_cache import cached_program
 from fitting.specimens.cautions import actuator_cautions
 from fitting.specimens.model_objects import BASE, actuator_of, full_geometry, gravity_of, place
 from fitting.specimens.saved_models import AugmentedModel
+from pneusma_jax.nitinol import SpringResponse
 from pneusma_jax.units import from_si
 
 from .unmodelled import marked
@@ -232,8 +233,7 @@ def actuator_state(
     actuator = actuator_of(specimen, model)
     drive = drive_of(specimen, actuator, given, model)
     if not model.added:
-        solved = _solve_once(actuator, np.asarray(pressure), drive.activations, drive.states)
-        found = jax.tree.map(np.asarray, solved)  # JAX would compile every small conversion that follows
+        found = _solved(actuator, np.asarray(pressure), drive.activations, drive.states)
         return described_state(specimen, actuator, found, drive)
     history = pj.simulate_history(
         actuator, np.array([pressure]), drive.activations, drive.states,
@@ -247,10 +247,30 @@ def actuator_state(
     return described_state(specimen, actuator, found, drive, seen)
 
 
-@functools.partial(eqx.filter_jit, compiler_options={"xla_backend_optimization_level": 0})
-def _solve_once(actuator: pj.Actuator, pressure: Any, activations: tuple, states: tuple) -> pj.Equilibrium:
-    """One state. It takes milliseconds however it is compiled, and to optimise its program takes seconds."""
-    return pj.solve(actuator, pressure, activations, states, throw=False)
+def _solved(actuator: pj.Actuator, pressure: Any, activations: tuple, states: tuple) -> pj.Equilibrium:
+    """One state, as NumPy arrays: JAX would compile every small conversion that follows."""
+    leaves = _solve_once(actuator, pressure, activations, states)
+    response = SpringResponse(**dict.fromkeys(_names(SpringResponse), 0.0))
+    apart = ("springs", "validity", "side_direction")
+    others = {name: 0.0 for name in _names(pj.Equilibrium) if name not in apart}
+    like = pj.Equilibrium(
+        **others, springs=(response,) * len(actuator.springs), validity=pj.Validity(0.0, 0.0, 0.0),
+        side_direction=tuple(float(x) for x in actuator.side_direction),
+    )  # fmt: skip
+    return jax.tree.unflatten(jax.tree.structure(like), [np.asarray(leaf) for leaf in leaves])
+
+
+def _names(module: type) -> list[str]:
+    return [field.name for field in dataclasses.fields(module)]
+
+
+def _leaves(actuator: pj.Actuator, pressure: Any, activations: tuple, states: tuple) -> list[Any]:
+    """Arrays of the equilibrium, in the order of its fields."""
+    return jax.tree.leaves(pj.solve(actuator, pressure, activations, states, throw=False))
+
+
+_solve_once = cached_program(_leaves, "one state of an actuator", {"xla_backend_optimization_level": 0})
+"""It takes milliseconds however it is compiled, and to optimise its program takes seconds."""
 
 
 def described_state(

@@ -4,8 +4,8 @@ import numpy as np
 
 from ..recordings import schema
 from ..recordings.table import refuse
+from ..slack import Slack, find_slack
 from .making import Making
-from .slack import Slack, find_slack
 
 TWICE, LEAST_ZERO, FIRST = 2.0, 0.01, 5
 """How far off a zero may be that a fit finds, one standard deviation, in what is seen of it; and in the
