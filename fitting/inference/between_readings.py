@@ -10,9 +10,12 @@ Readings come at even intervals, so these corners lie on an even grid: nothing e
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solveh_banded
+
+from pneusma_jax.late import Late
 
 from .noise import common_step
+
+linalg = Late("scipy.linalg")
 
 EXACT = 1e-6
 """Maximum distance from a line that counts as none, relative to the largest reading. Files have seven
@@ -133,7 +136,7 @@ def _solved(y: np.ndarray, every: float, count: int) -> np.ndarray:
     right = np.zeros(count)
     np.add.at(right, reading_before, (1.0 - part) * y)
     np.add.at(right, reading_before + 1, part * y)
-    return solveh_banded(bands, right)
+    return linalg.solveh_banded(bands, right)
 
 
 def _corners(x: np.ndarray, y: np.ndarray, none: float) -> np.ndarray:

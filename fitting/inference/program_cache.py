@@ -41,9 +41,16 @@ def cached_program(function: Callable, name: str, options: dict[str, bool] | Non
         name: name of the function, with every number that it closes over.
         options: compiler options; left out where the version or device does not know them.
     """
-    options = _known(tuple(sorted(options.items()))) if options else None
-    plain = jax.jit(function, compiler_options=options)
     ready: dict[tuple, Callable] = {}
+
+    @functools.cache
+    def usable() -> dict[str, Any] | None:
+        """Asked of the compiler when a program is wanted: modules that hold one load sooner without."""
+        return _known(tuple(sorted(options.items()))) if options else None
+
+    @functools.cache
+    def plain() -> Callable:
+        return jax.jit(function, compiler_options=usable())
 
     def call(*arguments: Any) -> Any:
         leaves, structure = jax.tree.flatten(arguments)
@@ -53,9 +60,9 @@ def cached_program(function: Callable, name: str, options: dict[str, bool] | Non
         if key not in ready:
             words = f"{name}|{structure}|{shapes}"
             if not folder or " at 0x" in words:
-                return plain(*arguments)
+                return plain()(*arguments)
             program = _program(Path(folder) / FOLDER, words, function, structure, shapes)
-            ready[key] = jax.jit(program.call, compiler_options=options)
+            ready[key] = jax.jit(program.call, compiler_options=usable())
         return ready[key](*leaves)
 
     return call

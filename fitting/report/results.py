@@ -12,6 +12,7 @@ from fitting.calibrate.spring.pipeline import SpringCharacterisation
 from fitting.control.sweep import Sweep
 from fitting.data.publish import publish
 from fitting.design.result import DesignResult
+from fitting.diagnose.batch import Diagnoses
 from fitting.diagnose.custom_model import Explained
 from fitting.inference.results import Presenter, Result, register_presenter
 from fitting.invert.lumen import Passage
@@ -27,6 +28,7 @@ from .batch import report_of as batch_report
 from .control.report import report_of as control_report
 from .custom_model import report_of as custom_model_report
 from .design.report import report_of as design_report
+from .diagnosis.batch import report_of as diagnoses_report
 from .elastomer.report import report_of as elastomer_report
 from .general.report import report_of as general_report
 from .invert.report import inversion_report, passage_report, trajectory_report
@@ -52,6 +54,7 @@ REPORTS: dict[type, Callable[[Any], Report]] = {
     Passage: passage_report,
     Sweep: control_report,
     Wiring: wiring_report,
+    Diagnoses: diagnoses_report,
 }
 """Function that makes the report of each type of result."""
 

@@ -12,8 +12,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from fitting.data.importers.slack import find_slack
 from fitting.data.recordings import Recording, schema
+from fitting.data.slack import find_slack
 from fitting.inference.parameters import Prior
 from pneusma_jax.units import to_si
 

@@ -135,7 +135,7 @@ def check_places(
     """
     if not is_concrete(section, springs, fibre, dimensions):
         return
-    coil = float(dimensions.coil_diameter + dimensions.wire_diameter)
+    coil = float(as_numpy(dimensions).coil_diameter) + float(dimensions.wire_diameter)
     places, numbers = np.asarray(springs), arrangement.spring_numbers
     for i in range(len(numbers)):
         for j in range(i):

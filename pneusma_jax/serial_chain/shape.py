@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from .clearance import Clearance, Pieces, chain_clearance
-from .kinematics import arc_frame, compose, rotate_in_section, shift_along, side_points, transform
+from .kinematics import arc_frame, arc_points, compose, rotate_in_section, shift_along, side_points, transform
 
 
 class ChainShape(eqx.Module):
@@ -61,8 +61,11 @@ class ChainShape(eqx.Module):
     @eqx.filter_jit
     def polyline(self, points: int = 25) -> Float[Array, "*rows m 3"]:
         """The centre line from base to tip, `points` on every segment and straight between them [m]."""
-        lines = [self.line(k, points=points) for k in range(self.lengths.shape[-1])]
-        return jnp.concatenate([*lines, self.end_pose[..., None, :3, 3]], axis=-2)
+        share = jnp.linspace(0.0, 1.0, points)
+        arcs = arc_points(self.bends[..., None, :], self.lengths[..., None], share)
+        lines = transform(self.frames[..., :-1, None, :, :], arcs)  # all segments at once: compiles faster
+        lines = lines.reshape(*lines.shape[:-3], -1, 3)
+        return jnp.concatenate([lines, self.end_pose[..., None, :3, 3]], axis=-2)
 
     def clearance(self) -> Clearance:
         """Free space between parts of the chain; see `serial_chain.clearance.chain_clearance`."""

@@ -3,9 +3,9 @@
 import numpy as np
 
 from ..recordings.table import refuse
+from ..slack import Slack, noise_of_steps
 from .channels import in_unit
 from .making import Channel, Making
-from .slack import Slack, noise_of_steps
 from .slack_treatment import largest, leave_to_fit, offer, slack_of, start_at
 from .words import COMPRESS
 

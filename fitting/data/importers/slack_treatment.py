@@ -4,8 +4,8 @@ import numpy as np
 
 from ..recordings import schema
 from ..recordings.table import refuse
+from ..slack import Slack, find_slack
 from .making import Making
-from .slack import Slack, find_slack
 
 TWICE, LEAST_ZERO, FIRST = 2.0, 0.01, 5
 """Standard deviation of a zero for fits, as a multiple of its estimate; its minimum as part of the largest

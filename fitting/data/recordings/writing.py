@@ -4,9 +4,8 @@ import os
 from contextlib import ExitStack
 from pathlib import Path, PurePosixPath
 
-import tomlkit
-
 from pneusma_jax.files import replacing
+from pneusma_jax.late import tomlkit
 
 from ..csv_text import csv_text
 from .checks import check_recording

@@ -22,8 +22,6 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-import tomlkit
-
 from fitting.data.files import write_whole
 from pneusma_jax.calibration.keys import KINDS, QUANTITIES
 from pneusma_jax.calibration.records import Quantity
@@ -31,6 +29,7 @@ from pneusma_jax.calibration.toml import quantity_entry, read_quantity
 from pneusma_jax.documents import parse_toml, read_document
 from pneusma_jax.effects import find_effect
 from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.late import tomlkit
 from pneusma_jax.pipeline import Effect
 from pneusma_jax.units import TEMPERATURE, TEMPERATURE_DIFFERENCE, UNITS
 

@@ -58,7 +58,12 @@ def read(path, missing=None):
 def write(path, content):
     """Write JSON whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(path, json.dumps(content, indent=1) + "\n")
+    write_whole(path, as_bytes(content))
+
+
+def as_bytes(content):
+    """JSON as it stands in a file."""
+    return (json.dumps(content, indent=1) + "\n").encode()
 
 
 def commit():

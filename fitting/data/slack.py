@@ -3,7 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+
+from pneusma_jax.late import Late
+
+optimize = Late("scipy.optimize")
 
 LEAST_FLAT_ROWS = 3
 """Minimum number of flat rows; fewer are the first readings of any test."""
@@ -72,7 +75,7 @@ def find_slack(drive: np.ndarray, force: np.ndarray) -> Slack | None:
     reach = x <= x[0] + WINDOW * (x[flat - 1] - x[0])
     reach[: flat + 2 * LEAST_FLAT_ROWS] = True
     x_near, y_near = x[reach], y[reach]
-    found = minimize_scalar(
+    found = optimize.minimize_scalar(
         lambda start: _misfit(start, x_near, y_near),
         bounds=(x[0], x[min(flat + LEAST_FLAT_ROWS, x.size - 1)]),
         method="bounded",
