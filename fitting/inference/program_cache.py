@@ -45,7 +45,8 @@ def cached_program(function: Callable, name: str, options: dict[str, bool] | Non
 
     @functools.cache
     def usable() -> dict[str, Any] | None:
-        """Asked of the compiler when a program is wanted: modules that hold one load sooner without."""
+        """Compiler options that this version accepts. The compiler is asked on first use, which keeps imports
+        fast."""
         return _known(tuple(sorted(options.items()))) if options else None
 
     @functools.cache

@@ -31,7 +31,7 @@ class History(eqx.Module):
     """A simulated history of an actuator.
 
     Attributes:
-        rows: the equilibrium of every row; arrays have a leading axis of rows.
+        rows: equilibrium of every row; arrays have a leading axis of rows.
         states: each spring's memory after every row, arrays of shape (rows,).
         temperatures: temperature of each spring [degC], shape (rows, springs); NaN for a spring that no
             current drives.
