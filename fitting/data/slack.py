@@ -81,7 +81,7 @@ def find_slack(drive: np.ndarray, force: np.ndarray) -> Slack | None:
         method="bounded",
     )
     start = float(found.x)
-    zero, slope = _risen(start, x_near, y_near)[:2]
+    zero, slope = _parabola_fit(start, x_near, y_near)[:2]
     before = x < start
     if before.sum() < LEAST_FLAT_ROWS or start - x[0] < SHARE * (x[-1] - x[0]) or not slope > 0.0:
         return None
@@ -120,7 +120,7 @@ def _flat_rows(y: np.ndarray) -> int:
     return flat
 
 
-def _risen(start: float, x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
+def _parabola_fit(start: float, x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
     """Level, slope and curvature of a parabola that leaves a level at a start, by least squares."""
     beyond = np.maximum(x - start, 0.0)
     scale = float(beyond.max()) or 1.0
@@ -130,6 +130,6 @@ def _risen(start: float, x: np.ndarray, y: np.ndarray) -> tuple[float, float, fl
 
 
 def _misfit(start: float, x: np.ndarray, y: np.ndarray) -> float:
-    level, slope, curvature = _risen(start, x, y)
+    level, slope, curvature = _parabola_fit(start, x, y)
     beyond = np.maximum(x - start, 0.0)
     return float(np.sum((y - level - slope * beyond - curvature * beyond**2) ** 2))

@@ -82,11 +82,11 @@ def readings_between(x: np.ndarray, y: np.ndarray) -> OriginalReadings | None:
     for none in (exact, common_step(y)):
         corners = _corners(x, y, none * (1.0 + EXACT)) if none >= exact else np.zeros(0)
         grid = _grid(corners) if len(corners) >= FEWEST else None
-        found = _read_off(x, y, *grid, none) if grid else None
-        if found is not None and _differ(found.values, none):
+        found = _readings_at(x, y, *grid, none) if grid else None
+        if found is not None and _differ_like_noise(found.values, none):
             return found
     found = _resampled(y, exact) if np.ptp(np.diff(x)) == 0.0 else None
-    return found if found is not None and _differ(found.values, exact) else None
+    return found if found is not None and _differ_like_noise(found.values, exact) else None
 
 
 def _resampled(y: np.ndarray, none: float) -> OriginalReadings | None:
@@ -99,9 +99,9 @@ def _resampled(y: np.ndarray, none: float) -> OriginalReadings | None:
         return None
     for count in range(int(len(y) / CLOSE), int(len(y) / 1.05)):
         every = (len(y) - 1) / (count - 1)
-        if all(_left(part, every) < none for part in (y[:END], y[: -END - 1 : -1])):
-            values = _solved(y, every, count)
-            if np.max(np.abs(_drawn(values, every, len(y)) - y)) < none:
+        if all(_largest_distance(part, every) < none for part in (y[:END], y[: -END - 1 : -1])):
+            values = _fitted_readings(y, every, count)
+            if np.max(np.abs(_interpolated_rows(values, every, len(y)) - y)) < none:
                 return OriginalReadings(every * np.arange(count), _merged(values, FARTHER * none))
     return None
 
@@ -113,17 +113,19 @@ def _smoothed(y: np.ndarray) -> bool:
     return bool(np.mean(np.abs(fourth)) / np.sqrt(70.0) < SMOOTHED * np.mean(np.abs(second)) / np.sqrt(6.0))
 
 
-def _left(y: np.ndarray, every: float) -> float:
+def _largest_distance(y: np.ndarray, every: float) -> float:
     """Largest distance of rows from lines between readings; the first row is a reading."""
-    return float(np.max(np.abs(_drawn(_solved(y, every, int((len(y) - 1) / every) + 2), every, len(y)) - y)))
+    count = int((len(y) - 1) / every) + 2
+    rows = _interpolated_rows(_fitted_readings(y, every, count), every, len(y))
+    return float(np.max(np.abs(rows - y)))
 
 
-def _drawn(values: np.ndarray, every: float, rows: int) -> np.ndarray:
+def _interpolated_rows(values: np.ndarray, every: float, rows: int) -> np.ndarray:
     """Rows on the lines between readings."""
     return np.interp(np.arange(rows), every * np.arange(len(values)), values)
 
 
-def _solved(y: np.ndarray, every: float, count: int) -> np.ndarray:
+def _fitted_readings(y: np.ndarray, every: float, count: int) -> np.ndarray:
     """Readings between which rows lie, by least squares. A tiny weight keeps those that no row determines."""
     place = np.arange(len(y)) / every
     reading_before = np.minimum(np.floor(place + EXACT).astype(int), count - 2)
@@ -197,7 +199,7 @@ def _grid(corners: np.ndarray) -> tuple[float, float] | None:
     return (begin, every) if every > 1.0 and np.quantile(off, 0.9) < OFF_GRID else None
 
 
-def _read_off(x: np.ndarray, y: np.ndarray, begin: float, every: float, none: float) -> OriginalReadings:
+def _readings_at(x: np.ndarray, y: np.ndarray, begin: float, every: float, none: float) -> OriginalReadings:
     """Readings at the positions of a grid, from the lines on either side of each; equal ones are made
     equal."""
     near = 1e-3 * every
@@ -241,7 +243,7 @@ def _at_steps(values: np.ndarray, none: float) -> np.ndarray:
     return fitted if np.max(np.abs(fitted - values)) < none else values
 
 
-def _differ(values: np.ndarray, none: float) -> bool:
+def _differ_like_noise(values: np.ndarray, none: float) -> bool:
     """True if moves between readings differ in size like those of noisy readings. They are seldom alike or,
     for rounded ones, take all numbers of steps. A law with straight pieces repeats a few sizes."""
     values = values[np.isfinite(values)]

@@ -161,7 +161,7 @@ def standing(moves: np.ndarray) -> np.ndarray:
     return np.diff(np.flatnonzero(np.concatenate([[True], np.abs(moves) > 0.0, [True]])))
 
 
-def _uneven(steps: np.ndarray) -> bool:
+def _moves_vary(steps: np.ndarray) -> bool:
     """True if moves, in steps, change in size from one to the next. Only moves within ramps count, since
     turns change them anyhow. All count where hardly any four go one way."""
     windows = np.lib.stride_tricks.sliding_window_view(steps, 4)
@@ -171,7 +171,7 @@ def _uneven(steps: np.ndarray) -> bool:
     return bool(selected.mean() > UNEVEN)
 
 
-def _often(stands: np.ndarray) -> bool:
+def _stands_often(stands: np.ndarray) -> bool:
     """True if readings stand still repeatedly, by the lengths of all stretches, and not at turns only."""
     return bool(np.sum(stands > 1) >= STANDS and np.mean(stands > 1) > STOOD)
 
@@ -184,8 +184,8 @@ def _step(values: np.ndarray) -> float:
     moves[moves <= SAME * np.max(np.abs(values))] = 0.0
     stands = standing(moves)
     if least > 0.0:
-        return least if _uneven(np.round(np.diff(values) / least)) or _often(stands) else 0.0
-    slow = _often(stands) and np.median(stands) > 1.0
+        return least if _moves_vary(np.round(np.diff(values) / least)) or _stands_often(stands) else 0.0
+    slow = _stands_often(stands) and np.median(stands) > 1.0
     return float(moves[moves > 0.0].min()) if slow else 0.0
 
 

@@ -53,10 +53,10 @@ def readings_of(recording: Recording, quantity: str) -> Readings:
         recording: original recording.
         quantity: name of the column's quantity; for a prescribed one, all rows that are no copies count.
     """
-    return _remembered(recording, quantity, _readings_of)
+    return _memoised(recording, quantity, _readings_of)
 
 
-def _remembered(recording: Recording, quantity: str, compute: Callable[[Recording, str], Any]) -> Any:
+def _memoised(recording: Recording, quantity: str, compute: Callable[[Recording, str], Any]) -> Any:
     """Result of `compute` for a column, computed once."""
     key = compute.__name__, quantity, id(recording.columns[recording.column(quantity)])
     if key not in recording.memo:
@@ -69,7 +69,7 @@ def _readings_of(recording: Recording, quantity: str) -> Readings:
     rows = np.flatnonzero(np.isfinite(values))
     if recording.column(quantity) not in measured(recording):
         unique = rows[_not_copied(recording, rows)]
-        drawn = [originals for originals in _drawn(recording) if originals]
+        drawn = [originals for originals in _readings_of_columns(recording) if originals]
         # a file is interpolated in every column
         read = _nearest(recording, unique, drawn) if drawn else unique
         mask = np.isin(np.arange(len(values)), read)
@@ -80,7 +80,7 @@ def _readings_of(recording: Recording, quantity: str) -> Readings:
     stopped, level = saturated(values[rows], others, recording.memo.get((FULL_SCALE, quantity)))
     below = rows[~stopped]
     unique = below[_not_copied(recording, below)]
-    originals = readings_between(_places(recording)[unique], values[unique])
+    originals = readings_between(_positions(recording)[unique], values[unique])
     new_rows = unique if originals else below[_fresh(recording, below, values[below])]
     measured_rows = _nearest(recording, unique, [originals]) if originals else new_rows
     counted = np.zeros(len(values), bool)
@@ -89,7 +89,7 @@ def _readings_of(recording: Recording, quantity: str) -> Readings:
     return Readings(counted, repeated, between, int(stopped.sum()), level, originals)
 
 
-def _places(recording: Recording) -> np.ndarray:
+def _positions(recording: Recording) -> np.ndarray:
     """Positions of rows between readings: by the clock, in its usual steps, where these are uneven by more
     than its digits; else the row number."""
     number = np.arange(float(len(recording)))
@@ -102,7 +102,7 @@ def _places(recording: Recording) -> np.ndarray:
     return number if np.max(np.abs(clock - even)) < UNEVEN else clock
 
 
-def _drawn(recording: Recording) -> list[OriginalReadings | None]:
+def _readings_of_columns(recording: Recording) -> list[OriginalReadings | None]:
     """Readings between which the rows of each predicted column were interpolated."""
     names = [schema.quantity_and_unit(name)[0] for name in predicted(recording)]
     return [readings_of(recording, name).originals for name in names]
@@ -110,7 +110,7 @@ def _drawn(recording: Recording) -> list[OriginalReadings | None]:
 
 def _nearest(recording: Recording, rows: np.ndarray, drawn: Sequence[OriginalReadings]) -> np.ndarray:
     """Those of some rows that are nearest to a reading of any column."""
-    places = _places(recording)[rows]
+    places = _positions(recording)[rows]
     return rows[np.unique(np.concatenate([originals.nearest(places) for originals in drawn]))]
 
 
@@ -122,7 +122,7 @@ def read_rows(recording: Recording) -> np.ndarray:
     """
     rows = np.arange(len(recording))
     unique = rows[_not_copied(recording, rows)]
-    drawn = _drawn(recording)
+    drawn = _readings_of_columns(recording)
     return _nearest(recording, unique, drawn) if drawn and all(drawn) else unique
 
 
@@ -153,7 +153,7 @@ def noise_found(recording: Recording, quantity: str) -> float:
         recording: recording whose readings before any reduction are used.
         quantity: name of the column's quantity.
     """
-    return _remembered(recording.whole, quantity, _noise_found)
+    return _memoised(recording.whole, quantity, _noise_found)
 
 
 def _noise_found(whole: Recording, quantity: str) -> float:

@@ -67,12 +67,12 @@ def fractions_behind(
         cold = begun.copy()
         cold[:, column] = 1.0
         starts += [cold] if np.min(begun[:, column]) < 1.0 - CLOSE else []
-    tried = [_followed(actuator, time, pressure, read, noise, x, wired, given, states) for x in starts]
+    tried = [_smoothed(actuator, time, pressure, read, noise, x, wired, given, states) for x in starts]
     best, _ = max(tried, key=lambda one: one[1])
-    return list(_with(given, wired, np.clip(best, 0.0, 1.0)))
+    return list(_with_fractions(given, wired, np.clip(best, 0.0, 1.0)))
 
 
-def _followed(
+def _smoothed(
     actuator: pj.Actuator,
     time: np.ndarray,
     pressure: np.ndarray,
@@ -86,9 +86,9 @@ def _followed(
     """Fractions of the measured springs from a start, shape (rows, wired), and their log-likelihood."""
     wander, likelihood = None, -np.inf
     for _ in range(ROUNDS):
-        fractions = _with(given, wired, np.clip(x, 0.0, 1.0))
+        fractions = _with_fractions(given, wired, np.clip(x, 0.0, 1.0))
         history = pj.simulate_history(actuator, pressure, fractions, states)
-        found = _read_off(actuator, pressure, fractions, states, history, tuple(wired))
+        found = _predicted_resistances(actuator, pressure, fractions, states, history, tuple(wired))
         ohms, slope = (np.asarray(part) for part in found)
         good = np.all(np.isfinite(slope), axis=(1, 2)) & np.all(np.isfinite(ohms), axis=1)
         ohms, slope = np.where(good[:, None], ohms, read), np.where(good[:, None, None], slope, 0.0)
@@ -97,7 +97,7 @@ def _followed(
         target = read - ohms + np.einsum("tij,tj->ti", slope, x)
         slope, target = slope / noise[:, None], target / noise
         if wander is None:
-            wander = _wander_of(time, target, slope)
+            wander = _process_noise_of(time, target, slope)
         after, likelihood = _smooth(time, target, slope, wander)
         step = np.clip(after - x, -LONGEST, LONGEST)
         x = x + step
@@ -106,7 +106,7 @@ def _followed(
     return x, likelihood
 
 
-def _with(
+def _with_fractions(
     given: Sequence[pj.MartensiteFraction], wired: Sequence[int], x: np.ndarray
 ) -> tuple[pj.MartensiteFraction, ...]:
     """Activations with the fractions of the measured springs replaced."""
@@ -117,7 +117,7 @@ def _with(
 
 
 @eqx.filter_jit
-def _read_off(
+def _predicted_resistances(
     actuator: pj.Actuator,
     pressure: Array,
     given: tuple[pj.MartensiteFraction, ...],
@@ -146,7 +146,7 @@ def _read_off(
     return jax.vmap(one)((jnp.asarray(pressure), whole, before, history.rows.unknowns))
 
 
-def _wander_of(time: np.ndarray, target: np.ndarray, slope: np.ndarray) -> np.ndarray:
+def _process_noise_of(time: np.ndarray, target: np.ndarray, slope: np.ndarray) -> np.ndarray:
     """Most likely variance of each fraction's change [1/s], one spring after the other, twice."""
     count = target.shape[1]
     wander = np.full(count, 1e-4)

@@ -62,9 +62,9 @@ def predict(recording: Recording, denoise: bool = True, model: AugmentedModel = 
         raise pj.InputError(f"{place(recording)}: no row has all of {', '.join(drivers)}")
     prediction = _predicted(specimen, recording, complete, denoise, model)
     outputs = {name: prediction.outputs[name] for name in recording.outputs if name in prediction.outputs}
-    prediction.outputs = {name: _spread(values, complete) for name, values in outputs.items()}
-    prediction.states = {name: _spread(values, complete) for name, values in prediction.states.items()}
-    prediction.marks = {name: _spread(values, complete) for name, values in prediction.marks.items()}
+    prediction.outputs = {name: _at_all_rows(values, complete) for name, values in outputs.items()}
+    prediction.states = {name: _at_all_rows(values, complete) for name, values in prediction.states.items()}
+    prediction.marks = {name: _at_all_rows(values, complete) for name, values in prediction.marks.items()}
     if not complete.all():
         gaps = f"{int(np.sum(~complete))} of {len(complete)} rows lack one of {', '.join(drivers)}"
         prediction.notices.append(f"{gaps}: they are passed over")
@@ -111,7 +111,7 @@ def _read_by_effects(
     return found
 
 
-def _spread(values: np.ndarray, complete: np.ndarray) -> np.ndarray:
+def _at_all_rows(values: np.ndarray, complete: np.ndarray) -> np.ndarray:
     """Values of the complete rows at their positions; NaN, or an empty word, in the others."""
     values = np.asarray(values)
     words = values.dtype.kind == "U"

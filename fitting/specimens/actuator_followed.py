@@ -86,7 +86,7 @@ def settled(recordings: list[Rows], evaluate: Callable[[list[Rows]], dict[str, n
         for k, n in wired:
             perturbed = evaluate([_perturbed(rows, k) for rows in fixed])
             slope = (perturbed[f"ohms_{n}"] - base[f"ohms_{n}"]) / (perturbed[f"xi0_{n}"] - base[f"xi0_{n}"])
-            fixed = [_read(rows, k, n, base[f"ohms_{n}"][j], slope[j]) for j, rows in enumerate(fixed)]
+            fixed = [_smoothed(rows, k, n, base[f"ohms_{n}"][j], slope[j]) for j, rows in enumerate(fixed)]
             slopes[k] = slope
     base = evaluate(fixed)
     found = []
@@ -125,7 +125,7 @@ def _perturbed(rows: Rows, k: int) -> Rows:
     return replaced(rows, xi0=tuple(xi0))
 
 
-def _read(rows: Rows, k: int, number: int, ohms: np.ndarray, slope: np.ndarray) -> Rows:
+def _smoothed(rows: Rows, k: int, number: int, ohms: np.ndarray, slope: np.ndarray) -> Rows:
     """One round of smoothing of spring k's fraction. Rows without an equilibrium keep their fraction."""
     if not float(rows.extra[f"noise_resistance_{number}"]) > 0.0:
         return rows

@@ -80,11 +80,11 @@ def decided(values: Mapping[str, float], recordings: Sequence[Rows]) -> list[Row
     values = {name: jnp.asarray(float(value)) for name, value in values.items()}
     numbers_ = recordings[0].extra["layout"].spring_numbers
     wired = [k for k, n in enumerate(numbers_) if f"resistance_{n}" in recordings[0].inputs]
-    found = [_begun(rows, wired) for rows in recordings]
+    found = [_with_start(rows, wired) for rows in recordings]
     if not wired:
         return found
     for _ in range(ROUNDS):
-        stacked = _held(stack(found))
+        stacked = _without_gains(stack(found))
         current = jax.device_get(_solve(values, stacked))
         slopes = [_slopes(values, stacked, current, k) for k in wired]
         change = 0.0
@@ -94,10 +94,10 @@ def decided(values: Mapping[str, float], recordings: Sequence[Rows]) -> list[Row
                 change = max(change, largest_step)
         if change < SETTLED:
             break
-    return _finished(values, found, wired)
+    return _with_gains(values, found, wired)
 
 
-def _begun(rows: Rows, wired: Sequence[int]) -> Rows:
+def _with_start(rows: Rows, wired: Sequence[int]) -> Rows:
     """A recording whose measured springs start from earlier fractions, or from `BEGIN`."""
     xi0 = list(rows.extra["xi0"])
     for k in wired:
@@ -143,9 +143,9 @@ def _smoothed(rows: Rows, k: int, ohms: np.ndarray, slope: np.ndarray) -> tuple[
     return replaced(rows, xi0=xi0), float(np.max(np.abs(after - before)))
 
 
-def _finished(values: Mapping[str, Array], found: list[Rows], wired: Sequence[int]) -> list[Rows]:
+def _with_gains(values: Mapping[str, Array], found: list[Rows], wired: Sequence[int]) -> list[Rows]:
     """Recordings with gains, resistances and weights at the final fractions."""
-    stacked = _held(stack(found))
+    stacked = _without_gains(stack(found))
     current = jax.device_get(_solve(values, stacked))
     variance = [
         {name: 1.0 / np.where(w > 0.0, w, np.inf) ** 2 for name, w in r.extra["clean"].items()} for r in found
@@ -159,7 +159,7 @@ def _finished(values: Mapping[str, Array], found: list[Rows], wired: Sequence[in
             for name, known in variance[number].items():
                 slope = outputs[name][number][: len(sd)]
                 known += np.where(np.isfinite(slope), share * (slope * sd) ** 2, 0.0)
-    return [_weighed(rows, known) for rows, known in zip(found, variance, strict=True)]
+    return [_reweighted(rows, known) for rows, known in zip(found, variance, strict=True)]
 
 
 def _with_gain(
@@ -195,7 +195,7 @@ def _mean_slope(spring: pj.Spring, xi0: Array, gamma: Array, noise: Array) -> Ar
     return 2.0 * noise / jnp.maximum(jnp.abs(ends[0] - ends[1]), NARROWEST)
 
 
-def _weighed(rows: Rows, variance: Mapping[str, np.ndarray]) -> Rows:
+def _reweighted(rows: Rows, variance: Mapping[str, np.ndarray]) -> Rows:
     """A recording with these added variances of its outputs, in the rows that count."""
     clean = rows.extra["clean"]
     weight = {name: np.where(clean[name] > 0.0, variance[name] ** -0.5, 0.0) for name in clean}
@@ -207,7 +207,7 @@ def replaced(rows: Rows, **columns: tuple[np.ndarray, ...]) -> Rows:
     return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, **columns})
 
 
-def _held(stacked: Rows) -> Rows:
+def _without_gains(stacked: Rows) -> Rows:
     """The same stack with fixed fractions, which follow no resistance."""
     return replaced(stacked, gain=tuple(0.0 * gain for gain in stacked.extra["gain"]))
 

@@ -64,7 +64,7 @@ class Coupon(Specimen):
         Raises:
             InputError: if they name several materials, or one has too few complete rows.
         """
-        made = silicones.rows_of_silicone(campaign, options, material, self, _none_off)
+        made = silicones.rows_of_silicone(campaign, options, material, self, _exact_zeros)
         return [_with_zeros(*pair) for pair in zip(made, campaign.recordings, strict=True)]
 
     def parameters_for(self, campaign: Campaign, material: str | Path | None = None) -> Parameters:
@@ -101,7 +101,7 @@ class Coupon(Specimen):
         return silicone_cautions(law, drivers["strain"], drivers["strain"])
 
 
-def _none_off(recording: Recording) -> dict[str, float]:
+def _exact_zeros(recording: Recording) -> dict[str, float]:
     """Zeros of both quantities at none, exactly as the recording states them."""
     return {f"{quantity}_zero": 0.0 for quantity in ZEROS}
 

@@ -57,11 +57,11 @@ def reduced(recording: Recording, most: int) -> Recording:
         return recording if len(recording) <= most else reduced(recording.whole, most)
     read = read_rows(recording)
     if len(read) <= most:
-        return recording if len(read) == len(recording) else _only(recording, read)
+        return recording if len(read) == len(recording) else _only_readings(recording, read)
     table = _table(recording)
     block = -(-len(recording) // most)
     means = averaged(_measured(recording, table), block)
-    if _straight(recording, means, block):
+    if _is_straight(recording, means, block):
         text = (
             f"{recording.name}: reduced from {len(recording)} rows to {len(means['row'])}, each the mean of "
             f"{block}, over which no channel moves by more than {100 * PART:.0f} % of its range"
@@ -79,7 +79,7 @@ def reduced(recording: Recording, most: int) -> Recording:
     return dataclasses.replace(recording, columns=columns, reduction=Reduction(recording, rows, 1, text))
 
 
-def _only(recording: Recording, rows: np.ndarray) -> Recording:
+def _only_readings(recording: Recording, rows: np.ndarray) -> Recording:
     """A recording without rows that are no readings; `inference.readings.cautions` reports them."""
     columns = {name: column[rows] for name, column in _table(recording).items()}
     return dataclasses.replace(recording, columns=columns, reduction=Reduction(recording, rows, 1, ""))
@@ -137,7 +137,7 @@ def _measured(recording: Recording, table: Mapping[str, np.ndarray]) -> dict[str
     return found
 
 
-def _straight(recording: Recording, means: Mapping[str, np.ndarray], block: int) -> bool:
+def _is_straight(recording: Recording, means: Mapping[str, np.ndarray], block: int) -> bool:
     """True if means lie on the curves of their rows."""
     for name in _channels(means):
         if name == "row":
@@ -149,13 +149,13 @@ def _straight(recording: Recording, means: Mapping[str, np.ndarray], block: int)
             return False
         if name in predicted(recording):
             off = np.quantile(np.abs(np.diff(values, 2)), MOSTLY) / 24.0  # f'' h^2 / 24 over a width h
-            sigma = recording.noise.get(name) or _in_file(recording, name)
+            sigma = recording.noise.get(name) or _noise_in_file_unit(recording, name)
             if off > BENT * sigma / np.sqrt(block):
                 return False
     return True
 
 
-def _in_file(recording: Recording, name: str) -> float:
+def _noise_in_file_unit(recording: Recording, name: str) -> float:
     """Noise of a column in its own unit."""
     quantity = schema.quantity_and_unit(name)[0]
     values, si = recording.columns[name], recording.si(quantity)
@@ -170,7 +170,7 @@ def _selected_rows(
     count, channels = len(recording), _channels(table)
     fine = min(block, FINE)
     means = averaged({"row": np.arange(float(count)), **{n: table[n] for n in channels}}, fine)
-    turns = _turns(recording, table, means, fine)
+    turns = _turning_rows(recording, table, means, fine)
     usable, cycles = np.ones(count, bool), None
     if len(turns) * EACH_WAY > most:
         usable, cycles = _whole_cycles(turns, count, most)
@@ -203,7 +203,7 @@ def _informative_rows(recording: Recording) -> np.ndarray:
     return found if found.any() else ~found
 
 
-def _turns(
+def _turning_rows(
     recording: Recording, table: Mapping[str, np.ndarray], means: Mapping[str, np.ndarray], block: int
 ) -> np.ndarray:
     """Rows at which a driver turns back, ascending."""
@@ -220,12 +220,12 @@ def _turns(
             elif sign * (course[k] - course[best]) > 0.0:
                 best = k
             elif sign * (course[best] - course[k]) > back:
-                found.append(_peak(sign * table[name], int(at[best]), block))
+                found.append(_peak_row(sign * table[name], int(at[best]), block))
                 sign, best = -sign, k
     return np.unique(np.array(found, int))
 
 
-def _peak(values: np.ndarray, row: int, block: int) -> int:
+def _peak_row(values: np.ndarray, row: int, block: int) -> int:
     """Row of the largest value near a given row; isolated spikes are ignored."""
     first, last = max(row - block, 1), min(row + block + 1, len(values) - 1)
     middle = np.median(

@@ -91,7 +91,7 @@ class _System(eqx.Module):
     def walk(self, course: Array) -> Array:
         """Gradient of half the increments' weighted sum of squares, (rows,)."""
         rise = self.coupling * jnp.diff(course, prepend=course[:1])
-        return rise - _later(rise)
+        return rise - _next_row(rise)
 
     def square(self, missing: Array, course: Array) -> Array:
         """Weighted sum of squares of the channels' errors and of the increments."""
@@ -104,17 +104,17 @@ class _System(eqx.Module):
         channels = [n.information_on(s) for n, s in zip(self.noise, local.slope, strict=True)]
         later = sum(n.information_on(s)[0] for n, s in zip(self.noise, local.remembered, strict=True))
         information = sum(own for own, _ in channels) + jnp.zeros_like(later).at[local.source].add(later)
-        diagonal = information + self.coupling + _later(self.coupling) + HELD
-        return information, diagonal, sum(upper for _, upper in channels) - _later(self.coupling)
+        diagonal = information + self.coupling + _next_row(self.coupling) + HELD
+        return information, diagonal, sum(upper for _, upper in channels) - _next_row(self.coupling)
 
     def step(self, local: Local, course: Array, predicted: Array) -> Array:
         """Gauss-Newton step of a trajectory, limited in size and kept within 0 to 1."""
         missing = self.measured - predicted
         pull = local.back(self.weighed(missing)) - self.walk(course)
-        change = jnp.clip(self._solved(local, pull), -LONGEST, LONGEST)
+        change = jnp.clip(self._solution(local, pull), -LONGEST, LONGEST)
         return jnp.clip(course + change, 0.0, 1.0) - course
 
-    def _solved(self, local: Local, right: Array) -> Array:
+    def _solution(self, local: Local, right: Array) -> Array:
         """Solution of the linear system; its bands alone are a good approximation to it."""
         _, diagonal, upper = self.bands(local)
 
@@ -124,7 +124,7 @@ class _System(eqx.Module):
         return solve_coupled(times, right, banded_side_by_side(diagonal, upper))
 
 
-def _later(column: Array) -> Array:
+def _next_row(column: Array) -> Array:
     """The column shifted to the row after; zero for the last."""
     return jnp.concatenate([column[1:], jnp.zeros(1)])
 
@@ -171,7 +171,7 @@ def best_course(outputs: Outputs, frozen: Outputs, read: Array, names: Sequence[
     system = _System([Noise.of(rows, name) for name in names], measured, coupling)
 
     def step(course: Array) -> tuple[Array, Array, Local]:
-        local = _local(frozen, course)
+        local = _linearised(frozen, course)
         move = system.step(local, course, local.predicted)
         return move, system.square(measured - local.predicted, course), local
 
@@ -195,7 +195,7 @@ def best_course(outputs: Outputs, frozen: Outputs, read: Array, names: Sequence[
     return Found(course, predicted, known, leverage, local)
 
 
-def _local(outputs: Outputs, course: Array) -> Local:
+def _linearised(outputs: Outputs, course: Array) -> Local:
     """The channels at a trajectory and their linearisation."""
     lowest = jax.lax.cummin(course)
     hottest = jnp.concatenate([jnp.ones(1, bool), course[1:] < lowest[:-1]])

@@ -158,7 +158,7 @@ def _walk(rows: Rows) -> smoother.Walk:
     return smoother.Walk.over(rows.time, rows.mask & free, extra["wander"], extra["level"], level_sd)
 
 
-def _first_trial(law: Law, rows: Rows) -> Array:
+def _first_guess(law: Law, rows: Rows) -> Array:
     """First guess of the trajectory: the earlier one, else the fractions that smoothed resistances imply,
     else the held level."""
     if law.decisions is not None:
@@ -184,7 +184,7 @@ def trajectory(values: Mapping[str, Array], rows: Rows) -> Trajectory:
     law = _law(values, rows)
     measured = jnp.stack([rows.measured[name] for name in OUTPUTS])
     weight = jnp.stack([rows.weight["force"] * rows.extra["force_informs"], rows.weight["resistance"]])
-    course = smoother.profile(_outputs, law, measured, weight, _walk(rows), _first_trial(law, rows))
+    course = smoother.profile(_outputs, law, measured, weight, _walk(rows), _first_guess(law, rows))
     return law.follow(jnp.where(rows.extra["level_sd"] > 0.0, course, rows.extra["level"]))
 
 

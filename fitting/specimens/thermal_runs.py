@@ -142,7 +142,7 @@ def first_heating(recording: Recording, driver: str, output: str) -> FirstHeatin
     if high - low < WHOLE * float(np.ptp(temperature)):
         return None
     grid = np.linspace(low, high, GRID)
-    first, *later = (_at(temperature[r.rows], values[r.rows], grid) for r in heatings)
+    first, *later = (_interpolated(temperature[r.rows], values[r.rows], grid) for r in heatings)
     span = float(np.ptp(values))
     off = _rms_difference(first, np.mean(later, axis=0)) / span
     agree = max(_rms_difference(a, b) for a, b in combinations(later, 2)) / span
@@ -182,7 +182,7 @@ def _columns(recording: Recording, driver: str, output: str) -> tuple[np.ndarray
     return (temperature, values) if np.ptp(values) > 0.0 and np.ptp(temperature) > 0.0 else None
 
 
-def _at(temperature: np.ndarray, values: np.ndarray, grid: np.ndarray) -> np.ndarray:
+def _interpolated(temperature: np.ndarray, values: np.ndarray, grid: np.ndarray) -> np.ndarray:
     """Values of a rising run, interpolated at temperatures of a grid."""
     order = np.argsort(temperature, kind="stable")
     return np.interp(grid, temperature[order], values[order])

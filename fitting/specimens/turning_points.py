@@ -70,16 +70,16 @@ def likeliest(
     cost = jnp.full(WIDTH, jnp.inf).at[0].set(0.0)
 
     def row(carry: tuple[Memories, Array], now: tuple) -> tuple[tuple[Memories, Array], tuple]:
-        return _followed(alloy, margin, *carry, *now)
+        return _extended_histories(alloy, margin, *carry, *now)
 
     rows = (gamma, xi0, jnp.arange(gamma.size), slack, stress, weight)
     (_, cost), (memories, *choices) = jax.lax.scan(row, (first, cost), rows)
     best = jnp.argsort(cost)[:count]
     best = jnp.where(jnp.isfinite(cost[best]), best, best[0])
-    return jax.vmap(lambda slot: _traced(memories, slot, *choices))(best)
+    return jax.vmap(lambda slot: _history_of_slot(memories, slot, *choices))(best)
 
 
-def _followed(
+def _extended_histories(
     alloy: Alloy,
     margin: Array,
     known: Memories,
@@ -116,7 +116,7 @@ def _followed(
     return (after, jnp.where(place, renews[parent], stays)), (known, slot, parent, renewed)
 
 
-def _traced(
+def _history_of_slot(
     memories: Memories, last: Array, slot: Array, parent: Array, renewed: Bool[Array, " rows"]
 ) -> Memories:
     """The history that ends in a slot, from memories of shape (rows, histories)."""

@@ -255,7 +255,7 @@ class Augmented(Model):
             recordings: recordings from `rows_for`.
         """
         if self.acting and self.specimen.latent.inside:
-            return self._walking(values, recordings)
+            return self._with_process_noise(values, recordings)
         return super().prepared(values, recordings)
 
     def decides(self, recordings: Sequence[Rows]) -> bool:
@@ -277,7 +277,7 @@ class Augmented(Model):
 
         return self.specimen.latent.settled(recordings, drivers)
 
-    def _walking(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
+    def _with_process_noise(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
         """Springs with the process-noise variance that the resistance implies, and no more."""
         base, _ = self._split(values)
         found = np.asarray(self.specimen.latent.prepared(base, stack(recordings)).extra["wander"])

@@ -241,7 +241,7 @@ class SelfHeatingRate(Effect):
         alloy = law_of(at)
         return xi0 * alloy.xi_sm(gamma) + (1.0 - xi0) * alloy.xi_sa(gamma)
 
-    def _gained(self, at: Known, now: Array, started: Array, before: Array, gained: Array) -> Array:
+    def _high_passed(self, at: Known, now: Array, started: Array, before: Array, gained: Array) -> Array:
         """High-passed signal, exact for one that is linear over the row."""
         ratio = at["interval"] / self.tau
         flat = ratio < 1e-8
@@ -251,8 +251,8 @@ class SelfHeatingRate(Effect):
     def stress(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.stress`."""
         started, *last = memory[at["number"]]
-        strained = self._gained(at, at["gamma"], started, *last[:2])
-        done = self._gained(at, self._transformed(at, at["gamma"], at["xi0"]), started, *last[2:4])
+        strained = self._high_passed(at, at["gamma"], started, *last[:2])
+        done = self._high_passed(at, self._transformed(at, at["gamma"], at["xi0"]), started, *last[2:4])
         return value * (1.0 + self.rise * strained / 0.05) + self.heat * done
 
     def remember(self, memory: dict, at: Known) -> dict:
@@ -263,11 +263,11 @@ class SelfHeatingRate(Effect):
             later[number] = (
                 jnp.asarray(1.0),
                 response.gamma,
-                self._gained(at, response.gamma, started, *last[:2]),
+                self._high_passed(at, response.gamma, started, *last[:2]),
                 done,
-                self._gained(at, done, started, *last[2:4]),
+                self._high_passed(at, done, started, *last[2:4]),
                 response.xi0,
-                self._gained(at, response.xi0, started, *last[4:]),
+                self._high_passed(at, response.xi0, started, *last[4:]),
             )
         return later
 

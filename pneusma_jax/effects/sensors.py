@@ -68,11 +68,11 @@ class PressureLag(Effect):
         interval, rise = at["interval"] / PARTS, (at["recorded_pressure"] - before) / PARTS
         tau = jnp.where(self.tau >= 0.0, self.tau, 0.0)
         for _ in range(PARTS):
-            middle = _followed(excess, 0.5 * interval, 0.5 * rise, tau * self._slower(excess))
-            excess = _followed(excess, interval, rise, tau * self._slower(middle))
+            middle = _lagged_excess(excess, 0.5 * interval, 0.5 * rise, tau * self._time_factor(excess))
+            excess = _lagged_excess(excess, interval, rise, tau * self._time_factor(middle))
         return excess
 
-    def _slower(self, excess: Array) -> Array:
+    def _time_factor(self, excess: Array) -> Array:
         """Factor on the time constant at a drop of pressure [Pa]."""
         return ((self.laminar**2 + excess**2) / (self.laminar**2 + DROP**2)) ** 0.25
 
@@ -91,7 +91,7 @@ DROP = 1e3
 """Pressure difference at which a chamber's time constant is `tau` [Pa]."""
 
 
-def _followed(excess: Array, interval: Array, rise: Array, tau: Array) -> Array:
+def _lagged_excess(excess: Array, interval: Array, rise: Array, tau: Array) -> Array:
     """Excess of a first-order follower over an input that rises linearly by `rise` in an interval [s];
     exact."""
     quick = interval > 30.0 * tau

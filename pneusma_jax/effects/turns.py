@@ -70,9 +70,9 @@ class InactiveCoils(Effect):
 
     def _without_still_turns(self, value: Array, at: Known, xi0: Array) -> Array:
         share = self._share(at)
-        return (value - share * self._still(at, xi0)) / (1.0 - share)
+        return (value - share * self._unstretched_resistance(at, xi0)) / (1.0 - share)
 
-    def _still(self, at: Known, xi0: Array) -> Array:
+    def _unstretched_resistance(self, at: Known, xi0: Array) -> Array:
         """Resistance of the whole wire if none of it were stretched [ohm]."""
         spring = at["spring"]
         return spring.alloy.resistivity(xi0, jnp.zeros_like(at["gamma"])) * spring.geometry.wire_length
@@ -80,7 +80,7 @@ class InactiveCoils(Effect):
     def resistance(self, value: Array, at: Known, memory: Any) -> Array:
         """Stretched turns in series with unstretched ones."""
         share = self._share(at)
-        return (1.0 - share) * value + share * self._still(at, at["xi0"])
+        return (1.0 - share) * value + share * self._unstretched_resistance(at, at["xi0"])
 
 
 class LargeHelixAngle(Effect):

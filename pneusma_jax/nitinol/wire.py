@@ -186,7 +186,7 @@ class WireAlloy(eqx.Module):
         eps, phase = (jnp.where(good, x, 0.5) for x in (strain, xi0))
         eps_R = self.residual_strain(state, phase)
         status = jnp.where(good, int(WireStatus.converged), int(WireStatus.input_not_finite))
-        return _finished(eps, self.loaded_stress(eps, phase, eps_R, chain), phase, eps_R, status)
+        return _checked_response(eps, self.loaded_stress(eps, phase, eps_R, chain), phase, eps_R, status)
 
     def strain_at(self, stress: Array, xi0: Array, state: SpringState, chain: Chain = PLAIN) -> WireResponse:
         """Strain at a prescribed stress [Pa] and martensite fraction [1], all scalars.
@@ -205,13 +205,13 @@ class WireAlloy(eqx.Module):
         k = jnp.argmax(crossings)
 
         def search(f, start):
-            return _polish(f, rungs[k], rungs[k + 1])
+            return _refined_root(f, rungs[k], rungs[k + 1])
 
         eps = jax.lax.custom_root(excess, rungs[k], search, _step)
         found = jnp.where(jnp.sum(crossings) > 1, int(WireStatus.several_strains), int(WireStatus.converged))
         status = jnp.where(good, jnp.where(jnp.any(crossings), found, int(WireStatus.no_strain)),
                            int(WireStatus.input_not_finite))  # fmt: skip
-        return _finished(eps, load, phase, eps_R, status)
+        return _checked_response(eps, load, phase, eps_R, status)
 
     def remember(self, state: SpringState, response: WireResponse) -> SpringState:
         """Memory after a row (Section 3.4.1): the springs' rule, with axial strain.
@@ -231,7 +231,7 @@ class WireAlloy(eqx.Module):
         )
 
 
-def _finished(eps: Array, sigma: Array, xi0: Array, eps_R: Array, status: Array) -> WireResponse:
+def _checked_response(eps: Array, sigma: Array, xi0: Array, eps_R: Array, status: Array) -> WireResponse:
     """Response whose numbers are NaN where the status says that there are none."""
     bad = status > int(WireStatus.several_strains)
     eps, sigma, xi0, eps_R = (jnp.where(bad, jnp.nan, x) for x in (eps, sigma, xi0, eps_R))
@@ -243,7 +243,7 @@ def _step(slope: Callable, excess: Array) -> Array:
     return safe_divide(excess, slope(jnp.ones_like(excess)), FLATTEST)
 
 
-def _polish(f: Callable, low: Array, high: Array) -> Array:
+def _refined_root(f: Callable, low: Array, high: Array) -> Array:
     """Root between `low`, where f < 0, and `high`: Newton's steps, or bisection where one would leave."""
 
     def go_on(carry: tuple) -> Array:

@@ -52,8 +52,8 @@ def rectangle(width: Array, height: Array, wall_thickness: Array, nodes: int = S
     """
     _check_wall(wall_thickness, {"width": width, "height": height})
     corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
-    size = _together(width, height)
-    return hollow(Outline(corners * size), Outline(corners * (size - 2.0 * _together(wall_thickness))), nodes)
+    size = _stacked(width, height)
+    return hollow(Outline(corners * size), Outline(corners * (size - 2.0 * _stacked(wall_thickness))), nodes)
 
 
 def semicircle(outer_diameter: Array, wall_thickness: Array, nodes: int = NODES) -> Section:
@@ -64,8 +64,8 @@ def semicircle(outer_diameter: Array, wall_thickness: Array, nodes: int = NODES)
     Raises:
         ValueError: if a dimension is not positive or the wall leaves no bore.
     """
-    _check_wall(wall_thickness, {"outer_diameter / 2": _together(outer_diameter) / 2.0})
-    radius, wall = 0.5 * _together(outer_diameter), _together(wall_thickness)
+    _check_wall(wall_thickness, {"outer_diameter / 2": _stacked(outer_diameter) / 2.0})
+    radius, wall = 0.5 * _stacked(outer_diameter), _stacked(wall_thickness)
     xp = np if isinstance(radius, np.ndarray) and isinstance(wall, np.ndarray) else jnp
     floor = -0.5 * radius
     outer = _half_disc(xp, radius, floor)
@@ -131,7 +131,7 @@ def _half_disc(xp: Any, half_width: Array, floor: Array, bulge: Array = 1.0) -> 
     return Outline(xp.stack([left, right]), xp.reshape(xp.asarray(bulge), (1,)), curved=(1,))
 
 
-def _together(*values: Array) -> Array:
+def _stacked(*values: Array) -> Array:
     """One number, or a vector of several; NumPy where nothing is traced, so that nothing is compiled."""
     if is_concrete(*values):
         numbers = values[0] if len(values) == 1 else [np.asarray(v) for v in values]

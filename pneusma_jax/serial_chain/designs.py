@@ -233,7 +233,7 @@ def make_chain(
         }
     if loads or any(body.loads for body in built.values()):
         vectors = [load.force for body in built.values() for load in body.loads]  # type: ignore[attr-defined]
-        built = _freed(design, built, fall, vectors)
+        built = _freed_actuators(design, built, fall, vectors)
     bodies = [built[name] for name in design.designs]
     try:
         return chain_of(bodies, angles=design.angles, connectors=design.connectors).with_loads(*loads)
@@ -320,7 +320,7 @@ def _loads(
     return tuple(loads)
 
 
-def _freed(
+def _freed_actuators(
     design: ChainDesign, built: dict[str, Actuator], fall: np.ndarray | None, forces: list
 ) -> dict[str, Actuator]:
     """Actuators that may bend in any direction, where a load may push them out of their plane."""
@@ -337,10 +337,10 @@ def _freed(
         level = level and np.linalg.norm(np.cross(moment, aside)) <= IN_PLANE * np.linalg.norm(moment)
         if level and not (design.numbers.get("tip_x") or design.numbers.get("tip_y")):
             return built
-    return {name: _free(name, body) for name, body in built.items()}
+    return {name: _freed(name, body) for name, body in built.items()}
 
 
-def _free(name: str, body: Actuator) -> Actuator:
+def _freed(name: str, body: Actuator) -> Actuator:
     """The actuator free to bend in any direction, unless its table states the direction."""
     table = load_calibration(name, "actuator")
     stated = "bending" in table.text or "bending_plane" in table.quantities

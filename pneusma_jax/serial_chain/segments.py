@@ -196,11 +196,11 @@ def solve_chain(
         ValueError: if activations or states do not fit the segments and their springs.
     """
     activations, states = _per_segment(chain, activations, states)
-    rows = list(zip(_bare(chain), activations, states, strict=True))
+    rows = list(zip(_without_loads(chain), activations, states, strict=True))
     if chain.loaded:
         found = _solve_loaded(chain, jnp.asarray(pressure, dtype=float), rows)
         return _raise_for_chain(found) if throw else found
-    results = _alike_together(
+    results = _map_by_structure(
         lambda body, drive, memory: solve(body, pressure, drive, memory, throw=False), rows
     )
     if throw:
@@ -210,7 +210,7 @@ def solve_chain(
     return ChainEquilibrium(tuple(results), chain_shape(chain, bends, lengths))
 
 
-def _bare(chain: SegmentChain) -> list[Actuator]:
+def _without_loads(chain: SegmentChain) -> list[Actuator]:
     """The segments without their own loads."""
     return [segment.with_loads() if segment.loads else segment for segment in chain.segments]
 
@@ -218,14 +218,14 @@ def _bare(chain: SegmentChain) -> list[Actuator]:
 def _solve_loaded(chain: SegmentChain, pressure: Array, rows: list[tuple]) -> ChainEquilibrium:
     """`solve_chain` under loads."""
     require_float64()
-    members = tuple(tuple(group) for group in _alike(rows))
+    members = tuple(tuple(group) for group in _groups_of_equal_structure(rows))
     stacked = tuple(_stack(rows, group) for group in members)
     parts = tuple(
         Problem(body, jnp.broadcast_to(pressure, (len(m),)), drive, memory)
         for m, (body, drive, memory) in zip(members, stacked, strict=True)
     )
     problem = joined(chain, parts, members)
-    return _join(chain, problem, rest_of(problem) or _unloaded(problem))
+    return _joint(chain, problem, rest_of(problem) or _unloaded(problem))
 
 
 def _unloaded(problem: ChainProblem) -> tuple[ChainProblem, Array]:
@@ -238,7 +238,7 @@ def _unloaded(problem: ChainProblem) -> tuple[ChainProblem, Array]:
 
 
 @eqx.filter_jit
-def _join(chain: SegmentChain, problem: ChainProblem, begin: tuple[ChainProblem, Array]) -> ChainEquilibrium:
+def _joint(chain: SegmentChain, problem: ChainProblem, begin: tuple[ChainProblem, Array]) -> ChainEquilibrium:
     """Equilibrium of a loaded chain from a start: one compiled program per kind of chain."""
     stand = chain_root(begin[0], problem, begin[1])
     results = _by_segment(described(problem, stand), problem.members)
@@ -281,12 +281,12 @@ def simulate_chain_history(
     rows = jnp.shape(pressure)[:1]
     activations, states = _per_segment(chain, activations, states)
     spread = lambda x: jnp.broadcast_to(x, rows) if jnp.ndim(x) == 0 else x  # noqa: E731  # alike in shape
-    arguments = list(zip(_bare(chain), jax.tree.map(spread, activations), states, strict=True))
+    arguments = list(zip(_without_loads(chain), jax.tree.map(spread, activations), states, strict=True))
     if chain.loaded:
         check_course(pressure, activations, time)
         results = _loaded_history(chain, jnp.asarray(pressure, dtype=float), arguments, time)
     else:
-        results = _alike_together(
+        results = _map_by_structure(
             lambda body, drive, memory: simulate_history(body, pressure, drive, memory, time=time), arguments
         )
     bends = jnp.stack([result.rows.bend for result in results], axis=1)
@@ -298,7 +298,7 @@ def _loaded_history(
     chain: SegmentChain, pressure: Array, rows: list[tuple], time: Array | None
 ) -> list[History]:
     """Histories of the segments of a loaded chain."""
-    members = tuple(tuple(group) for group in _alike(rows))
+    members = tuple(tuple(group) for group in _groups_of_equal_structure(rows))
     stacked = tuple(_stack(rows, group) for group in members)
     parts = tuple(
         Problem(
@@ -373,7 +373,7 @@ def _per_segment(
     return activations, states
 
 
-def _alike(rows: list[tuple]) -> list[list[int]]:
+def _groups_of_equal_structure(rows: list[tuple]) -> list[list[int]]:
     """Groups of rows with equal structure and shapes."""
     groups: dict[tuple, list[int]] = {}
     for k, row in enumerate(rows):
@@ -396,9 +396,9 @@ def _by_segment(results: Sequence, members: Sequence[Sequence[int]]) -> list:
     return by_segment
 
 
-def _alike_together(function: Callable, rows: list[tuple]) -> list:
+def _map_by_structure(function: Callable, rows: list[tuple]) -> list:
     """Results of a function for every row; rows of equal structure and shapes share one vmapped call."""
-    groups = _alike(rows)
+    groups = _groups_of_equal_structure(rows)
     if all(len(members) == 1 for members in groups):
         return [function(*row) for row in rows]
     return _by_segment([jax.vmap(function)(*_stack(rows, members)) for members in groups], groups)

@@ -82,9 +82,9 @@ def assemble(
     except UnitMissing:
         raise units_missing(making) from None
     mark_used(making, columns)
-    keep = correct_signs_and_zeros(columns, making, _words_of(sample, making))
-    _say_engineering(columns, making)
-    _say_preload(sample, making)
+    keep = correct_signs_and_zeros(columns, making, _loading_texts(sample, making))
+    _notice_engineering_stress(columns, making)
+    _notice_preload(sample, making)
     columns = {name: values[keep] for name, values in columns.items()}
     columns, rows = _drop_empty(columns, np.array(grid.rows)[keep], making.notices)
     columns = _with_clock(columns, rows, making)
@@ -129,14 +129,14 @@ def assemble(
     return recording
 
 
-def _words_of(sample: Sample, making: Making) -> str:
+def _loading_texts(sample: Sample, making: Making) -> str:
     """Texts that may mention the loading: headings of strain and stress, the preamble, the sheet's name."""
     labels = [making.channels[name].label for name in ("strain", "stress") if name in making.channels]
     lines = [" ".join(row) for row in sample.require_grid().preamble]
     return "\n".join([*labels, *lines, sample.title, sample.sheet])
 
 
-def _say_engineering(columns: dict[str, np.ndarray], making: Making) -> None:
+def _notice_engineering_stress(columns: dict[str, np.ndarray], making: Making) -> None:
     """Report that a stress of unstated definition was taken as engineering stress, where that makes a
     difference."""
     stress = making.channels.get("stress")
@@ -152,7 +152,7 @@ def _say_engineering(columns: dict[str, np.ndarray], making: Making) -> None:
         )
 
 
-def _say_preload(sample: Sample, making: Making) -> None:
+def _notice_preload(sample: Sample, making: Making) -> None:
     """Report that a file mentions a preload, so that its strain begins there and not at zero stress."""
     for row in sample.require_grid().preamble:
         line = " ".join(cell for cell in row if cell).strip()
@@ -270,10 +270,10 @@ def _with_clock(
         )
         others = {name: values for name, values in columns.items() if name != "time_s"}
         return {**others, LOGGED_CLOCK: time}
-    return {**columns, "time_s": _spread(time, notices)}
+    return {**columns, "time_s": _spread_ticks(time, notices)}
 
 
-def _spread(time: np.ndarray, notices: list[str]) -> np.ndarray:
+def _spread_ticks(time: np.ndarray, notices: list[str]) -> np.ndarray:
     """Spread the samples of one tick of a coarse clock evenly over that tick (its resolution at most)."""
     steps = np.diff(time)
     repeats = int(np.sum(steps == 0.0))

@@ -127,7 +127,7 @@ def gauge_length_mm(making: Making, quiet: bool = False) -> float | None:
         return stated
     for key in ("gauge_length_mm", "length"):
         if key in making.sizes:
-            _say_size(making, key, "the gauge length", quiet)
+            _notice_dimension(making, key, "the gauge length", quiet)
             return making.sizes[key].value
     return None
 
@@ -150,7 +150,7 @@ def area_mm2(making: Making, quiet: bool = False) -> float | None:
                 if name in sizes:
                     making.use("--dimension", name)
                 else:
-                    _say_size(making, name, "the " + name.rpartition("_")[0], quiet)
+                    _notice_dimension(making, name, "the " + name.rpartition("_")[0], quiet)
             return _area(names, [found[name] for name in names])
     return None
 
@@ -161,7 +161,7 @@ def _area(names: tuple[str, ...], values: list[float]) -> float:
     return math.prod(values)
 
 
-def _say_size(making: Making, key: str, what: str, quiet: bool) -> None:
+def _notice_dimension(making: Making, key: str, what: str, quiet: bool) -> None:
     """Report a dimension that was read from the file, with a warning if its unit was assumed."""
     size = making.sizes[key]
     unit = "mm2" if key == "area_mm2" else "mm"
@@ -202,7 +202,7 @@ def _compare_stress(making: Making) -> None:
     per_load, rows = found
     label, load = channels["stress"].label, channels["force"].label
     strain = _fraction(making)
-    if strain is not None and (true := _grows_as_stretch(per_load, strain[rows])):
+    if strain is not None and (true := _growth_with_stretch(per_load, strain[rows])):
         making.warn(
             f"{label!r} grows against {load!r} as the stretch does ({true:.0%} over the test): it is true"
             " stress, "
@@ -274,7 +274,7 @@ def _fraction(making: Making) -> np.ndarray | None:
     return in_unit(channel, "1", "strain", making.place)
 
 
-def _grows_as_stretch(per_load: np.ndarray, strain: np.ndarray) -> float | None:
+def _growth_with_stretch(per_load: np.ndarray, strain: np.ndarray) -> float | None:
     """Growth of stress over load, if it grows as the stretch and not as a constant; None if it does not.
 
     An initial cross-section gives a constant ratio; the current one of an incompressible specimen gives the

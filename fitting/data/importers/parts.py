@@ -89,7 +89,7 @@ def samples_of(raw: RawFile, sheet: str | None = None) -> list[Sample]:
             shared = {**shared, **own}
             by_specimen |= table
             if page.is_sheet and len(raw.pages) > 1:
-                notices.append(_about(page, own, table, selected))
+                notices.append(_sheet_description(page, own, table, selected))
         found += tests
     if not found:
         return [Sample(raw, None, pages[0].head(), notices=tuple(notices))]
@@ -105,7 +105,7 @@ def samples_of(raw: RawFile, sheet: str | None = None) -> list[Sample]:
             **sample.sizes,
         }
         done.append(replace(sample, title=title, sizes=stated, notices=(*notices, *sample.notices)))
-    return _named_apart(done)
+    return _with_unique_titles(done)
 
 
 def _wanted(raw: RawFile, sheet: str) -> list[Page]:
@@ -124,7 +124,7 @@ def _wanted(raw: RawFile, sheet: str) -> list[Page]:
     )
 
 
-def _about(page: Page, sizes: Sizes, table: dict[str, Sizes], selected: bool) -> str:
+def _sheet_description(page: Page, sizes: Sizes, table: dict[str, Sizes], selected: bool) -> str:
     """Description of a sheet without a test."""
     if sizes or table:
         texts = [size.said for size in sizes.values()] + [
@@ -200,7 +200,7 @@ def _sizes_of(sample: Sample, title: str, number: int, count: int, table: dict[s
     return {}
 
 
-def _named_apart(samples: list[Sample]) -> list[Sample]:
+def _with_unique_titles(samples: list[Sample]) -> list[Sample]:
     """Titles made unique where several tests have one."""
     titles = [plain(sample.title) for sample in samples]
     if len(set(titles)) == len(samples):

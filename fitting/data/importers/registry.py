@@ -118,7 +118,7 @@ def import_tests(path: str | Path, options: Options | None = None) -> list[Recor
 
 def _tests_of(path: str | Path, options: Options) -> list[tuple[Recording, Options]]:
     """Recordings of a file, each with its own record of used options."""
-    samples, options = _picked(samples_of(open_raw(path), options.sheet), options)
+    samples, options = _selected_test(samples_of(open_raw(path), options.sheet), options)
     formats: list[Format | InputError] = [_format_or_error(sample, options) for sample in samples]
     formats_of_tests = [found for found in formats if isinstance(found, Format) and not found.refuses]
     if not formats_of_tests:
@@ -136,11 +136,11 @@ def _tests_of(path: str | Path, options: Options) -> list[tuple[Recording, Optio
         own = options.alone()
         made.append((found.read(sample, own), own))
     for recording, _ in made:
-        _add_notices(recording, [*aside, *_others(recording, made)])
+        _add_notices(recording, [*aside, *_several_tests_notice(recording, made)])
     return made
 
 
-def _picked(samples: list[Sample], options: Options) -> tuple[list[Sample], Options]:
+def _selected_test(samples: list[Sample], options: Options) -> tuple[list[Sample], Options]:
     """The test that `--specimen` names, where a file holds several and one has that name."""
     wanted = options.specimen
     if wanted is None or len(samples) < 2:
@@ -176,7 +176,7 @@ def _format_or_error(sample: Sample, options: Options) -> Format | InputError:
         return error
 
 
-def _others(recording: Recording, made: list[tuple[Recording, Options]]) -> list[str]:
+def _several_tests_notice(recording: Recording, made: list[tuple[Recording, Options]]) -> list[str]:
     """Notice that a file holds several tests, with their names."""
     if len(made) < 2:
         return []

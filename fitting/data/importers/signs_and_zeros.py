@@ -93,14 +93,14 @@ def correct_signs_and_zeros(columns: dict[str, np.ndarray], making: Making, abou
     if pair is None or not set(pair) <= columns.keys():
         return keep
     if making.kind == "elastomer":
-        _turn(columns, making, about)
+        _make_compression_negative(columns, making, about)
     if making.options.slack is not None:
         making.use("--slack")
-    if making.kind == "wire" and not _steady(columns):
+    if making.kind == "wire" and not _is_isothermal(columns):
         return keep  # a flat part is then a property of the alloy
     if making.kind in ("elastomer", "wire"):
         _refuse_opposed(columns, pair, making)
-        _refuse_beyond_nothing(columns, pair, making)
+        _refuse_below_minus_one(columns, pair, making)
     drive, force = (columns[name] for name in pair)
     if making.options.slack == "fit":
         leave_to_fit(columns, pair, making)
@@ -108,17 +108,17 @@ def correct_signs_and_zeros(columns: dict[str, np.ndarray], making: Making, abou
         return keep
     slack = slack_of(drive, force, making)
     if slack is None:
-        _speak_of_start(columns, pair, making)
+        _notice_start(columns, pair, making)
     elif making.options.slack is None:
         offer(slack, pair, making)
     else:
         keep = start_at(slack, columns, pair, making)
     if making.kind == "elastomer" and making.options.compression is None and not COMPRESS.search(about):
-        _ask_whether_pressed(columns["strain"][keep], columns["stress_kPa"][keep], slack, making)
+        _ask_about_compression(columns["strain"][keep], columns["stress_kPa"][keep], slack, making)
     return keep
 
 
-def _turn(columns: dict[str, np.ndarray], making: Making, about: str) -> None:
+def _make_compression_negative(columns: dict[str, np.ndarray], making: Making, about: str) -> None:
     """Strain and stress of a specimen in compression, made negative."""
     wanted = making.options.compression
     why = "as stated with --compression"
@@ -139,7 +139,7 @@ def _turn(columns: dict[str, np.ndarray], making: Making, about: str) -> None:
             making.say("strain and stress were negative already: nothing to turn for --compression")
 
 
-def _steady(columns: dict[str, np.ndarray]) -> bool:
+def _is_isothermal(columns: dict[str, np.ndarray]) -> bool:
     """True if a wire stayed at one temperature, as far as was recorded."""
     temperature = columns.get("temperature_degC", np.zeros(1))
     temperature = temperature[np.isfinite(temperature)]
@@ -160,7 +160,7 @@ def _refuse_opposed(columns: dict[str, np.ndarray], pair: tuple[str, str], makin
             and abs(answered) > OPPOSED * float(np.ptp(y))
             and abs(gone) > OPPOSED * float(np.ptp(x))
         ):
-            sources = [_source(making, family) for family in ("strain", "stress")]
+            sources = [_source_quantity(making, family) for family in ("strain", "stress")]
             unit = pair[1].rpartition("_")[2]
             raise refuse(
                 making.place, f"stress goes to {stress[finite[at]]:.4g} {unit} while strain goes to"
@@ -170,11 +170,11 @@ def _refuse_opposed(columns: dict[str, np.ndarray], pair: tuple[str, str], makin
             )  # fmt: skip
 
 
-def _refuse_beyond_nothing(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
+def _refuse_below_minus_one(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
     """Refuse a strain of -1 and less with negative stress: a pull that is counted with the wrong sign."""
     least, stress = float(np.nanmin(columns["strain"])), largest(columns[pair[1]])
     if least <= -1.0 and stress < 0.0 and making.channels["strain"].made:
-        elongation, force = _source(making, "strain"), _source(making, "stress")
+        elongation, force = _source_quantity(making, "strain"), _source_quantity(making, "stress")
         raise refuse(
             making.place, f"strain goes to {least:.4g} and stress to {stress:.4g}: nothing can be pressed to"
             " less than no length. If it was pulled, both are counted the other way: --scale"
@@ -182,7 +182,7 @@ def _refuse_beyond_nothing(columns: dict[str, np.ndarray], pair: tuple[str, str]
         )  # fmt: skip
 
 
-def _source(making: Making, quantity: str) -> str:
+def _source_quantity(making: Making, quantity: str) -> str:
     """Quantity whose sign must be turned for strain or stress: its source column if it was derived."""
     if not making.channels[quantity].made:
         return quantity
@@ -196,7 +196,7 @@ def _source(making: Making, quantity: str) -> str:
     )
 
 
-def _speak_of_start(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
+def _notice_start(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
     """Report the start of a test that does not begin at zero."""
     if making.options.slack == "auto":
         making.say("no slack was found at the start: nothing was left out for --slack auto")
@@ -232,7 +232,7 @@ def _speak_of_start(columns: dict[str, np.ndarray], pair: tuple[str, str], makin
         )
 
 
-def _ask_whether_pressed(
+def _ask_about_compression(
     strain: np.ndarray, stress: np.ndarray, slack: Slack | None, making: Making
 ) -> None:
     """Ask if a test that only stiffens was in compression, and if one of negative strain that softens was in
@@ -271,7 +271,7 @@ def _ask_whether_pressed(
             " was pressed, turn it with --compression (--tension if it was pulled, and this line goes)"
         )
         return
-    turned = " ".join(f"--scale {_source(making, name)}=-1" for name in ("strain", "stress"))
+    turned = " ".join(f"--scale {_source_quantity(making, name)}=-1" for name in ("strain", "stress"))
     making.warn(
         "strain and stress are negative, but stress softens over strain, as a pulled rubber does and a"
         f" pressed one does not; if the specimen was pulled: {turned} (--compression if it was pressed, and"

@@ -24,7 +24,7 @@ def slack_of(drive: np.ndarray, force: np.ndarray, making: Making) -> Slack | No
     return Slack(start, float(np.mean(force[before])) if before.any() else 0.0, int(before.sum()))
 
 
-def _words(slack: Slack, pair: tuple[str, str], making: Making) -> str:
+def _text(slack: Slack, pair: tuple[str, str], making: Making) -> str:
     answer, unit = pair[1].rsplit("_", 1)
     drive = "strain" if pair[0] == "strain" else "elongation"
     length = "" if drive == "strain" else " mm"
@@ -35,7 +35,7 @@ def _words(slack: Slack, pair: tuple[str, str], making: Making) -> str:
 def offer(slack: Slack, pair: tuple[str, str], making: Making) -> None:
     """Report detected slack and the options for it."""
     making.warn(
-        f"{_words(slack, pair, making)} and rises from there: slack, and the load cell's zero. --slack auto"
+        f"{_text(slack, pair, making)} and rises from there: slack, and the load cell's zero. --slack auto"
         " starts there and"
         " takes the zero off; --slack keep leaves it"
         + ("; --slack fit leaves both to the fits, with their uncertainty" if pair[1] == "stress_kPa" else "")
@@ -63,7 +63,7 @@ def leave_to_fit(columns: dict[str, np.ndarray], pair: tuple[str, str], making: 
         making.zero[name] = float(f"{max(TWICE * abs(size), least):.2g}")
     stated = ", ".join(f"{name} = {sd:g}" for name, sd in making.zero.items())
     none = f"no slack was found; the first stress is {first:.4g} kPa"
-    text = _words(slack, pair, making) if slack else none
+    text = _text(slack, pair, making) if slack else none
     making.say(f"{text}: both zeros are left to every fit, with standard deviations of [zero] {stated}")
 
 
@@ -85,7 +85,7 @@ def start_at(
     columns[force] = columns[force] - slack.zero
     answer, unit = force.rsplit("_", 1)
     making.say(
-        f"{_words(slack, pair, making)}: {int((~keep).sum())} slack rows left out, {how}; {slack.zero:.4g}"
+        f"{_text(slack, pair, making)}: {int((~keep).sum())} slack rows left out, {how}; {slack.zero:.4g}"
         f" {unit} taken off"
         f" {answer} (--slack)"
     )

@@ -133,7 +133,7 @@ def _grid_of(
     if dropped:
         where = ", ".join(str(i + 1) for i in dropped[:3]) + (", ..." if len(dropped) > 3 else "")
         notices.append(f"{len(dropped)} rows below the header are not numbers and were dropped (row {where})")
-    notices += _longer(fields, keep, stated)
+    notices += _surplus_fields_warning(fields, keep, stated)
     grid = Grid(
         headings=[heading_of(text) for text in header],
         values=values,
@@ -146,7 +146,7 @@ def _grid_of(
     return grid
 
 
-def _longer(fields: list[list[str]], rows: list[int], stated: int) -> list[str]:
+def _surplus_fields_warning(fields: list[list[str]], rows: list[int], stated: int) -> list[str]:
     """Warning where a few rows have more fields than there are headings. A surplus comma shifts numbers."""
     longer = [i for i in rows if len(fields[i]) > stated] if stated else []
     if not longer or 2 * len(longer) > len(rows):

@@ -175,13 +175,13 @@ def _lookup(name: str, heading: Heading) -> tuple[str, int] | None:
         if written in _QUANTITY:
             quantity, rank = _QUANTITY[written]
             quantity = _BY_UNIT.get((quantity, dimension(heading.unit)), quantity)
-            if written in _NEEDS_UNIT and dimension(heading.unit) not in _fitting(written, quantity):
+            if written in _NEEDS_UNIT and dimension(heading.unit) not in _dimensions(written, quantity):
                 return None
             return quantity, rank
     return None
 
 
-def _fitting(written: str, quantity: str) -> tuple[str, ...]:
+def _dimensions(written: str, quantity: str) -> tuple[str, ...]:
     """Dimensions that an ambiguous word may have."""
     if quantity == "force":
         return ("force", "mass")

@@ -148,7 +148,7 @@ def _protocol(document: dict[str, Any], path: Path) -> Protocol:
         kind=kind,
         path=path,
         time=time,
-        channels={name: _sampled(time, corners, column) for name, column in values.items()},
+        channels={name: _interpolated(time, corners, column) for name, column in values.items()},
         supply=supply,
     )
 
@@ -267,7 +267,7 @@ def _clock(document: dict[str, Any], total: float, supply: dict[str, float], pat
     return np.minimum(interval * np.arange(rows), total)
 
 
-def _sampled(time: np.ndarray, corners: np.ndarray, column: np.ndarray) -> np.ndarray:
+def _interpolated(time: np.ndarray, corners: np.ndarray, column: np.ndarray) -> np.ndarray:
     """Linear interpolation between corners; at a jump, the value after it."""
     last = np.searchsorted(corners, time, side="right") - 1
     after = np.minimum(last + 1, len(corners) - 1)

@@ -193,7 +193,7 @@ def _check_present(table: Table, kind: str, assigned: set[str], unknown: list[st
             hint = f"; is it the one named {close[0]!r}?" if close else ""
             raise refuse(
                 table.path,
-                f"a recording of kind {kind} needs the column {canonical}{hint}{_other(table, kind)}; what"
+                f"a recording of kind {kind} needs the column {canonical}{hint}{_remark(table, kind)}; what"
                 " did"
                 f" not change may be stated in the sidecar instead: [constant] {canonical} = ...",
             )
@@ -204,7 +204,7 @@ def _check_present(table: Table, kind: str, assigned: set[str], unknown: list[st
         )
 
 
-def _other(table: Table, kind: str) -> str:
+def _remark(table: Table, kind: str) -> str:
     """Remark that the columns suggest another kind than the stated one."""
     try:
         other, reason = infer_kind(table)

@@ -42,8 +42,8 @@ def verdict(result: DesignResult) -> list[str]:
     study, made = result.study, result.made
     choice = made.choice.words(study)
     first = f"The design{f' ({choice})' if choice else ''}: {', '.join(objective_words(result, made))}."
-    sentences = [first + _against_base(result)]
-    limits = _limiting(result)
+    sentences = [first + _comparison_with_base(result)]
+    limits = _active_limits(result)
     sentences.append(
         f"It is limited by {joined(limits)}." if limits else "Nothing limits it: no constraint is active."
     )
@@ -59,7 +59,7 @@ def verdict(result: DesignResult) -> list[str]:
     return sentences
 
 
-def _against_base(result: DesignResult) -> str:
+def _comparison_with_base(result: DesignResult) -> str:
     base, one = result.base, result.study.objectives[0]
     if base is None:
         return ""
@@ -71,7 +71,7 @@ def _against_base(result: DesignResult) -> str:
     return f" The tables' own dimensions give {one.name} {shown(before, one.unit)}{caveat}{factor}."
 
 
-def _limiting(result: DesignResult) -> list[str]:
+def _active_limits(result: DesignResult) -> list[str]:
     """Names of active constraints with a multiplier, and of limits of ranges."""
     study, found = result.study, []
     for index, multiplier in zip(result.model.groups, result.conditions.rows, strict=False):

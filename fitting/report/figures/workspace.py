@@ -86,7 +86,7 @@ def activation_figure(workspaces: Sequence[Workspace], levels: int = 4) -> Figur
             several = len(workspace.heated) > 1
             side = "; heating spring 1 bends the other way" if several else ""
             side = side if workspace.planar else "; one spring heated at a time"
-            above.set_title(f"{_look(workspace.design)[0]}{side}", fontsize=10)
+            above.set_title(f"{_tag(workspace.design)[0]}{side}", fontsize=10)
             below.set_xlabel("martensite fraction xi0 of the heated spring [1]")
         panels[0, 0].invert_xaxis()  # the axes are shared: from cold to hot
         panels[0, 0].set_ylabel("curvature [1/m]")
@@ -121,7 +121,7 @@ def direction_figure(workspaces: Sequence[Workspace]) -> Figure:
             pressure = np.broadcast_to(from_si(workspace.pressure, "kPa"), workspace.bend.shape)
             where, far = workspace.direction.ravel(), from_si(workspace.bend, "deg").ravel()
             points = axes.scatter(where, far, c=pressure.ravel(), s=5, cmap="viridis", linewidths=0)
-            axes.set_title(f"{_look(workspace.design)[0]}: bend angle [deg] over bend direction", fontsize=10)
+            axes.set_title(f"{_tag(workspace.design)[0]}: bend angle [deg] over bend direction", fontsize=10)
             axes.set_rmax(1.05 * most)
             axes.set_rlabel_position(15.0)
             axes.yaxis.set_major_locator(MaxNLocator(MOST_TICKS))
@@ -150,13 +150,13 @@ def reach_figure(reach: ChainReach) -> Figure:
     return figure
 
 
-def _look(design: str) -> tuple[str, str]:
+def _tag(design: str) -> tuple[str, str]:
     """Name and colour of a design. The same name gets the same colour in every figure."""
     return LOOKS.get(design) or (design, OTHERS[sum(map(ord, design)) % len(OTHERS)])
 
 
 def _reach(axes: Axes, workspace: Workspace, values: np.ndarray) -> None:
-    name, colour = _look(workspace.design)
+    name, colour = _tag(workspace.design)
     pressure = from_si(workspace.pressure, "kPa")
     if not workspace.springs:
         axes.plot(pressure, values[0, 0], color=colour, linewidth=2.6, label=name, zorder=3)
@@ -173,7 +173,7 @@ def _reach(axes: Axes, workspace: Workspace, values: np.ndarray) -> None:
 def _shapes(axes: Axes, workspace: Workspace) -> None:
     """Draw a side view of the least and the most bent state, each standing on its clamp, with its numbers
     below."""
-    name, colour = _look(workspace.design)
+    name, colour = _tag(workspace.design)
     radius = 0.5 * from_si(workspace.outer_diameter, "mm")
     left = 0.0
     places = []

@@ -127,7 +127,7 @@ def _unit(column: str) -> str:
 def warnings(result: GeneralCharacterisation) -> list[str]:
     """Warnings: bounds, parameters that never moved, fits that did not end well."""
     sentences = [*wires.warnings(result)] if result.specimen is WIRE else []
-    sentences += _together(result.identifiability)
+    sentences += _grouped_warnings(result.identifiability)
     if not result.fit.result.success:
         sentences.append(f"The fit did not end well. {result.fit.result.status.value}")
     ends = [x for x in result.fit.starts if x == x]
@@ -149,7 +149,7 @@ TOGETHER = {
 """Sentences about several parameters with the same status."""
 
 
-def _together(entries: Sequence[Mapping[str, Any]]) -> list[str]:
+def _grouped_warnings(entries: Sequence[Mapping[str, Any]]) -> list[str]:
     """Warnings about single parameters, with one sentence for all of the same status."""
     sentences = []
     for kind in ("at_bound", "at_start", "absent"):

@@ -113,7 +113,7 @@ class HiddenJudge:
         self.true_course = bench.stack(bench.hidden[1])
         self.noise = {c: noise[c] + felt[1][c] for c in bench.scored}
 
-    def _left(self, predicted):
+    def _residuals(self, predicted):
         return self.whiten({c: self.recorded[c] + self.noise[c] - predicted[c] for c in self.bench.scored})
 
     def linearise(self, z, course, move_z=True, shift=SHIFTS[0]):
@@ -124,7 +124,7 @@ class HiddenJudge:
         courses = np.repeat(course[None], size + 3, axis=0)
         courses[-2:] += shift
         predicted, source = stand.forward(self.bench, numbers_at(self.bench, points), self.recorded, courses, True)
-        values = self._left({c: v[:-2] for c, v in predicted.items() if c in self.bench.scored})
+        values = self._residuals({c: v[:-2] for c, v in predicted.items() if c in self.bench.scored})
         by_fraction = {c: (predicted[c][-2] - predicted[c][0]) / shift for c in self.bench.scored}
         by_memory = {c: (predicted[c][-1] - predicted[c][-2]) / shift for c in self.bench.scored}
         return values[0], Slopes(self.whiten, (values[1:] - values[0]).T / STEP, by_fraction, by_memory, source)
@@ -144,7 +144,7 @@ class HiddenJudge:
                 predicted, _ = stand.forward(self.bench, numbers_at(self.bench, points), self.recorded, courses)
             except ArithmeticError:  # too far off
                 continue
-            squares = np.nan_to_num(self._left(predicted) ** 2, nan=np.inf)
+            squares = np.nan_to_num(self._residuals(predicted) ** 2, nan=np.inf)
             costs_of = {k: np.sum(squares[:, places], axis=1) for k, places in at.items()}
             for share in shares:
                 tried = [n for n, (whole, _) in enumerate(pairs) if whole == share]
