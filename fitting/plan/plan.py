@@ -193,7 +193,7 @@ def _dimensions(stated: Mapping[str, Any]) -> pj.SpringGeometry:
     """Dimensions of a spring on a stand.
 
     Raises:
-        InputError: if they cannot be.
+        InputError: if they are impossible.
     """
     geometry = geometry_of(Recording(name="spring", path=None, kind="spring", geometry=dict(stated)))
     names = ("wire_diameter", "mandrel_diameter", "initial_pitch", "active_coils", "free_length")

@@ -35,7 +35,7 @@ class SamplingBar:
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self._bar.close()
 
-    def moved(self, steps: int) -> None:
+    def advance_to(self, steps: int) -> None:
         """Record the number of steps of all ensembles."""
         self._lines.say(f"{steps} steps of at most {self._budget}{self._judged}")
         self._bar.total = max(self._bar.total, steps)

@@ -78,7 +78,7 @@ def sample(
                 continue
             while chains.steps < goal:
                 chains.advance(min(settings.chunk, goal - chains.steps))
-                bar.moved(chains.steps)
+                bar.advance_to(chains.steps)
             state = assess(chains.judged)
             bar.judged(state)
             if state.converged:

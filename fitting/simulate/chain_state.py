@@ -119,7 +119,7 @@ def chain_specimens(design: ChainDesign, overrides: Mapping[str, Any]) -> dict[s
         overrides: keys of `[geometry]` that hold for all segments, such as `alloy`.
 
     Raises:
-        InputError: for anything that cannot be.
+        InputError: for impossible input.
     """
     names = dict.fromkeys(design.designs)
     return {name: described_actuator(None, {**overrides, "design": name}) for name in names}
@@ -169,7 +169,7 @@ def chain_state(
         model: model with constants of its own.
 
     Raises:
-        InputError: for what cannot be.
+        InputError: for impossible input.
     """
     specimens = chain_specimens(design, overrides)
     chain = build_chain(design, specimens, model)

@@ -75,7 +75,7 @@ def run_protocol(protocol: Protocol, specimen: Recording, model: AugmentedModel 
         model: model in place of the base model.
 
     Raises:
-        InputError: for a channel of a spring that is not there, or a specimen that cannot be.
+        InputError: for a channel of a missing spring, or an impossible specimen.
     """
     check_resistances(protocol, specimen)
     course = _run(specimen_of(protocol.kind), protocol, specimen, model)
@@ -240,7 +240,7 @@ def run_chain_protocol(
         specimens: recordings that describe the segments.
 
     Raises:
-        InputError: for a channel of a spring or segment that is not there.
+        InputError: for a channel of a missing spring or segment.
     """
     if specimen_of(protocol.kind) is not ACTUATOR:
         raise InputError(f"{protocol.path}: this protocol is for a {protocol.kind}, not for a chain")

@@ -29,7 +29,7 @@ def read_geometry(path: str | Path) -> dict[str, Any]:
         Numbers by canonical key, in the units of the keys.
 
     Raises:
-        InputError: if the file cannot be read, or a key, unit or number in it cannot be.
+        InputError: if the file cannot be read, or has a wrong key, unit or number.
     """
     path = Path(path)
     document = sidecar.read_toml(path)
@@ -56,7 +56,7 @@ def described_specimen(kind: str, geometry: str | Path | None, overrides: Mappin
         overrides: keys of `[geometry]` that take precedence.
 
     Raises:
-        InputError: for anything that cannot be, naming the file or the command line.
+        InputError: for impossible input, naming the file or the command line.
     """
     stated = {} if geometry is None else read_geometry(geometry)
     stated |= sidecar.check_settings({"geometry": dict(overrides)}, sidecar.COMMAND_LINE, ("geometry",))[
@@ -228,7 +228,7 @@ def actuator_state(
         model: model in place of the base model; its effects act as at the start of a recording.
 
     Raises:
-        InputError: for a resistance that the alloy cannot show, or dimensions that cannot be.
+        InputError: for a resistance that the alloy cannot show, or impossible dimensions.
     """
     actuator = actuator_of(specimen, model)
     drive = drive_of(specimen, actuator, given, model)

@@ -51,7 +51,7 @@ def alloy_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Alloy:
     """Alloy that a recording names, with the model's constants.
 
     Raises:
-        InputError: if it is to be fitted, cannot be loaded, or has not a spring's constants.
+        InputError: if it is to be fitted, cannot be loaded, or lacks constants of a spring.
     """
     table = model.table("alloy", named_table(recording, "alloy"), recording.specimen)
     table.require(_SPRING_CONSTANTS)

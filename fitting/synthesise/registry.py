@@ -39,7 +39,7 @@ def synthesise_elastomer(wishes: Wishes) -> Synthetic:
     `silicone_stiffness`, between specimens.
 
     Raises:
-        InputError: for wishes that cannot be.
+        InputError: for impossible wishes.
     """
     nominal = {f"mu_{k}": value / 1e3 for k, value in enumerate(elastomer.TRUTH["mu"], 1)}
     nominal |= {f"alpha_{k}": value for k, value in enumerate(elastomer.TRUTH["alpha"], 1)}
@@ -147,7 +147,7 @@ def synthesise(kind: str, **wishes: object) -> Synthetic:
         Recordings (`.campaign` for the fitting functions) and the truth.
 
     Raises:
-        InputError: for an unknown kind or wishes that cannot be; names the nearest.
+        InputError: for an unknown kind or impossible wishes; names the nearest.
         RuntimeError: if float64 is off.
     """
     known = makers()

@@ -74,7 +74,7 @@ def synthesise_spring(wishes: Wishes) -> Synthetic:
     """Simulate the campaign.
 
     Raises:
-        InputError: for an alloy without a spring's constants, or wishes that cannot be.
+        InputError: for an alloy without a spring's constants, or impossible wishes.
     """
     # an unknown alloy is drawn from the wide priors from which a fit with alloy = "fit" starts
     usual = NEW_ALLOY if wishes.spread == "prior" else "krl35"

@@ -28,7 +28,7 @@ def synthesise_tube(wishes: Wishes) -> Synthetic:
     """Simulate the campaign. Each specimen has its own wall and its own batch of silicone.
 
     Raises:
-        InputError: for wishes that cannot be.
+        InputError: for impossible wishes.
     """
     nominal = nominal_geometry("tube", {})
     nominal.pop("cycles_before")

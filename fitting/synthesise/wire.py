@@ -32,7 +32,7 @@ def synthesise_wire(wishes: Wishes) -> Synthetic:
     """Simulate the campaign: from hot to cold and back at each stress.
 
     Raises:
-        InputError: for an alloy without a wire's constants, or wishes that cannot be.
+        InputError: for an alloy without a wire's constants, or impossible wishes.
     """
     table = load_calibration(wishes.alloy or WIRE_ALLOY, "alloy")
     unknowns = Unknowns(wishes, TOLERANCE)

@@ -64,7 +64,7 @@ def assemble(
         A checked recording, `real = true`. Citation and licence are "not stated" where none was found.
 
     Raises:
-        InputError: if the quantities of the kind cannot be made, or the numbers cannot be.
+        InputError: if the quantities of the kind cannot be made, or the numbers are impossible.
     """
     raw, grid = sample.raw, sample.require_grid()
     place = f"{raw.path} ({sample.title})" if sample.title else str(raw.path)

@@ -31,7 +31,7 @@ def check_recording(
         sidecar: file that messages about settings name; None for the recording's own.
 
     Raises:
-        InputError: at the first sample or setting that cannot be, in one line.
+        InputError: at the first impossible sample or setting, in one line.
     """
     place = recording.path or recording.name
     rows = rows if rows is not None else range(1, len(recording) + 1)

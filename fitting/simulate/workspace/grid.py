@@ -196,7 +196,7 @@ def modelled_actuator(design: str, alloy: Any, silicone: Any, model: AugmentedMo
     """A design with a model's numbers.
 
     Raises:
-        InputError: for a table that cannot be used, or dimensions that cannot be.
+        InputError: for a table that cannot be used, or impossible dimensions.
     """
     table = model.table("actuator", design)
     if model.quantities("alloy") and not isinstance(alloy, pj.Alloy):
