@@ -18,12 +18,14 @@ EVIDENCE = 9.0
 """Minimum decrease of the squared misfit by a flat start, in variances of the noise.
 
 With it, one of 1920 rubbers without slack was falsely flagged. They had noise up to 2 kPa and steps up to 8
-kPa, in 100 to 600 rows."""
+kPa, in 100 to 600 rows.
+"""
 WINDOW = 2.0
 """Length of the fitted curve, in lengths of the slack.
 
 It was tested on a rubber in 200 rows, with 2 to 20 % of slack and noise of 0.3 % of the largest stress. The
-start then errs by 0.1 % of strain, against a standard deviation of 0.25 %."""
+start then errs by 0.1 % of strain, against a standard deviation of 0.25 %.
+"""
 SHARE = 0.005
 """Minimum detectable slack, as part of the range of the drive."""
 

@@ -199,8 +199,11 @@ def _draws(count: int) -> int:
 
 
 def _differences(x: np.ndarray, y: np.ndarray, step: np.ndarray, order: int) -> tuple[np.ndarray, ...]:
-    """Differences over neighbours among which x is monotonic: weights of unit length, (m, order + 1); the
-    differences, (m,); and the steps of their readings, (m, order + 1)."""
+    """Differences over neighbours among which x is monotonic.
+
+    The results are weights of unit length, (m, order + 1); the differences, (m,); the steps of their
+    readings, (m, order + 1).
+    """
     if len(x) <= order:
         return np.zeros((0, order + 1)), np.zeros(0), np.zeros((0, order + 1))
     at, values, steps = (np.lib.stride_tricks.sliding_window_view(z, order + 1) for z in (x, y, step))

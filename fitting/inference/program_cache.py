@@ -1,6 +1,6 @@
 """Cache of traced programs on disk, beside the compiled ones that JAX keeps.
 
-Tracing a program with the laws of every effect takes several times as long as loading its compiled form, and
+Tracing a program with the laws of every effect takes several times as long as loading its compiled form.
 JAX's own cache keeps only the latter. A cached program is identified by everything that it depends on. That
 is the source of both packages, the structure and shapes of its arguments, the kind of device and JAX's
 version.

@@ -1,7 +1,7 @@
 """The interface of a kind of specimen. Everything that depends on the kind is one of its methods or
 attributes.
 
-`Specimen` has no optional methods. Who calls what:
+`Specimen` has no optional methods. The callers of each are:
 
 | method or attribute | caller |
 |---|---|
@@ -9,10 +9,10 @@ attributes.
 | `decides`, `decided` | `calibrate`: decisions that are not smooth in the parameters, between two fits |
 | `answer` with effects, `explained`, `latent`, `most_rows_with_effects`, `compiler_options` | `diagnose` |
 | `answer` at every row (`simulation.py`), `drivers`, `cautions`, `states` | `simulate`, `synthesise` |
-| `influences`, `loads`, `located` | `diagnose`: what was varied, what to vary next, where a misfit is |
+| `influences`, `loads`, `located` | `diagnose`: varied inputs, next experiment, place of a misfit |
 | `tables`, `options`, `element`, `letter` | `saved_models`, `with_saved_model`: models on disk |
 | `identified`, `starts`, `profiled`, `unseen` | `calibrate` |
-| `over` | whoever draws or scores an output over an input |
+| `over` | code that draws or scores an output over an input |
 | `noun`, `law` | `report`: words |
 
 The base model is `effects=()`.

@@ -1,6 +1,7 @@
 """A spring on a test stand at a given trajectory of its martensite fraction: force, resistance and memory.
 
-The memory follows the rule row by row, or comes from rows that are known to have set it."""
+The memory follows the rule row by row, or comes from rows that are known to have set it.
+"""
 
 import equinox as eqx
 import jax

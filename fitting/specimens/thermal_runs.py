@@ -22,7 +22,8 @@ APART = 10.0
 """Minimum ratio of the first heating's deviation to the later heatings' scatter and to the noise.
 
 An effect that fades over cycles changes the second from the third by a tenth of the first change or more,
-unless it is all but over after half a cycle. A state that the first heating ends is gone at once."""
+unless it is all but over after half a cycle. A state that the first heating ends is gone at once.
+"""
 SEEN = 0.05
 """Minimum deviation of the first heating to be reported, as part of the output's range."""
 GRID = 40

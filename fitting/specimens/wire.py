@@ -220,7 +220,7 @@ class StraightWire(Specimen):
 
         For an alloy that is to be identified two rules hold. Constants of the residual strain are held where
         no load is ever taken off (`RESIDUAL`). The prior of `T_mid` is centred where the recordings are half
-        transformed, if they show it: a table is vague there, and misfits far from it have no slope.
+        transformed, if they show it. A table is vague there, and misfits far from it have no slope.
 
         Args:
             campaign: recordings of kind wire.

@@ -162,7 +162,8 @@ class ForceCalibration(Effect):
 class LoadTrainCompliance(Effect):
     """The recorded length is that of specimen and load train in series; give [m/N].
 
-    The compliance falls as joints and grips seat: by half at the force 1 / stiffening [1/N]."""
+    The compliance falls as joints and grips seat: by half at the force 1 / stiffening [1/N].
+    """
 
     give: Array = eqx.field(converter=jnp.asarray, default=0.0)
     stiffening: Array = eqx.field(converter=jnp.asarray, default=0.0)

@@ -1,6 +1,7 @@
 """A specimen in series with a compliant load train, which stiffens under load.
 
-Its law is `recorded = true + compliance * F / (1 + stiffening * |F|)` with `F = force(true)`."""
+Its law is `recorded = true + compliance * F / (1 + stiffening * |F|)` with `F = force(true)`.
+"""
 
 from collections.abc import Callable
 

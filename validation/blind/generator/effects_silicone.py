@@ -10,7 +10,8 @@ SOFT = ("elastomer", "tube", "actuator")
 
 
 class PowerLawRelaxation(Effect):
-    """Stress relaxes as a power of time: a row of many Maxwell elements whose weights fall with their time."""
+    """Stress relaxes as a power of time: a row of many Maxwell elements whose weights fall with their
+    time."""
 
     slug, kinds, component = "viscoelastic_relaxation", SOFT, "elastomer"
     drivers, ceiling = ("time", "strain_rate"), 0.5
@@ -115,7 +116,8 @@ class ExponentialStiffening(Effect):
 
 
 class RadialStress(Effect):
-    """A wall that is not thin: pressure squeezes it through its thickness, by the logarithmic profile of large strain."""
+    """A wall that is not thin: pressure squeezes it through its thickness, by the logarithmic profile of
+    large strain."""
 
     slug, kinds, component = "thick_wall", ("tube", "actuator"), "elastomer"
     drivers, ceiling = ("pressure", "strain"), 2.0

@@ -27,7 +27,8 @@ class Slopes:
     """Derivatives of the whitened residuals by z and by the fractions.
 
     `z` is (M, P). For recording k, `at[k]` (M_k,) holds the indices of its residuals, and `x[k]` (M_k, N_k)
-    the derivative by its fractions at `rows[k]`."""
+    the derivative by its fractions at `rows[k]`.
+    """
 
     def __init__(self, whiten, by_z, by_fraction, by_memory, source):
         self.z, self.at, self.rows, self.x = by_z, {}, {}, {}
@@ -105,7 +106,8 @@ def numbers_at(bench, z):
 
 
 class HiddenJudge:
-    """Refits base and latent trajectory to noise-free recorded columns (1, K, N) with one draw of noise added."""
+    """Refits base and latent trajectory to noise-free recorded columns (1, K, N) with one draw of noise
+    added."""
 
     def __init__(self, bench, whiten, recorded, noise, true_z, felt, rest=None):
         self.rest, self.bench, self.whiten, self.true_z = rest, bench, whiten, true_z

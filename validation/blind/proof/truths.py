@@ -24,7 +24,8 @@ are a matter of convention and are left out of the comparison."""
 
 
 def parameter_errors(report, truth):
-    """Errors of every parameter of a named effect that has a true value: value, true, relative error, error in sd."""
+    """Errors of every parameter of a named effect that has a true value: value, true, relative error, error
+    in sd."""
     found = []
     for effect in report.get("effects", []):
         true_values = truth.get("parameters", {}).get(effect["name"])
