@@ -21,7 +21,7 @@ from . import (
 from .assemble import slug
 from .channels import named_channels
 from .format import Format
-from .options import Options
+from .options import QUANTITIES, Options
 from .parts import Sample, samples_of
 from .raw import formulas_without_values, open_raw
 from .refused import RECORDING as recording_format
@@ -72,8 +72,8 @@ def detect(sample: Sample) -> Format:
         columns = f" (without headings, numbers 1 to {sample.grid.values.shape[1]})"
     raise refuse(
         sample.raw.path,
-        f"no known format; name its columns{columns} with --map QUANTITY=COLUMN, or see the known ones: "
-        f"{known}",
+        f"no known format; name its columns{columns} with --map QUANTITY=COLUMN, where QUANTITY is one of "
+        f"{', '.join(QUANTITIES)}; or see the known formats: {known}",
     )
 
 
