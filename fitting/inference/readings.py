@@ -271,7 +271,6 @@ def _fresh(recording: Recording, rows: np.ndarray, values: np.ndarray) -> np.nda
     return new
 
 
-
 def _not_copied(recording: Recording, rows: np.ndarray) -> np.ndarray:
     """Rows in which any channel moved, where a logger writes each as often as the last."""
     new = np.ones(len(rows), bool)
