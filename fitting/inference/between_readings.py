@@ -128,7 +128,7 @@ def _interpolated_rows(values: np.ndarray, every: float, rows: int) -> np.ndarra
 
 
 def readings_at(grid: OriginalReadings, x: np.ndarray, y: np.ndarray) -> OriginalReadings | None:
-    """Readings of a column at the positions of another column's readings, or None if its rows are not on lines
+    """Readings of a column at the positions of another column's readings; None if its rows are not on lines
     between them.
 
     Args:

@@ -92,7 +92,7 @@ def _readings_of(recording: Recording, quantity: str) -> Readings:
 def _originals(recording: Recording, quantity: str, rows: np.ndarray) -> OriginalReadings | None:
     """Readings between which some rows of a measured column were interpolated.
 
-    A file is interpolated in every column. So a column whose own corners are too blunt for a grid lies on lines
+    A file is interpolated in every column. A column whose own corners are too blunt for a grid lies on lines
     between the positions of another column's readings.
     """
     found = _own_originals(recording, quantity, rows)
