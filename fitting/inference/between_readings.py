@@ -10,9 +10,12 @@ Readings come at even intervals, so these corners lie on an even grid: nothing e
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solveh_banded
+
+from pneusma_jax.late import Late
 
 from .noise import common_step
+
+linalg = Late("scipy.linalg")
 
 EXACT = 1e-6
 """Maximum distance from a line that counts as none, relative to the largest reading. Files have seven
@@ -34,6 +37,8 @@ ON_GRID, OFF_GRID = 0.9, 0.2
 """Minimum mean resultant length of the corners' phases on a grid (N. I. Fisher, Statistical Analysis of
 Circular Data, 1993). Second, maximum distance in rows of nine in ten corners from it; corners of rounded
 readings are off by 0.05."""
+NEAR = 1e-3
+"""Maximum error of a grid's positions, in spacings. It is 0.0007 for 145 readings of seven digits."""
 WIDEST, HEAD, FINE = 100.0, 200, 8
 """Maximum number of rows from one reading to the next; number of corners for the first estimate of a grid;
 number of trial grids for each cycle that these span."""
@@ -49,7 +54,7 @@ readings. Second, minimum share of different moves, or of all numbers of steps, 
 
 
 @dataclass(frozen=True)
-class Taken:
+class OriginalReadings:
     """Readings between which rows were interpolated.
 
     Attributes:
@@ -66,7 +71,7 @@ class Taken:
         return np.unique(np.where(self.at - x[right - 1] < x[right] - self.at, right - 1, right))
 
 
-def readings_between(x: np.ndarray, y: np.ndarray) -> Taken | None:
+def readings_between(x: np.ndarray, y: np.ndarray) -> OriginalReadings | None:
     """Readings between which rows were interpolated, or None where rows are readings themselves.
 
     Args:
@@ -79,14 +84,14 @@ def readings_between(x: np.ndarray, y: np.ndarray) -> Taken | None:
     for none in (exact, common_step(y)):
         corners = _corners(x, y, none * (1.0 + EXACT)) if none >= exact else np.zeros(0)
         grid = _grid(corners) if len(corners) >= FEWEST else None
-        found = _read_off(x, y, *grid, none) if grid else None
-        if found is not None and _differ(found.values, none):
+        found = _readings_at(x, y, *grid, none) if grid else None
+        if found is not None and _differ_like_noise(found.values, none):
             return found
     found = _resampled(y, exact) if np.ptp(np.diff(x)) == 0.0 else None
-    return found if found is not None and _differ(found.values, exact) else None
+    return found if found is not None and _differ_like_noise(found.values, exact) else None
 
 
-def _resampled(y: np.ndarray, none: float) -> Taken | None:
+def _resampled(y: np.ndarray, none: float) -> OriginalReadings | None:
     """Readings of rows that were drawn closer than two per reading, from the first reading to the last.
 
     No two rows of such a file determine a line. But the number of readings has finitely many candidates, and
@@ -96,10 +101,10 @@ def _resampled(y: np.ndarray, none: float) -> Taken | None:
         return None
     for count in range(int(len(y) / CLOSE), int(len(y) / 1.05)):
         every = (len(y) - 1) / (count - 1)
-        if all(_left(part, every) < none for part in (y[:END], y[: -END - 1 : -1])):
-            values = _solved(y, every, count)
-            if np.max(np.abs(_drawn(values, every, len(y)) - y)) < none:
-                return Taken(every * np.arange(count), _merged(values, FARTHER * none))
+        if all(_largest_distance(part, every) < none for part in (y[:END], y[: -END - 1 : -1])):
+            values = _fitted_readings(y, np.arange(len(y)) / every, count)
+            if np.max(np.abs(_interpolated_rows(values, every, len(y)) - y)) < none:
+                return OriginalReadings(every * np.arange(count), _merged(values, FARTHER * none))
     return None
 
 
@@ -110,30 +115,64 @@ def _smoothed(y: np.ndarray) -> bool:
     return bool(np.mean(np.abs(fourth)) / np.sqrt(70.0) < SMOOTHED * np.mean(np.abs(second)) / np.sqrt(6.0))
 
 
-def _left(y: np.ndarray, every: float) -> float:
+def _largest_distance(y: np.ndarray, every: float) -> float:
     """Largest distance of rows from lines between readings; the first row is a reading."""
-    return float(np.max(np.abs(_drawn(_solved(y, every, int((len(y) - 1) / every) + 2), every, len(y)) - y)))
+    count = int((len(y) - 1) / every) + 2
+    rows = _interpolated_rows(_fitted_readings(y, np.arange(len(y)) / every, count), every, len(y))
+    return float(np.max(np.abs(rows - y)))
 
 
-def _drawn(values: np.ndarray, every: float, rows: int) -> np.ndarray:
+def _interpolated_rows(values: np.ndarray, every: float, rows: int) -> np.ndarray:
     """Rows on the lines between readings."""
     return np.interp(np.arange(rows), every * np.arange(len(values)), values)
 
 
-def _solved(y: np.ndarray, every: float, count: int) -> np.ndarray:
-    """Readings between which rows lie, by least squares. A tiny weight keeps those that no row determines."""
-    place = np.arange(len(y)) / every
-    left = np.minimum(np.floor(place + EXACT).astype(int), count - 2)
-    part = np.clip(place - left, 0.0, 1.0)
+def readings_at(grid: OriginalReadings, x: np.ndarray, y: np.ndarray) -> OriginalReadings | None:
+    """Readings of a column at the positions of another column's readings; None if its rows are not on lines
+    between them.
+
+    Args:
+        grid: readings of another column of the same file.
+        x: positions of the rows, ascending, shape (n,).
+        y: values of the rows, shape (n,), finite.
+    """
+    count = len(grid.at)
+    if len(x) < 2 * FEWEST or count < FEWEST or not np.ptp(y) > 0.0:
+        return None
+    every = float(np.ptp(grid.at)) / (count - 1)
+    place = (x - grid.at[0]) / every + 1.0  # one reading more on either side of the grid
+    inside = (place >= 0.0) & (place <= count + 1.0)
+    exact = EXACT * float(np.max(np.abs(y)))
+    for none in (exact, common_step(y)):
+        if none >= exact:
+            values = _fitted_readings(y[inside], place[inside], count + 2)
+            drawn = np.interp(place[inside], np.arange(count + 2.0), values)
+            values = values[1:-1]
+            allowed = none + NEAR * float(np.max(np.abs(np.diff(values, 2))))
+            if np.max(np.abs(drawn - y[inside])) < allowed and _differ_like_noise(values, none):
+                return OriginalReadings(grid.at, _merged(values, FARTHER * none))
+    return None
+
+
+def _fitted_readings(y: np.ndarray, place: np.ndarray, count: int) -> np.ndarray:
+    """Readings between which rows lie, by least squares. A tiny weight keeps those that no row determines.
+
+    Args:
+        y: values of the rows, shape (n,).
+        place: positions of the rows in readings, between 0 and `count` - 1, shape (n,).
+        count: number of readings.
+    """
+    reading_before = np.minimum(np.floor(place + EXACT).astype(int), count - 2)
+    part = np.clip(place - reading_before, 0.0, 1.0)
     bands = np.zeros((2, count))
-    np.add.at(bands[1], left, (1.0 - part) ** 2)
-    np.add.at(bands[1], left + 1, part**2)
-    np.add.at(bands[0], left + 1, part * (1.0 - part))
+    np.add.at(bands[1], reading_before, (1.0 - part) ** 2)
+    np.add.at(bands[1], reading_before + 1, part**2)
+    np.add.at(bands[0], reading_before + 1, part * (1.0 - part))
     bands[1] += 1e-12
     right = np.zeros(count)
-    np.add.at(right, left, (1.0 - part) * y)
-    np.add.at(right, left + 1, part * y)
-    return solveh_banded(bands, right)
+    np.add.at(right, reading_before, (1.0 - part) * y)
+    np.add.at(right, reading_before + 1, part * y)
+    return linalg.solveh_banded(bands, right)
 
 
 def _corners(x: np.ndarray, y: np.ndarray, none: float) -> np.ndarray:
@@ -182,7 +221,7 @@ def _grid(corners: np.ndarray) -> tuple[float, float] | None:
     every = 1.0 / best
     begin = float(np.angle(np.exp(2j * np.pi * best * head).mean()) / (2.0 * np.pi * best))
     count = min(FEWEST, len(corners))
-    while True:  # the spacing from more and more of them, so that none is counted wrongly
+    while True:  # the spacing comes from a growing number of corners, so that none is assigned wrongly
         some = corners[:count]
         number = np.round((some - begin) / every)
         if np.ptp(number) > 0.0:
@@ -194,26 +233,26 @@ def _grid(corners: np.ndarray) -> tuple[float, float] | None:
     return (begin, every) if every > 1.0 and np.quantile(off, 0.9) < OFF_GRID else None
 
 
-def _read_off(x: np.ndarray, y: np.ndarray, begin: float, every: float, none: float) -> Taken:
+def _readings_at(x: np.ndarray, y: np.ndarray, begin: float, every: float, none: float) -> OriginalReadings:
     """Readings at the positions of a grid, from the lines on either side of each; equal ones are made
     equal."""
-    near = 1e-3 * every
+    near = NEAR * every
     number = (x[[0, -1]] - begin + np.array([-near, near])) / every
     at = begin + every * np.arange(np.ceil(number[0]), np.floor(number[1]) + 1.0)
     first = np.searchsorted(x, at - near)
     last = np.searchsorted(x, at + every + near) - 1
-    told = (last > first) & (first < len(x))
-    a, b = first[told], last[told]
+    determined = (last > first) & (first < len(x))
+    a, b = first[determined], last[determined]
     slope = (y[b] - y[a]) / (x[b] - x[a])
     sides = np.full((2, len(at) + 1), np.nan)
-    sides[0, :-1][told] = y[a] + slope * (at[told] - x[a])
-    sides[1, 1:][told] = y[a] + slope * (at[told] + every - x[a])
-    known = np.isfinite(sides[:, :-1])
-    total = np.where(known, sides[:, :-1], 0.0).sum(axis=0)
-    there = known.any(axis=0)
+    sides[0, :-1][determined] = y[a] + slope * (at[determined] - x[a])
+    sides[1, 1:][determined] = y[a] + slope * (at[determined] + every - x[a])
+    defined = np.isfinite(sides[:, :-1])
+    total = np.where(defined, sides[:, :-1], 0.0).sum(axis=0)
+    either_side = defined.any(axis=0)
     values = np.full(len(at), np.nan)
-    values[there] = _merged(total[there] / known.sum(axis=0)[there], FARTHER * none)
-    return Taken(at, values)
+    values[either_side] = _merged(total[either_side] / defined.sum(axis=0)[either_side], FARTHER * none)
+    return OriginalReadings(at, values)
 
 
 def _merged(values: np.ndarray, none: float) -> np.ndarray:
@@ -238,7 +277,7 @@ def _at_steps(values: np.ndarray, none: float) -> np.ndarray:
     return fitted if np.max(np.abs(fitted - values)) < none else values
 
 
-def _differ(values: np.ndarray, none: float) -> bool:
+def _differ_like_noise(values: np.ndarray, none: float) -> bool:
     """True if moves between readings differ in size like those of noisy readings. They are seldom alike or,
     for rounded ones, take all numbers of steps. A law with straight pieces repeats a few sizes."""
     values = values[np.isfinite(values)]

@@ -50,10 +50,10 @@ class Channel:
 
     def coefficients(self) -> tuple[np.ndarray, np.ndarray]:
         """Factors of `whitened` on each difference and on the one before it, shape (rows,) each."""
-        there = np.isfinite(self.sigma)
-        follows = np.zeros_like(there)
-        follows[1:] = there[1:] & there[:-1]
-        weight = np.where(there, 1.0 / self.sigma, 0.0)
+        counted = np.isfinite(self.sigma)
+        follows = np.zeros_like(counted)
+        follows[1:] = counted[1:] & counted[:-1]
+        weight = np.where(counted, 1.0 / self.sigma, 0.0)
         free = np.sqrt(1.0 - self.correlation**2)
         before = np.where(follows, self.correlation / free * np.roll(weight, 1), 0.0)
         return np.where(follows, weight / free, weight), before
@@ -80,8 +80,8 @@ def channel_weight(
         block: number of readings averaged in a row.
     """
     values = columns[quantity]
-    held = np.isfinite(values)
-    if not held.any():
+    finite = np.isfinite(values)
+    if not finite.any():
         return np.zeros(len(values))
     stated = recording.noise_si(quantity)
     raw = read_values(recording, quantity)
@@ -92,15 +92,15 @@ def channel_weight(
         sigma = noise_found(recording, quantity)
         if block > 1:
             sigma = block_noise(*unstated_noise(raw, sigma), block)[0]
-        sigma = max(sigma, LEAST_NOISE * float(np.ptp(values[held])), 1e-12)
-    return np.where(held, 1.0 / sigma, 0.0)
+        sigma = max(sigma, LEAST_NOISE * float(np.ptp(values[finite])), 1e-12)
+    return np.where(finite, 1.0 / sigma, 0.0)
 
 
 def correlation_by_lags(values: np.ndarray) -> float:
     """Correlation of neighbouring errors from second differences alone, independent of their size.
 
-    Over one and two samples their variances are `sigma^2 (6 - 8 r^k + 2 r^2k)` at lag k, for first-order
-    noise on a smooth trend. The ratio grows with r, from 1 to 2.
+    For first-order noise on a smooth trend their variance at lag k is `sigma^2 (6 - 8 r^k + 2 r^2k)`, here
+    for one and two samples. The ratio grows with r, from 1 to 2.
 
     Args:
         values: samples in their order, shape (n,).

@@ -13,7 +13,7 @@ def by_stress(recording: Recording) -> bool:
     sizes = []
     for name in ("stress", "strain"):
         if not recording.has(name):
-            sizes.append(np.inf)  # what nobody measured drives nothing
+            sizes.append(np.inf)  # an unmeasured column is no driver
             continue
         values = recording.si(name)
         values = values[np.isfinite(values)]

@@ -54,10 +54,10 @@ def saturated(
         count = sum(b - a for a, b in stops)
         chance = len(values) * still ** (count - len(stops))
         clear = step * (AFTER if chance < UNLIKELY else SMOOTH * AFTER)
-        told = known is not None and sign * top == known and count > 0
-        if told or count >= LONG and any(_stopped(sign * values, moving, run, clear) for run in stops):
+        known_stop = known is not None and sign * top == known and count > 0
+        if known_stop or count >= LONG and any(_is_stop(sign * values, moving, run, clear) for run in stops):
             level = sign * top
-            found |= _beside(sign * values, top, top - NEAR * step)
+            found |= _with_neighbours(sign * values, top, top - NEAR * step)
     return found, level
 
 
@@ -67,7 +67,7 @@ def runs(mask: np.ndarray) -> list[tuple[int, int]]:
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
-def _stopped(
+def _is_stop(
     values: np.ndarray, moving: Sequence[tuple[np.ndarray, float]], run: tuple[int, int], clear: float
 ) -> bool:
     """True if a trend that rose to its extreme would have continued by more than `clear`, as other channels
@@ -79,20 +79,20 @@ def _stopped(
         run: first row at the extreme, and the one after the last.
         clear: minimum continuation, in the unit of `values`.
     """
-    for flip in (1, -1):  # as it came, and backwards as it left
+    for flip in (1, -1):  # forwards before the stop, and backwards after it
         y = values[::flip]
         a, b = run if flip == 1 else (len(values) - run[1], len(values) - run[0])
         first = max(a - max(LONG, b - a), 0)
         if a - first < LONG // 2:
             continue
         slope = (y[a] - y[first]) / (a - first)
-        further = max((_went_on(x[::flip], noise, first, a, b) for x, noise in moving), default=0.0)
-        if slope * further > clear and _abrupt(y, first, a, b):
+        further = max((_rows_after_stop(x[::flip], noise, first, a, b) for x, noise in moving), default=0.0)
+        if slope * further > clear and _is_abrupt(y, first, a, b):
             return True
     return False
 
 
-def _went_on(x: np.ndarray, noise: float, first: int, a: int, b: int) -> float:
+def _rows_after_stop(x: np.ndarray, noise: float, first: int, a: int, b: int) -> float:
     """Number of rows for which another channel continued after a stop, at its earlier rate."""
     before, after = x[a] - x[first], x[a : b + 1] - x[a]
     if abs(before) <= noise:
@@ -100,7 +100,7 @@ def _went_on(x: np.ndarray, noise: float, first: int, a: int, b: int) -> float:
     return float(np.max(after * np.sign(before), initial=0.0) / abs(before) * (a - first))
 
 
-def _abrupt(y: np.ndarray, first: int, a: int, b: int) -> bool:
+def _is_abrupt(y: np.ndarray, first: int, a: int, b: int) -> bool:
     """True if readings changed as usual until a stop. In a trend that levels off, steps get longer."""
     changes = np.flatnonzero(np.diff(y[first : a + 1]))
     if len(changes) < 3:
@@ -110,7 +110,7 @@ def _abrupt(y: np.ndarray, first: int, a: int, b: int) -> bool:
     return bool(stands[-1] <= ABRUPT * usual + 1.0 and b - a >= LONG * max(usual, 1.0))
 
 
-def _beside(values: np.ndarray, top: float, low: float) -> np.ndarray:
+def _with_neighbours(values: np.ndarray, top: float, low: float) -> np.ndarray:
     """Rows at full scale, and those around them in which the trend stays above `low`."""
     padded = np.pad(values, AROUND // 2, mode="edge")
     course = np.median(np.lib.stride_tricks.sliding_window_view(padded, AROUND), axis=1)

@@ -161,17 +161,17 @@ def standing(moves: np.ndarray) -> np.ndarray:
     return np.diff(np.flatnonzero(np.concatenate([[True], np.abs(moves) > 0.0, [True]])))
 
 
-def _uneven(steps: np.ndarray) -> bool:
+def _moves_vary(steps: np.ndarray) -> bool:
     """True if moves, in steps, change in size from one to the next. Only moves within ramps count, since
     turns change them anyhow. All count where hardly any four go one way."""
     windows = np.lib.stride_tricks.sliding_window_view(steps, 4)
     changes = windows[:, 1] != windows[:, 2]
     one_way = np.all(windows >= 0.0, axis=1) | np.all(windows <= 0.0, axis=1)
-    there = changes[one_way] if one_way.mean() > ONE_WAY else changes
-    return bool(there.mean() > UNEVEN)
+    selected = changes[one_way] if one_way.mean() > ONE_WAY else changes
+    return bool(selected.mean() > UNEVEN)
 
 
-def _often(stands: np.ndarray) -> bool:
+def _stands_often(stands: np.ndarray) -> bool:
     """True if readings stand still repeatedly, by the lengths of all stretches, and not at turns only."""
     return bool(np.sum(stands > 1) >= STANDS and np.mean(stands > 1) > STOOD)
 
@@ -184,8 +184,8 @@ def _step(values: np.ndarray) -> float:
     moves[moves <= SAME * np.max(np.abs(values))] = 0.0
     stands = standing(moves)
     if least > 0.0:
-        return least if _uneven(np.round(np.diff(values) / least)) or _often(stands) else 0.0
-    slow = _often(stands) and np.median(stands) > 1.0
+        return least if _moves_vary(np.round(np.diff(values) / least)) or _stands_often(stands) else 0.0
+    slow = _stands_often(stands) and np.median(stands) > 1.0
     return float(moves[moves > 0.0].min()) if slow else 0.0
 
 
@@ -199,8 +199,11 @@ def _draws(count: int) -> int:
 
 
 def _differences(x: np.ndarray, y: np.ndarray, step: np.ndarray, order: int) -> tuple[np.ndarray, ...]:
-    """Differences over neighbours among which x is monotonic: weights of unit length, (m, order + 1); the
-    differences, (m,); and the steps of their readings, (m, order + 1)."""
+    """Differences over neighbours among which x is monotonic.
+
+    The results are weights of unit length, (m, order + 1); the differences, (m,); the steps of their
+    readings, (m, order + 1).
+    """
     if len(x) <= order:
         return np.zeros((0, order + 1)), np.zeros(0), np.zeros((0, order + 1))
     at, values, steps = (np.lib.stride_tricks.sliding_window_view(z, order + 1) for z in (x, y, step))
@@ -208,8 +211,8 @@ def _differences(x: np.ndarray, y: np.ndarray, step: np.ndarray, order: int) -> 
     usable = np.all(forward > 0.0, axis=1) | np.all(forward < 0.0, axis=1)
     at, values, steps = at[usable], values[usable], steps[usable]
     at = (at - at.mean(axis=1, keepdims=True)) / np.ptp(at, axis=1)[:, None]
-    apart = at[:, :, None] - at[:, None, :] + np.eye(order + 1)
-    weight = 1.0 / np.prod(apart, axis=2)
+    distances = at[:, :, None] - at[:, None, :] + np.eye(order + 1)
+    weight = 1.0 / np.prod(distances, axis=2)
     weight /= np.linalg.norm(weight, axis=1, keepdims=True)
     return weight, np.sum(weight * (values - values.mean(axis=1, keepdims=True)), axis=1), steps
 

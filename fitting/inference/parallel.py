@@ -55,7 +55,7 @@ def run_parallel(function: Callable[[Job], Result], jobs: Iterable[Job]) -> list
 def _cores() -> int:
     available = getattr(os, "sched_getaffinity", None)
     cores = len(available(0)) if available else os.cpu_count() or 1
-    told = os.environ.get(THREADS, str(cores))
-    if not told.isdigit() or int(told) < 1:
-        raise InputError(f"{THREADS} must be a whole number of at least 1, but is {told!r}")
-    return min(cores, int(told))
+    setting = os.environ.get(THREADS, str(cores))
+    if not setting.isdigit() or int(setting) < 1:
+        raise InputError(f"{THREADS} must be a whole number of at least 1, but is {setting!r}")
+    return min(cores, int(setting))

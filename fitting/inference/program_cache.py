@@ -1,6 +1,6 @@
 """Cache of traced programs on disk, beside the compiled ones that JAX keeps.
 
-Tracing a program with the laws of every effect takes several times as long as loading its compiled form, and
+Tracing a program with the laws of every effect takes several times as long as loading its compiled form.
 JAX's own cache keeps only the latter. A cached program is identified by everything that it depends on. That
 is the source of both packages, the structure and shapes of its arguments, the kind of device and JAX's
 version.
@@ -41,22 +41,30 @@ def cached_program(function: Callable, name: str, options: dict[str, bool] | Non
         name: name of the function, with every number that it closes over.
         options: compiler options; left out where the version or device does not know them.
     """
-    options = _known(tuple(sorted(options.items()))) if options else None
-    plain = jax.jit(function, compiler_options=options)
     ready: dict[tuple, Callable] = {}
+
+    @functools.cache
+    def usable() -> dict[str, Any] | None:
+        """Compiler options that this version accepts. The compiler is asked on first use, which keeps imports
+        fast."""
+        return _known(tuple(sorted(options.items()))) if options else None
+
+    @functools.cache
+    def plain() -> Callable:
+        return jax.jit(function, compiler_options=usable())
 
     def call(*arguments: Any) -> Any:
         leaves, structure = jax.tree.flatten(arguments)
         shapes = [jax.typeof(leaf) for leaf in leaves]
         folder = jax.config.jax_compilation_cache_dir
-        asked = (folder, structure, *shapes)
-        if asked not in ready:
+        key = (folder, structure, *shapes)
+        if key not in ready:
             words = f"{name}|{structure}|{shapes}"
             if not folder or " at 0x" in words:
-                return plain(*arguments)
+                return plain()(*arguments)
             program = _program(Path(folder) / FOLDER, words, function, structure, shapes)
-            ready[asked] = jax.jit(program.call, compiler_options=options)
-        return ready[asked](*leaves)
+            ready[key] = jax.jit(program.call, compiler_options=usable())
+        return ready[key](*leaves)
 
     return call
 
@@ -113,7 +121,7 @@ def _known(options: tuple[tuple[str, bool], ...]) -> dict[str, bool]:
     """Compiler options, or none where this version or device refuses them."""
     try:
         jax.jit(lambda x: x + 1.0, compiler_options=dict(options)).lower(0.0).compile()
-    except Exception:  # what is raised differs between versions
+    except Exception:  # the type of the exception differs between versions
         return {}
     return dict(options)
 

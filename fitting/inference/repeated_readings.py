@@ -27,7 +27,7 @@ def slower(values: np.ndarray, moves: np.ndarray) -> bool:
         copied(moves)
         and not _in_steps(values, moves)
         or _at_even_rows(moves)
-        or _now_and_then(values, moves)
+        or _once_or_twice(values, moves)
     )
 
 
@@ -40,7 +40,7 @@ def _at_even_rows(moves: np.ndarray) -> bool:
     return any(np.bincount(at % k).max() >= EVEN * len(at) for k in range(2, SLOWEST + 1))
 
 
-def _now_and_then(values: np.ndarray, moves: np.ndarray) -> bool:
+def _once_or_twice(values: np.ndarray, moves: np.ndarray) -> bool:
     """True if readings come once or twice in turn, more of them twice than by rounding. Rounded readings
     stand still half as often as they move by one step either way."""
     stands = np.sort(standing(moves))

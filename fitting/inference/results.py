@@ -96,7 +96,7 @@ class Result:
             Paths of the files.
 
         Raises:
-            InputError: if files are in the way, or the place cannot be written.
+            InputError: if files exist already, or the place cannot be written.
         """
         return publish(folder, self.documents, force)
 

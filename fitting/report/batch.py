@@ -23,20 +23,20 @@ MOST_PANELS = 12
 def verdict(batch: Batch) -> list[str]:
     """The few most important sentences."""
     failed = [member for member in batch.members if member.result is None]
-    said = [f"{len(batch.done)} of {len(batch.members)} campaigns were characterised."]
-    said += [f"{member.name} was not: {member.problem}" for member in failed]
-    said += [f"{member.name}: {member.problem}" for member in batch.done if member.problem]
+    sentences = [f"{len(batch.done)} of {len(batch.members)} campaigns were characterised."]
+    sentences += [f"{member.name} was not: {member.problem}" for member in failed]
+    sentences += [f"{member.name}: {member.problem}" for member in batch.done if member.problem]
     unlike = [name for name, p in batch.pooled.items() if p.differ < UNALIKE]
     if unlike:
-        said.append(
+        sentences.append(
             f"Specimens differ by more than their error bars in {', '.join(unlike)}: take the spread, not "
             "the error of the mean, for a further specimen."
         )
     elif batch.pooled:
-        said.append(
+        sentences.append(
             "The specimens are alike within their error bars in every constant that two or more inform."
         )
-    return said
+    return sentences
 
 
 def specimen_table(batch: Batch) -> Table:

@@ -57,27 +57,27 @@ def warnings(result: Profiled) -> list[str]:
 
     Parameters with the same finding share a sentence.
     """
-    found, said = result.profiles, []
+    found, sentences = result.profiles, []
     lower = [name for name, profile in found.items() if profile.below > ALIKE]
     if lower:
         below = max(found[name].below for name in lower)
-        said.append(
+        sentences.append(
             f"Where {_or(lower)} is held elsewhere the others reach a chi-square lower by {below:.2g}. "
             "The fit is not at its end: trust neither its values nor its errors."
         )
     curved = [name for name, profile in found.items() if profile.curved]
     if curved:
-        said.append(
+        sentences.append(
             f"Over {_or(curved)} the misfit does not rise as the standard error says. That error spans other "
             f"fits, or takes the misfit for a parabola. The profile says {_intervals(result, curved)}."
         )
     unsure = [name for name, profile in found.items() if profile.unsure]
     if unsure:
-        said.append(
+        sentences.append(
             f"Where {_or(unsure)} is held elsewhere the others stop at kinks of the misfit. Whether the "
             f"standard error holds is not known. The profile leaves at least {_intervals(result, unsure)}."
         )
-    return said
+    return sentences
 
 
 def _or(names: Sequence[str]) -> str:

@@ -87,6 +87,6 @@ def save(result: Result, folder: str | Path, force: bool = False) -> list[Path]:
         force: true to replace existing files of these names.
 
     Raises:
-        InputError: if files are in the way, or the place cannot be written.
+        InputError: if files exist already, or the place cannot be written.
     """
     return publish(folder, result.documents, force)

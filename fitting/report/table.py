@@ -101,10 +101,10 @@ def _widths(rows: Sequence[Sequence[str]], right: Sequence[bool], room: float) -
     widths = [max(map(len, column)) for column in columns]
     least = [max([NARROWEST, *(len(word) for cell in column for word in cell.split())]) for column in columns]
     while sum(widths) + 2 * (len(widths) - 1) > room:
-        wide = [i for i, width in enumerate(widths) if width > least[i] and not right[i]]
-        if not wide:
+        shrinkable = [i for i, width in enumerate(widths) if width > least[i] and not right[i]]
+        if not shrinkable:
             break
-        widths[max(wide, key=lambda i: widths[i])] -= 1
+        widths[max(shrinkable, key=lambda i: widths[i])] -= 1
     return widths
 
 

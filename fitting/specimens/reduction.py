@@ -57,11 +57,11 @@ def reduced(recording: Recording, most: int) -> Recording:
         return recording if len(recording) <= most else reduced(recording.whole, most)
     read = read_rows(recording)
     if len(read) <= most:
-        return recording if len(read) == len(recording) else _only(recording, read)
+        return recording if len(read) == len(recording) else _only_readings(recording, read)
     table = _table(recording)
     block = -(-len(recording) // most)
     means = averaged(_measured(recording, table), block)
-    if _straight(recording, means, block):
+    if _is_straight(recording, means, block):
         text = (
             f"{recording.name}: reduced from {len(recording)} rows to {len(means['row'])}, each the mean of "
             f"{block}, over which no channel moves by more than {100 * PART:.0f} % of its range"
@@ -69,7 +69,7 @@ def reduced(recording: Recording, most: int) -> Recording:
         columns = {name: column for name, column in means.items() if name != "row"}
         how = Reduction(recording, None, block, text)
         return dataclasses.replace(recording, columns=columns, reduction=how)
-    rows, cycles = _kept(recording, table, block, most)
+    rows, cycles = _selected_rows(recording, table, block, most)
     of = f", of {cycles[0]} of its {cycles[1]} cycles" if cycles else ""
     text = (
         f"{recording.name}: reduced from {len(recording)} rows to {len(rows)}{of}, kept as they were read, "
@@ -79,7 +79,7 @@ def reduced(recording: Recording, most: int) -> Recording:
     return dataclasses.replace(recording, columns=columns, reduction=Reduction(recording, rows, 1, text))
 
 
-def _only(recording: Recording, rows: np.ndarray) -> Recording:
+def _only_readings(recording: Recording, rows: np.ndarray) -> Recording:
     """A recording without rows that are no readings; `inference.readings.cautions` reports them."""
     columns = {name: column[rows] for name, column in _table(recording).items()}
     return dataclasses.replace(recording, columns=columns, reduction=Reduction(recording, rows, 1, ""))
@@ -106,17 +106,17 @@ def averaged(columns: Mapping[str, np.ndarray], block: int) -> dict[str, np.ndar
     edges = np.arange(0, len(next(iter(columns.values()))), block)
     result = {}
     for name, values in columns.items():
-        there = np.isfinite(values)
-        total = np.add.reduceat(np.where(there, values, 0.0), edges)
-        held = np.add.reduceat(there.astype(float), edges)
-        result[name] = np.where(held > 0, total / np.maximum(held, 1.0), np.nan)
+        finite = np.isfinite(values)
+        total = np.add.reduceat(np.where(finite, values, 0.0), edges)
+        counts = np.add.reduceat(finite.astype(float), edges)
+        result[name] = np.where(counts > 0, total / np.maximum(counts, 1.0), np.nan)
     return result
 
 
 def _table(recording: Recording) -> dict[str, np.ndarray]:
     """Numeric columns of known quantities, canonical units."""
-    known = {name: np.asarray(recording.columns[name]) for name in recording.known_columns}
-    return {name: values for name, values in known.items() if values.dtype.kind == "f"}
+    columns = {name: np.asarray(recording.columns[name]) for name in recording.known_columns}
+    return {name: values for name, values in columns.items() if values.dtype.kind == "f"}
 
 
 def _channels(table: Mapping[str, np.ndarray]) -> list[str]:
@@ -137,7 +137,7 @@ def _measured(recording: Recording, table: Mapping[str, np.ndarray]) -> dict[str
     return found
 
 
-def _straight(recording: Recording, means: Mapping[str, np.ndarray], block: int) -> bool:
+def _is_straight(recording: Recording, means: Mapping[str, np.ndarray], block: int) -> bool:
     """True if means lie on the curves of their rows."""
     for name in _channels(means):
         if name == "row":
@@ -149,13 +149,13 @@ def _straight(recording: Recording, means: Mapping[str, np.ndarray], block: int)
             return False
         if name in predicted(recording):
             off = np.quantile(np.abs(np.diff(values, 2)), MOSTLY) / 24.0  # f'' h^2 / 24 over a width h
-            sigma = recording.noise.get(name) or _in_file(recording, name)
+            sigma = recording.noise.get(name) or _noise_in_file_unit(recording, name)
             if off > BENT * sigma / np.sqrt(block):
                 return False
     return True
 
 
-def _in_file(recording: Recording, name: str) -> float:
+def _noise_in_file_unit(recording: Recording, name: str) -> float:
     """Noise of a column in its own unit."""
     quantity = schema.quantity_and_unit(name)[0]
     values, si = recording.columns[name], recording.si(quantity)
@@ -163,34 +163,34 @@ def _in_file(recording: Recording, name: str) -> float:
     return noise_found(recording, quantity) * float((np.nanmax(values) - np.nanmin(values)) / scale)
 
 
-def _kept(
+def _selected_rows(
     recording: Recording, table: Mapping[str, np.ndarray], block: int, most: int
 ) -> tuple[np.ndarray, tuple[int, int] | None]:
     """Selected rows, ascending; and the counts of kept and of all cycles, where some are left out."""
     count, channels = len(recording), _channels(table)
     fine = min(block, FINE)
     means = averaged({"row": np.arange(float(count)), **{n: table[n] for n in channels}}, fine)
-    turns = _turns(recording, table, means, fine)
+    turns = _turning_rows(recording, table, means, fine)
     usable, cycles = np.ones(count, bool), None
     if len(turns) * EACH_WAY > most:
         usable, cycles = _whole_cycles(turns, count, most)
         turns = turns[usable[turns]]
     path = EVEN_SHARE * np.linspace(0.0, 1.0, count)
     for name in channels:
-        known = np.isfinite(means[name])
-        course = np.interp(np.arange(count), means["row"][known], means[name][known])
+        finite = np.isfinite(means[name])
+        course = np.interp(np.arange(count), means["row"][finite], means[name][finite])
         way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(course)))])
         path += (1.0 - EVEN_SHARE) / len(channels) * way / max(way[-1], 1e-300)
-    told = usable & _telling(recording)
-    told[[0, -1]] = True
-    rows = np.flatnonzero(told)
+    candidates = usable & _informative_rows(recording)
+    candidates[[0, -1]] = True
+    rows = np.flatnonzero(candidates)
     gone = np.interp(rows, np.flatnonzero(usable), np.cumsum(np.diff(path, prepend=0.0)[usable]))
     wanted = np.linspace(gone[0], gone[-1], max(most - len(turns), 2))
     near = rows[np.clip(np.searchsorted(gone, wanted), 0, len(rows) - 1)]
     return np.unique(np.concatenate([near, turns]))[:most], cycles
 
 
-def _telling(recording: Recording) -> np.ndarray:
+def _informative_rows(recording: Recording) -> np.ndarray:
     """Rows that hold every required column and, if enough rows remain, measurements of every output."""
     outputs = [schema.quantity_and_unit(name)[0] for name in predicted(recording)]
     counted = [readings_of(recording, quantity).counted for quantity in outputs]
@@ -203,15 +203,15 @@ def _telling(recording: Recording) -> np.ndarray:
     return found if found.any() else ~found
 
 
-def _turns(
+def _turning_rows(
     recording: Recording, table: Mapping[str, np.ndarray], means: Mapping[str, np.ndarray], block: int
 ) -> np.ndarray:
     """Rows at which a driver turns back, ascending."""
     drivers = [name for name in _channels(table) if name not in predicted(recording)]
     found: list[int] = []
     for name in drivers:
-        known = np.isfinite(means[name])
-        course, at = means[name][known], means["row"][known]
+        finite = np.isfinite(means[name])
+        course, at = means[name][finite], means["row"][finite]
         sign, best, back = 0, 0, TURNS * np.ptp(course)
         for k in range(len(course)):
             if sign == 0:
@@ -220,12 +220,12 @@ def _turns(
             elif sign * (course[k] - course[best]) > 0.0:
                 best = k
             elif sign * (course[best] - course[k]) > back:
-                found.append(_peak(sign * table[name], int(at[best]), block))
+                found.append(_peak_row(sign * table[name], int(at[best]), block))
                 sign, best = -sign, k
     return np.unique(np.array(found, int))
 
 
-def _peak(values: np.ndarray, row: int, block: int) -> int:
+def _peak_row(values: np.ndarray, row: int, block: int) -> int:
     """Row of the largest value near a given row; isolated spikes are ignored."""
     first, last = max(row - block, 1), min(row + block + 1, len(values) - 1)
     middle = np.median(

@@ -8,8 +8,10 @@ from jaxtyping import Array
 
 from ..pipeline import Known
 
-AMBIENT = 22.0  # degC, where no temperature was recorded
-FARTHEST = 6.0  # widths of the reversible curve beyond which a fraction no longer tells a temperature
+AMBIENT = 22.0  # Assumed temperature where none was recorded [degC]
+FARTHEST = 6.0
+"""Maximum distance from the reversible curve's middle, in widths, at which a fraction implies a
+temperature."""
 
 
 def each(at: Known, make: Callable[[], Any]) -> dict[int, Any]:
@@ -31,8 +33,8 @@ def solved_springs(at: Known, memory: dict[int, Any]) -> list[tuple[int, Any, An
     else:
         elements, responses = (at["spring"] if "spring" in at else at["wire"],), (solved,)
     return [
-        (number, element, kept, response)
-        for (number, kept), element, response in zip(memory.items(), elements, responses, strict=True)
+        (number, element, state, response)
+        for (number, state), element, response in zip(memory.items(), elements, responses, strict=True)
     ]
 
 

@@ -10,7 +10,7 @@ from ..actuator.loads import STANDARD_GRAVITY, centred_weight
 from ..pipeline import Effect, Known
 from ._spec import Spec
 
-UP = (0.0, 1.0)  # the plane of sides 1 and 2
+UP = (0.0, 1.0)  # Direction of the plane of sides 1 and 2
 ELEMENTS = 3
 """Number of elastic-slip elements of the wrapping's friction."""
 
@@ -148,10 +148,10 @@ class WallEccentricity(Effect):
         section, bore = body.section, body.section.shapes[-1]
         rule = bore.rule(jnp.asarray(UP), jnp.zeros(0), section.nodes)
         stress = lambda y: body.silicone((at["delta_centre"] + y * at["bend"][1]) / body.length)  # noqa: E731
-        pull, moved = rule.area * stress(rule.s), rule.area * stress(rule.s + self.shift)
-        force = value[0] + jnp.sum(pull) - jnp.sum(moved)
+        pull, shifted = rule.area * stress(rule.s), rule.area * stress(rule.s + self.shift)
+        force = value[0] + jnp.sum(pull) - jnp.sum(shifted)
         push = at["pressure"] * section.enclosed_area * self.shift
-        moment = jnp.sum(pull * rule.s) - jnp.sum(moved * (rule.s + self.shift)) - push
+        moment = jnp.sum(pull * rule.s) - jnp.sum(shifted * (rule.s + self.shift)) - push
         return force, value[1] + moment * jnp.asarray(UP)
 
 

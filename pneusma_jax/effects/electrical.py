@@ -109,26 +109,26 @@ class DetwinnedResistivityMemory(Effect):
         """Residual strain of every spring, for reading a measured resistance."""
         return each(at, zeros(1))
 
-    def _held(self, at: Known, residual: Array) -> tuple[Array, Array]:
+    def _retained_resistivity(self, at: Known, residual: Array) -> tuple[Array, Array]:
         """Resistivity of the martensite by the base law, and the addition by the retained fraction
         [ohm/m]."""
         alloy = at["spring"].alloy
-        now, kept = alloy.xi_sm(at["gamma"]), residual / alloy.gamma_L
-        more = self.share * jnp.where(kept > now, kept - now, 0.0)
+        now, retained = alloy.xi_sm(at["gamma"]), residual / alloy.gamma_L
+        more = self.share * jnp.where(retained > now, retained - now, 0.0)
         base = alloy.rho_m_of(now)
         return base, alloy.rho_m_of(now + more) - base
 
     def resistance(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.resistance`."""
         alloy = at["spring"].alloy
-        _, more = self._held(at, at["gamma_R"])
+        _, more = self._retained_resistivity(at, at["gamma_R"])
         weight = alloy.mixing_fraction(at["xi0"], at["gamma"])
         return value + weight * more * at["spring"].geometry.wire_length
 
     def wire_resistance(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.wire_resistance`: resistance of the same phases without a retained fraction."""
         spring = at["spring"]
-        base, more = self._held(at, memory[at["number"]][0])
+        base, more = self._retained_resistivity(at, memory[at["number"]][0])
         hot, length = spring.alloy.rho_a(at["gamma"]), spring.geometry.wire_length
         weight = safe_divide(value / length - hot, base + more - hot, 1e-9)
         return value - weight * more * length

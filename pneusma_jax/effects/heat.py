@@ -13,8 +13,8 @@ from ..pipeline import Effect, Known
 from ._spec import Spec
 from ._springs import arrived, each, solved_springs, zeros
 
-LEAST_SLOPE = 0.02  # of the colder zone's stress over strain, relative to the modulus
-HOTTEST = 1e-5  # fraction of the rest of the wire below which the colder zone gets no hotter
+LEAST_SLOPE = 0.02  # Minimum slope of the colder zone's stress over strain, relative to the modulus
+HOTTEST = 1e-5  # Minimum fraction of the rest of the wire; below it the colder zone gets no hotter
 
 
 class OpposingSpringHeating(Effect):
@@ -109,7 +109,7 @@ class UnevenHeating(Effect):
         stress, slope = _law(alloy, zone.strain, cold, alloy.residual_strain(zone.state, cold))
         return stress, jnp.maximum(slope, LEAST_SLOPE * alloy.G_m)
 
-    def _under(self, alloy: Alloy, zone: "ColdZone", xi0: Array, stress: Array) -> Array:
+    def _zone_strain(self, alloy: Alloy, zone: "ColdZone", xi0: Array, stress: Array) -> Array:
         """Strain of the colder zone under a stress near its own [1]."""
         own, slope = self._zone(alloy, zone, xi0)
         return zone.strain + (stress - own) / slope
@@ -129,7 +129,7 @@ class UnevenHeating(Effect):
     def resistance(self, value: Array, at: Known, memory: dict) -> Array:
         """Both zones in series."""
         spring, xi0 = at["spring"], at["xi0"]
-        strain = self._under(spring.alloy, memory[at["number"]], xi0, at["stress"])
+        strain = self._zone_strain(spring.alloy, memory[at["number"]], xi0, at["stress"])
         law, length = spring.alloy.resistivity, spring.geometry.wire_length
         warm, cold = law(xi0, self._warm_strain(at["gamma"], strain)), law(self._fraction(xi0), strain)
         return value + ((1.0 - self.share) * warm + self.share * cold - law(xi0, at["gamma"])) * length
@@ -145,7 +145,7 @@ class UnevenHeating(Effect):
         later = {}
         for number, spring, zone, response in solved_springs(at, memory):
             alloy = spring.alloy
-            strain = self._under(alloy, zone, response.xi0, response.stress)
+            strain = self._zone_strain(alloy, zone, response.xi0, response.stress)
             warm = self._warm_strain(response.gamma, strain)
             slope = _law(alloy, warm, response.xi0, response.gamma_R)[1]
             cold = self._fraction(response.xi0)

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array
 
 from ..pipeline import Effect, Known
-from ._saturation import settled
+from ._saturation import saturation
 from ._spec import Spec
 from ._springs import branch, each, law_of, law_stress, solved_springs, zeros
 
@@ -129,8 +129,8 @@ class RPhase(Effect):
 
     def stress(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.stress`."""
-        taken = self.strain * self._share(at, memory[at["number"]]) * jnp.tanh(at["gamma"] / 5e-3)
-        return value - law_of(at).modulus(at["xi0"]) * taken
+        strain = self.strain * self._share(at, memory[at["number"]]) * jnp.tanh(at["gamma"] / 5e-3)
+        return value - law_of(at).modulus(at["xi0"]) * strain
 
     def resistance(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.resistance`."""
@@ -241,7 +241,7 @@ class SelfHeatingRate(Effect):
         alloy = law_of(at)
         return xi0 * alloy.xi_sm(gamma) + (1.0 - xi0) * alloy.xi_sa(gamma)
 
-    def _gained(self, at: Known, now: Array, started: Array, before: Array, gained: Array) -> Array:
+    def _high_passed(self, at: Known, now: Array, started: Array, before: Array, gained: Array) -> Array:
         """High-passed signal, exact for one that is linear over the row."""
         ratio = at["interval"] / self.tau
         flat = ratio < 1e-8
@@ -251,8 +251,8 @@ class SelfHeatingRate(Effect):
     def stress(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.stress`."""
         started, *last = memory[at["number"]]
-        strained = self._gained(at, at["gamma"], started, *last[:2])
-        done = self._gained(at, self._transformed(at, at["gamma"], at["xi0"]), started, *last[2:4])
+        strained = self._high_passed(at, at["gamma"], started, *last[:2])
+        done = self._high_passed(at, self._transformed(at, at["gamma"], at["xi0"]), started, *last[2:4])
         return value * (1.0 + self.rise * strained / 0.05) + self.heat * done
 
     def remember(self, memory: dict, at: Known) -> dict:
@@ -263,11 +263,11 @@ class SelfHeatingRate(Effect):
             later[number] = (
                 jnp.asarray(1.0),
                 response.gamma,
-                self._gained(at, response.gamma, started, *last[:2]),
+                self._high_passed(at, response.gamma, started, *last[:2]),
                 done,
-                self._gained(at, done, started, *last[2:4]),
+                self._high_passed(at, done, started, *last[2:4]),
                 response.xi0,
-                self._gained(at, response.xi0, started, *last[4:]),
+                self._high_passed(at, response.xi0, started, *last[4:]),
             )
         return later
 
@@ -317,26 +317,26 @@ class CyclicShakedown(Effect):
         return each(at, zeros(3))
 
     def _progress(self, at: Known, memory: dict) -> Array:
-        return settled(memory[at["number"]][2] / self.cycles, self.slowness)
+        return saturation(memory[at["number"]][2] / self.cycles, self.slowness)
 
     def stress(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.stress`."""
         modulus, progress = law_of(at).modulus(at["xi0"]), self._progress(at, memory)
-        moved = law_stress(at, at["gamma"] - self.plastic * progress) - at["base_stress"]
-        # where detwinning takes off more than the residual strain does, only what exceeds it counts
+        change = law_stress(at, at["gamma"] - self.plastic * progress) - at["base_stress"]
+        # where detwinning reduces the stress by more than the residual strain does, only the excess counts
         spare = modulus * (at["gamma"] - at["gamma_R"]) - at["base_stress"]
         spare = jnp.where(spare > 1e-9 * modulus, spare, 0.0)  # zero but for rounding on the elastic branch
         extra = modulus * self.strain * progress - spare
         extra = jnp.where(extra >= 0.0, extra, 0.0)  # at a tie, where absent, in full
-        return value + moved - extra - modulus * self.shift * progress
+        return value + change - extra - modulus * self.shift * progress
 
     def resistance(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.resistance`."""
         progress = self._progress(at, memory)
         if "spring" in at:
             law, length = law_of(at).resistivity, at["spring"].geometry.wire_length
-            seen = at["gamma"] - (self.plastic + self.apparent) * progress
-            value = value + length * (law(at["xi0"], seen) - law(at["xi0"], at["gamma"]))
+            effective = at["gamma"] - (self.plastic + self.apparent) * progress
+            value = value + length * (law(at["xi0"], effective) - law(at["xi0"], at["gamma"]))
         return value * (1.0 + self.resistivity * progress)
 
     def remember(self, memory: dict, at: Known) -> dict:

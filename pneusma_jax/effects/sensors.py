@@ -68,11 +68,11 @@ class PressureLag(Effect):
         interval, rise = at["interval"] / PARTS, (at["recorded_pressure"] - before) / PARTS
         tau = jnp.where(self.tau >= 0.0, self.tau, 0.0)
         for _ in range(PARTS):
-            middle = _followed(excess, 0.5 * interval, 0.5 * rise, tau * self._slower(excess))
-            excess = _followed(excess, interval, rise, tau * self._slower(middle))
+            middle = _lagged_excess(excess, 0.5 * interval, 0.5 * rise, tau * self._time_factor(excess))
+            excess = _lagged_excess(excess, interval, rise, tau * self._time_factor(middle))
         return excess
 
-    def _slower(self, excess: Array) -> Array:
+    def _time_factor(self, excess: Array) -> Array:
         """Factor on the time constant at a drop of pressure [Pa]."""
         return ((self.laminar**2 + excess**2) / (self.laminar**2 + DROP**2)) ** 0.25
 
@@ -91,16 +91,16 @@ DROP = 1e3
 """Pressure difference at which a chamber's time constant is `tau` [Pa]."""
 
 
-def _followed(excess: Array, interval: Array, rise: Array, tau: Array) -> Array:
+def _lagged_excess(excess: Array, interval: Array, rise: Array, tau: Array) -> Array:
     """Excess of a first-order follower over an input that rises linearly by `rise` in an interval [s];
     exact."""
     quick = interval > 30.0 * tau
     ratio = interval / jnp.where(quick | (tau == 0.0), 1.0, tau)
-    kept = jnp.where(quick, 0.0, jnp.exp(-ratio))
+    decay = jnp.where(quick, 0.0, jnp.exp(-ratio))
     flat = ratio < 1e-6
     slow = jnp.where(flat, 1.0 - 0.5 * ratio, -jnp.expm1(-ratio) / jnp.where(flat, 1.0, ratio))
     behind = jnp.where(quick, tau / jnp.where(quick, interval, 1.0), slow)
-    return kept * excess - behind * rise
+    return decay * excess - behind * rise
 
 
 class CameraCalibration(Effect):
@@ -162,7 +162,8 @@ class ForceCalibration(Effect):
 class LoadTrainCompliance(Effect):
     """The recorded length is that of specimen and load train in series; give [m/N].
 
-    The compliance falls as joints and grips seat: by half at the force 1 / stiffening [1/N]."""
+    The compliance falls as joints and grips seat: by half at the force 1 / stiffening [1/N].
+    """
 
     give: Array = eqx.field(converter=jnp.asarray, default=0.0)
     stiffening: Array = eqx.field(converter=jnp.asarray, default=0.0)

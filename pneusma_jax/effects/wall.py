@@ -61,7 +61,7 @@ class ViscoelasticRelaxation(Effect):
         count = _fibres(at)
         return jnp.asarray(0.0), jnp.zeros(count), jnp.zeros((3, count))
 
-    def _over(self, stress: Array, interval: Array, memory: tuple[Array, Array, Array]) -> Array:
+    def _overstress(self, stress: Array, interval: Array, memory: tuple[Array, Array, Array]) -> Array:
         """Overstress of every term; exact for a stress that changes linearly over the row."""
         started, before, over = memory
         ratio = interval / jnp.stack([self.tau_1, self.tau_2, self.tau_3])
@@ -71,13 +71,13 @@ class ViscoelasticRelaxation(Effect):
 
     def wall(self, value: Array, at: Known, memory: tuple) -> Array:
         """See `Effect.wall`."""
-        over = self._over(at["base"], at["interval"], memory)
+        over = self._overstress(at["base"], at["interval"], memory)
         return value + jnp.stack([self.g_1, self.g_2, self.g_3]) @ over
 
     def remember(self, memory: tuple, at: Known) -> tuple[Array, Array, Array]:
         """Slow stress and overstress of every fibre."""
         slow = base_law(at)(fibre_strain(at))
-        return jnp.asarray(1.0), slow, self._over(slow, at["interval"], memory)
+        return jnp.asarray(1.0), slow, self._overstress(slow, at["interval"], memory)
 
 
 class MullinsSoftening(Effect):
@@ -121,7 +121,7 @@ class MullinsSoftening(Effect):
 
     def remember(self, memory: Array, at: Known) -> Array:
         """The running maximum."""
-        return _grown(memory, fibre_strain(at))
+        return _maximum(memory, fibre_strain(at))
 
 
 class PermanentSet(Effect):
@@ -159,7 +159,7 @@ class PermanentSet(Effect):
         """Strain, largest strain and path of every fibre."""
         started, before, most, path = memory
         strain = fibre_strain(at)
-        return jnp.asarray(1.0), strain, _grown(most, strain), path + started * jnp.abs(strain - before)
+        return jnp.asarray(1.0), strain, _maximum(most, strain), path + started * jnp.abs(strain - before)
 
 
 class StrainStiffening(Effect):
@@ -223,6 +223,6 @@ class ThickWall(Effect):
         return value + at["pressure"] * (self.share + self.stretched * at["strain"])
 
 
-def _grown(most: Array, strain: Array) -> Array:
+def _maximum(most: Array, strain: Array) -> Array:
     """Running maximum. A fibre at its largest strain ever follows the next increment in full."""
     return jnp.where(strain >= most, strain, most)

@@ -15,8 +15,9 @@ from jaxtyping import Array
 
 from ..numerics.safe import is_concrete
 
-POISSON_RATIO = 0.33  # of nitinol, used throughout the source
-MOST_STEPS = 60  # of Newton in `spring_strain`; 4 to 12 are taken over shear strains from -0.1 to 10
+POISSON_RATIO = 0.33  # Poisson's ratio of nitinol, used throughout the source
+MOST_STEPS = 60
+"""Maximum number of Newton steps in `spring_strain`; shear strains from -0.1 to 10 take 4 to 12."""
 
 
 def spring_index(coil_diameter: Array, wire_diameter: Array) -> Array:
@@ -124,21 +125,21 @@ def _root_by_element(excess: Callable, given: tuple, start: Array) -> Array:
     ones = jnp.ones_like(start)
 
     def search(_: object, start: Array) -> Array:
-        held = jax.lax.stop_gradient(given)
+        frozen = jax.lax.stop_gradient(given)
 
         def go_on(carry: tuple) -> Array:
             return (carry[1] > 0) & (carry[2] < MOST_STEPS)
 
         def advance(carry: tuple) -> tuple:
             x, _, count = carry
-            value, rise = jax.jvp(lambda x: excess(x, held), (x,), (ones,))
+            value, rise = jax.jvp(lambda x: excess(x, frozen), (x,), (ones,))
             step = value / rise
             moving = jnp.abs(step) > 4e-16 * (1.0 + jnp.abs(x))
             return x - step, jnp.sum(moving), count + 1
 
         x, moving, _ = jax.lax.while_loop(go_on, advance, (start, jnp.asarray(1), 0))
-        off = jnp.abs(excess(x, held))
-        return jnp.where(off <= 1e-9 * (1.0 + jnp.abs(held[0])), x, jnp.nan)
+        off = jnp.abs(excess(x, frozen))
+        return jnp.where(off <= 1e-9 * (1.0 + jnp.abs(frozen[0])), x, jnp.nan)
 
     def tangent(linear: Callable[[Array], Array], vector: Array) -> Array:
         return vector / linear(ones)  # the derivative is diagonal

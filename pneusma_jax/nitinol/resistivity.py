@@ -11,7 +11,8 @@ from jaxtyping import Array, Bool
 from ..numerics.safe import chord_power, complement_power, safe_divide, unit_power
 from .detwinning import signed_algebraic_sigmoid
 
-DEGENERATE_CONTRAST = 0.02  # ohm/m, about a thousandth of a phase's resistivity
+DEGENERATE_CONTRAST = 0.02
+"""Minimum contrast of distinguishable phases [ohm/m], about a thousandth of a phase's resistivity."""
 LOWEST_EXPONENT = 0.5
 
 
@@ -86,9 +87,9 @@ def martensite_fraction(
 
     A clipped base has zero slope. Both flags of the reading mark such results.
     """
-    held, clipped = martensite_weight(rho, rho_m, rho_a)
+    weight, clipped = martensite_weight(rho, rho_m, rho_a)
     degenerate = jnp.abs(rho_m - rho_a) < DEGENERATE_CONTRAST
-    powered = complement_power(held, 1.0 / second)
+    powered = complement_power(weight, 1.0 / second)
     return PhaseReading(unit_power(powered, 1.0 / exponent), clipped, degenerate)
 
 

@@ -177,8 +177,8 @@ class Spring(eqx.Module):
         """
         loaded, chain = self._loaded(elongation, activation, state, chain)
         wire = self.alloy.resistivity(loaded["xi0"], loaded["gamma"]) * self.geometry.wire_length
-        known = dict(stress=loaded["stress"], force=loaded["force"])
-        return SpringResponse(**loaded, resistance=chain.through("resistance", wire, **known))
+        solved = dict(stress=loaded["stress"], force=loaded["force"])
+        return SpringResponse(**loaded, resistance=chain.through("resistance", wire, **solved))
 
     def pull(
         self, elongation: Array, activation: Activation, state: SpringState, chain: Chain = PLAIN

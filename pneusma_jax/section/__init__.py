@@ -26,7 +26,8 @@ from .shapes import Disc, Rule, Shape, across, as_numpy, namespace_of
 
 __all__ = ["NODES", "Disc", "Rule", "Section", "Shape", "annulus"]
 
-NODES = 14  # Gauss nodes a panel: relative error of force and moment about 1e-10 (12: 1e-8, 8: 2e-4)
+NODES = 14
+"""Number of Gauss nodes a panel; relative error of force and moment about 1e-10 (12: 1e-8, 8: 2e-4)."""
 
 
 class Section(eqx.Module):
@@ -120,11 +121,11 @@ class Section(eqx.Module):
         Returns:
             Places [m], shape (fibres, 2), and their areas [m2], negative in holes, shape (fibres,).
         """
-        held = direction is not None
-        direction = jnp.asarray(direction if held else [0.0, 1.0])
+        in_plane = direction is not None
+        direction = jnp.asarray(direction if in_plane else [0.0, 1.0])
         rule = self.rule(direction, jnp.zeros(0))
         middle, aside = rule.first / rule.area, across(direction)
-        if held:
+        if in_plane:
             return rule.s[:, None] * direction + middle[:, None] * aside, rule.area
         half = jnp.sqrt(jnp.maximum(rule.second / rule.area - middle**2, 1e-30))
         u = jnp.concatenate([middle - half, middle + half])

@@ -15,8 +15,8 @@ from ..numerics.lines import check_line, check_vertices, cross
 from ..numerics.safe import is_concrete
 from .shapes import Rule, Shape, across, as_numpy, frozen, namespace_of, panels
 
-_ARC_POINTS = 33  # of an arc where it is looked at as a polyline, in checks of concrete numbers only
-_TOUCH = 1e-9  # of an edge's parameter: a ray through a vertex hits both of its edges
+_ARC_POINTS = 33  # Number of points of an arc as a polyline, in checks of concrete numbers only
+_TOUCH = 1e-9  # Tolerance of an edge's parameter: a ray through a vertex hits both of its edges
 
 
 class Outline(Shape):

@@ -13,7 +13,7 @@ from ..numerics.safe import is_concrete
 from . import Section
 from .shapes import as_numpy
 
-FIBRE_REACH = 0.1  # of the section's radius: how far from the wall a fibre may be
+FIBRE_REACH = 0.1  # Maximum distance of a fibre from the wall, as part of the section's radius
 
 
 def _number(angle: float | None) -> float | None:
@@ -135,14 +135,14 @@ def check_places(
     """
     if not is_concrete(section, springs, fibre, dimensions):
         return
-    coil = float(dimensions.coil_diameter + dimensions.wire_diameter)
+    coil = float(as_numpy(dimensions).coil_diameter) + float(dimensions.wire_diameter)
     places, numbers = np.asarray(springs), arrangement.spring_numbers
     for i in range(len(numbers)):
         for j in range(i):
-            apart = float(np.linalg.norm(places[i] - places[j]))
-            if apart < coil * (1.0 - 1e-9):
+            gap = float(np.linalg.norm(places[i] - places[j]))
+            if gap < coil * (1.0 - 1e-9):
                 raise ValueError(
-                    f"Springs {numbers[j]} and {numbers[i]} overlap: their centres are {apart * 1e3:.3g} mm "
+                    f"Springs {numbers[j]} and {numbers[i]} overlap: their centres are {gap * 1e3:.3g} mm "
                     f"apart, but their coils are {coil * 1e3:.3g} mm wide."
                 )
     named = [(f"Spring {n}", place, coil) for n, place in zip(numbers, places, strict=True)]

@@ -68,8 +68,8 @@ class Shape(eqx.Module):
 
 
 def namespace_of(*arrays: Any) -> ModuleType:
-    """`numpy` if all are NumPy arrays, `jax.numpy` otherwise."""
-    return np if all(isinstance(array, np.ndarray) for array in arrays) else jax.numpy
+    """`numpy` if all are NumPy arrays or scalars, `jax.numpy` otherwise."""
+    return np if all(isinstance(array, np.ndarray | np.generic) for array in arrays) else jax.numpy
 
 
 M = TypeVar("M", bound=eqx.Module)

@@ -114,7 +114,7 @@ def _sizes(problem: ChainProblem, total: int) -> list[int]:
     return sizes
 
 
-def held_forces(problem: ChainProblem, unknowns: Float[Array, "unknowns"]) -> Float[Array, "n 3"]:
+def load_forces(problem: ChainProblem, unknowns: Float[Array, "unknowns"]) -> Float[Array, "n 3"]:
     """Pull [N] and moments [N m] of all loads on each segment's own coordinates."""
     configured = [
         jax.vmap(lambda part, z: configuration(part.actuator, z))(part, z)
@@ -129,16 +129,16 @@ def held_forces(problem: ChainProblem, unknowns: Float[Array, "unknowns"]) -> Fl
     return problem.share * jnp.concatenate([pull[:, None], turn], axis=1)
 
 
-def loaded(part: Problem, held: Float[Array, "3"]) -> Problem:
+def loaded(part: Problem, force: Float[Array, "3"]) -> Problem:
     """One segment under the generalised force that stands for the chain's loads."""
-    return dataclasses.replace(part, actuator=part.actuator.with_loads(HeldLoad(held[0], held[1:])))
+    return dataclasses.replace(part, actuator=part.actuator.with_loads(HeldLoad(force[0], force[1:])))
 
 
 def chain_residual(unknowns: Float[Array, "unknowns"], problem: ChainProblem) -> Float[Array, "unknowns"]:
     """Scaled imbalance of every segment [1]. Its root is the loaded chain's equilibrium."""
-    held = held_forces(problem, unknowns)
+    forces = load_forces(problem, unknowns)
     rows = [
-        jax.vmap(lambda z, part, load: residual(z, loaded(part, load)))(z, part, held[np.asarray(members)])
+        jax.vmap(lambda z, part, load: residual(z, loaded(part, load)))(z, part, forces[np.asarray(members)])
         for z, part, members in zip(split(problem, unknowns), problem.parts, problem.members, strict=True)
     ]
     return jnp.concatenate([row.ravel() for row in rows])
@@ -150,15 +150,15 @@ def chain_jacobian(
     """`chain_residual` and its derivative, at the cost of one evaluation of each segment and its slopes."""
 
     def twice(z: Array) -> tuple[Array, Array]:
-        held = held_forces(problem, z)
-        return held, held
+        forces = load_forces(problem, z)
+        return forces, forces
 
-    slopes, held = jax.jacfwd(twice, has_aux=True)(unknowns)
+    slopes, forces = jax.jacfwd(twice, has_aux=True)(unknowns)
 
     def of_segment(z: Array, part: Problem, load: Array) -> tuple[tuple[Array, Array], Array]:
         def excess(z: Array, load: Array) -> tuple[Array, Array]:
-            left = residual(z, loaded(part, load))
-            return left, left
+            imbalance = residual(z, loaded(part, load))
+            return imbalance, imbalance
 
         return jax.jacfwd(excess, argnums=(0, 1), has_aux=True)(z, load)
 
@@ -167,7 +167,7 @@ def chain_jacobian(
     column = 0
     for z, part, members in zip(split(problem, unknowns), problem.parts, problem.members, strict=True):
         index, (count, size) = np.asarray(members), z.shape
-        (block, by_load), value = jax.vmap(of_segment)(z, part, held[index])
+        (block, by_load), value = jax.vmap(of_segment)(z, part, forces[index])
         row = jnp.einsum("gfh,ghn->gfn", by_load, slopes[index])
         columns = column + np.arange(count * size).reshape(count, size)
         row = row.at[np.arange(count)[:, None, None], np.arange(size)[:, None], columns[:, None, :]].add(
@@ -198,11 +198,11 @@ def _is_stable(problem: ChainProblem, jacobian: Array) -> Array:
     return jnp.all(jnp.isfinite(jnp.linalg.cholesky(0.5 * (stiffness + stiffness.T))))
 
 
-class _Course(eqx.Module):
+class _SearchState(eqx.Module):
     """State of the loop.
 
     Attributes:
-        unknowns: unknowns of the running attempt; kept: those of the last successful attempt.
+        unknowns: unknowns of the running attempt; last_good: those of the last successful attempt.
         reached: share of the load that was solved; stride: addition to it by the running attempt.
         tries: Newton steps of the running attempt; steps: Newton steps of all attempts.
         begun: true once the start itself, an attempt of its own, has been solved.
@@ -210,7 +210,7 @@ class _Course(eqx.Module):
     """
 
     unknowns: Array
-    kept: Array
+    last_good: Array
     reached: Array
     stride: Array
     tries: Array
@@ -228,28 +228,28 @@ def search(rest: ChainProblem, problem: ChainProblem, guess: Float[Array, "unkno
         guess: unknowns that solve `rest`.
     """
 
-    def go_on(now: _Course) -> Array:
+    def go_on(now: _SearchState) -> Array:
         return (now.reached < 1.0) & (now.stride >= LEAST_STRIDE) & (now.steps < MOST_IN_ALL)
 
-    def advance(now: _Course) -> _Course:
+    def advance(now: _SearchState) -> _SearchState:
         share = jnp.where(now.begun, jnp.minimum(now.reached + now.stride, 1.0), 0.0)
         mix = lambda a, b: a + share * (b - a) if eqx.is_inexact_array(a) else a  # noqa: E731
-        here = jax.tree.map(mix, rest, problem)
-        excess, jacobian = chain_jacobian(now.unknowns, here)
+        scaled = jax.tree.map(mix, rest, problem)
+        excess, jacobian = chain_jacobian(now.unknowns, scaled)
         step = jnp.linalg.solve(jacobian, excess)
         size = jnp.max(jnp.abs(step))
-        stable = _is_stable(here, jacobian)
-        trial = now.unknowns - step * jnp.minimum(1.0, 1.0 / _length_of(here, now.unknowns, step))
-        settled = (size < CLOSE) & (jnp.max(jnp.abs(excess)) < BALANCED)
-        # an equilibrium that would not stay, reached from one that does, is on another branch: go more slowly
-        left = settled & now.begun & now.stable & ~stable & (now.stride > 4.0 * LEAST_STRIDE)
-        good = settled & ~left
-        failed = left | ~jnp.isfinite(size) | (now.tries >= MOST_STEPS)
-        kept = jnp.where(good, trial, now.kept)
+        stable = _is_stable(scaled, jacobian)
+        trial = now.unknowns - step * jnp.minimum(1.0, 1.0 / _step_ratio(scaled, now.unknowns, step))
+        converged = (size < CLOSE) & (jnp.max(jnp.abs(excess)) < BALANCED)
+        # an unstable equilibrium that follows a stable one is on another branch: take a smaller step
+        off_branch = converged & now.begun & now.stable & ~stable & (now.stride > 4.0 * LEAST_STRIDE)
+        good = converged & ~off_branch
+        failed = off_branch | ~jnp.isfinite(size) | (now.tries >= MOST_STEPS)
+        last_good = jnp.where(good, trial, now.last_good)
         longer = jnp.where(now.begun, 2.0 * now.stride, now.stride)
-        return _Course(
-            unknowns=jnp.where(failed, now.kept, jnp.where(good, kept, trial)),
-            kept=kept,
+        return _SearchState(
+            unknowns=jnp.where(failed, now.last_good, jnp.where(good, last_good, trial)),
+            last_good=last_good,
             reached=jnp.where(good, share, now.reached),
             stride=jnp.where(good, longer, jnp.where(failed, 0.25 * now.stride, now.stride)),
             tries=jnp.where(good | failed, 0, now.tries + 1),
@@ -260,12 +260,12 @@ def search(rest: ChainProblem, problem: ChainProblem, guess: Float[Array, "unkno
 
     guess = jnp.where(jnp.all(jnp.isfinite(guess)), guess, jnp.zeros_like(guess))
     none, whole, no = jnp.asarray(0.0), jnp.asarray(1.0), jnp.asarray(0)
-    first = _Course(guess, guess, none, whole, no, no, jnp.asarray(False), jnp.asarray(True))
+    first = _SearchState(guess, guess, none, whole, no, no, jnp.asarray(False), jnp.asarray(True))
     last = jax.lax.while_loop(go_on, advance, first)
-    return Stand(last.kept, last.steps, last.reached >= 1.0, last.stable)
+    return Stand(last.last_good, last.steps, last.reached >= 1.0, last.stable)
 
 
-def _length_of(problem: ChainProblem, unknowns: Array, step: Array) -> Array:
+def _step_ratio(problem: ChainProblem, unknowns: Array, step: Array) -> Array:
     """Ratio of a Newton step to the maximum step."""
     turn = jnp.asarray(0.0)
     for part, z in zip(problem.parts, split(problem, step), strict=True):
@@ -296,31 +296,31 @@ def rest_of(problem: ChainProblem) -> tuple[ChainProblem, Float[Array, "unknowns
 
 def chain_root(rest: ChainProblem, problem: ChainProblem, guess: Float[Array, "unknowns"]) -> Stand:
     """`search`, with derivatives of the unknowns by the implicit function theorem."""
-    held, start = frozen((rest, problem)), jax.lax.stop_gradient(guess)
+    problems, start = frozen((rest, problem)), jax.lax.stop_gradient(guess)
 
     def find(_: object, start: Array) -> tuple[Array, tuple]:
-        stand = search(*held, start)  # type: ignore[call-arg]
-        told = (stand.steps, stand.found, stand.stable)
-        return stand.unknowns, tuple(x.astype(start.dtype) for x in told)  # integers get no tangent
+        stand = search(*problems, start)  # type: ignore[call-arg]
+        diagnostics = (stand.steps, stand.found, stand.stable)
+        return stand.unknowns, tuple(x.astype(start.dtype) for x in diagnostics)  # integers get no tangent
 
     def tangent(linear: Callable, vector: Array) -> Array:
         return jnp.linalg.solve(jax.jacfwd(linear)(vector), vector)
 
-    unknowns, told = jax.lax.custom_root(
+    unknowns, diagnostics = jax.lax.custom_root(
         lambda z: chain_residual(z, problem), start, find, tangent, has_aux=True
     )
-    steps, found, stable = jax.lax.stop_gradient(told)
+    steps, found, stable = jax.lax.stop_gradient(diagnostics)
     return Stand(unknowns, steps.astype(int), found > 0.5, stable > 0.5)
 
 
 def described(problem: ChainProblem, stand: Stand) -> list[Equilibrium]:
     """Every segment's row with its status, part by part; all are NaN where the chain found no equilibrium."""
-    held = held_forces(problem, stand.unknowns)
+    forces = load_forces(problem, stand.unknowns)
     results = []
     rows = zip(problem.parts, split(problem, stand.unknowns), problem.members, strict=True)
     for part, z, members in rows:
         one = lambda part, z, load: equilibrium_of(loaded(part, load), z, stand.steps)  # noqa: E731
-        row = jax.vmap(one)(part, z, held[np.asarray(members)])
+        row = jax.vmap(one)(part, z, forces[np.asarray(members)])
         lost = ~stand.found & solved(row.status)
         row = eqx.tree_at(lambda r: r.status, row, jnp.where(lost, int(Status.no_equilibrium), row.status))
         blank = lambda x: jnp.where(stand.found, x, jnp.nan) if eqx.is_inexact_array(x) else x  # noqa: E731

@@ -22,8 +22,9 @@ from jaxtyping import Array, Float
 from ..numerics.safe import safe_norm
 from .kinematics import arc_frame, arc_points, tangent, transform
 
-COARSE = 33  # points per piece in the first search; 1.75 mm apart on a 56 mm segment
-FINE, ROUNDS = 9, 10  # each round searches the neighbourhood of the best pair four times finer
+COARSE = 33  # Number of points per piece in the first search; 1.75 mm apart on a 56 mm segment
+FINE, ROUNDS = 9, 10
+"""Numbers of points and of rounds of the refinement; each is four times finer about the best pair."""
 
 
 class Pieces(eqx.Module):
@@ -107,10 +108,10 @@ def _between(one: Pieces, other: Pieces, adjoining: Array) -> Array:
     """Clearance of two pieces, `other` the one further out [m]."""
 
     def distance(ab: Array, one: Pieces, other: Pieces) -> Array:
-        apart = jnp.where(adjoining, jnp.minimum(one.length, other.length), 0.0)
+        exclusion = jnp.where(adjoining, jnp.minimum(one.length, other.length), 0.0)
         size = one.length + one.connector
         back = ab[..., 0] * size
-        least = jnp.maximum(apart - back, 0.0)
+        least = jnp.maximum(exclusion - back, 0.0)
         ahead = least + ab[..., 1] * (other.length + other.connector - least)
         return safe_norm(other.point(ahead) - one.point(size - back))
 

@@ -37,16 +37,18 @@ from .segments import SegmentChain, chain_of
 from .weight import chain_weight, with_bodies
 
 SCHEMA = "pneusma-chain/1"
-KEYS = {"angle": "angle", "connector": "length", "connector_mass": "mass"}  # numbers of a segment
+KEYS = {"angle": "angle", "connector": "length", "connector_mass": "mass"}
+"""Numbers of a segment with their dimensions."""
 AXES = ("x", "y", "z")
 VECTORS = {"gravity": "acceleration", "tip_force": "force", "tip_moment": "moment", "line_load": "stiffness"}
-NUMBERS = {  # of the whole chain, and their dimensions; a force per length has that of a stiffness
+NUMBERS = {  # Numbers of the whole chain with their dimensions; a force per length has that of a stiffness
     "tip_mass": "mass", "tip_x": "length", "tip_y": "length",
     **{f"{stem}_{axis}": dimension for stem, dimension in VECTORS.items() for axis in AXES},
 }  # fmt: skip
 TOP = ("schema", "name", "description", "segment", "orientation", "tip_follows", *NUMBERS)
-IN_PLANE = 1e-9  # of a load's size, or radians: a load that lies further out of a plane bends out of it
-MOST = 100  # segments of a chain: more is a slip
+IN_PLANE = 1e-9
+"""Maximum component of a load in a plane, relative or in radians; a larger one bends out of the plane."""
+MOST = 100  # Maximum number of segments of a chain; more is a typing error
 _EXAMPLES = resources.files("calibration_data").joinpath("examples", "chains")
 
 
@@ -97,7 +99,7 @@ def describes_chain(name_or_path: str | Path) -> bool:
         text = Path(name_or_path).read_text(encoding="utf-8")
         return parse_toml(text, Path(name_or_path)).get("schema") == SCHEMA
     except (OSError, ValueError):
-        return False  # whoever reads it as a table says what is wrong with it
+        return False  # the reader of tables reports the error
 
 
 def load_chain(name_or_path: str | Path) -> ChainDesign:
@@ -224,14 +226,14 @@ def make_chain(
     built = {name: build(name) for name in names}
     fall = _one_gravity(design, built)
     loads = _loads(design, built, fall, density or _density)
-    if fall is not None:  # what hangs on single segments is in the chain's weight
+    if fall is not None:  # bodies on single segments are in the chain's weight
         built = {
             name: body.with_loads(*(load for load in body.loads if not isinstance(load, Gravity)))
             for name, body in built.items()
         }
     if loads or any(body.loads for body in built.values()):
         vectors = [load.force for body in built.values() for load in body.loads]  # type: ignore[attr-defined]
-        built = _freed(design, built, fall, vectors)
+        built = _freed_actuators(design, built, fall, vectors)
     bodies = [built[name] for name in design.designs]
     try:
         return chain_of(bodies, angles=design.angles, connectors=design.connectors).with_loads(*loads)
@@ -318,7 +320,7 @@ def _loads(
     return tuple(loads)
 
 
-def _freed(
+def _freed_actuators(
     design: ChainDesign, built: dict[str, Actuator], fall: np.ndarray | None, forces: list
 ) -> dict[str, Actuator]:
     """Actuators that may bend in any direction, where a load may push them out of their plane."""
@@ -335,10 +337,10 @@ def _freed(
         level = level and np.linalg.norm(np.cross(moment, aside)) <= IN_PLANE * np.linalg.norm(moment)
         if level and not (design.numbers.get("tip_x") or design.numbers.get("tip_y")):
             return built
-    return {name: _free(name, body) for name, body in built.items()}
+    return {name: _freed(name, body) for name, body in built.items()}
 
 
-def _free(name: str, body: Actuator) -> Actuator:
+def _freed(name: str, body: Actuator) -> Actuator:
     """The actuator free to bend in any direction, unless its table states the direction."""
     table = load_calibration(name, "actuator")
     stated = "bending" in table.text or "bending_plane" in table.quantities

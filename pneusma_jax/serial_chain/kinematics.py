@@ -17,7 +17,7 @@ import math
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-_SERIES_TERMS = 11  # of sinc below 1 rad: the first one left out is 1e-22
+_SERIES_TERMS = 11  # Number of terms of sinc below 1 rad; the first omitted one is 1e-22
 
 
 def sinc_root(x: Array) -> Array:

@@ -244,13 +244,13 @@ def generalised_forces(
     turns = ends[:, :3, :3] @ jax.vmap(_own_axes)(angles)
     inwards = jnp.swapaxes(bases[:, :3, :3], 1, 2)
     pull, turn = jnp.zeros_like(lengths), jnp.zeros_like(bends)
-    along = about = force = moment = jnp.zeros((lengths.shape[0], 3))  # `along`, `about`: of what is spread
+    along = about = force = moment = jnp.zeros((lengths.shape[0], 3))  # `along`, `about`: spread loads
     for load in loads:
         spread, at_ends = load.spread(rest_lengths), load.at_ends(turns)
         if spread is not None:
             forces, places = spread[0], rotate_in_section(spread[1], angles)
-            seen = jnp.einsum("nij,nj->ni", inwards, forces)
-            more = jax.vmap(yield_of_mean)(seen, lengths, bends, places, shared)
+            local_forces = jnp.einsum("nij,nj->ni", inwards, forces)
+            more = jax.vmap(yield_of_mean)(local_forces, lengths, bends, places, shared)
             pull, turn = pull + more[0], turn + more[1]
             middle = transform(bases, jax.vmap(fibre_mean)(lengths, bends, places, shared))
             along, about = along + forces, about + _cross(middle, forces)

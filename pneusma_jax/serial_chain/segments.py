@@ -196,11 +196,11 @@ def solve_chain(
         ValueError: if activations or states do not fit the segments and their springs.
     """
     activations, states = _per_segment(chain, activations, states)
-    rows = list(zip(_bare(chain), activations, states, strict=True))
+    rows = list(zip(_without_loads(chain), activations, states, strict=True))
     if chain.loaded:
         found = _solve_loaded(chain, jnp.asarray(pressure, dtype=float), rows)
         return _raise_for_chain(found) if throw else found
-    results = _alike_together(
+    results = _map_by_structure(
         lambda body, drive, memory: solve(body, pressure, drive, memory, throw=False), rows
     )
     if throw:
@@ -210,7 +210,7 @@ def solve_chain(
     return ChainEquilibrium(tuple(results), chain_shape(chain, bends, lengths))
 
 
-def _bare(chain: SegmentChain) -> list[Actuator]:
+def _without_loads(chain: SegmentChain) -> list[Actuator]:
     """The segments without their own loads."""
     return [segment.with_loads() if segment.loads else segment for segment in chain.segments]
 
@@ -218,14 +218,14 @@ def _bare(chain: SegmentChain) -> list[Actuator]:
 def _solve_loaded(chain: SegmentChain, pressure: Array, rows: list[tuple]) -> ChainEquilibrium:
     """`solve_chain` under loads."""
     require_float64()
-    members = tuple(tuple(group) for group in _alike(rows))
+    members = tuple(tuple(group) for group in _groups_of_equal_structure(rows))
     stacked = tuple(_stack(rows, group) for group in members)
     parts = tuple(
         Problem(body, jnp.broadcast_to(pressure, (len(m),)), drive, memory)
         for m, (body, drive, memory) in zip(members, stacked, strict=True)
     )
     problem = joined(chain, parts, members)
-    return _join(chain, problem, rest_of(problem) or _unloaded(problem))
+    return _joint(chain, problem, rest_of(problem) or _unloaded(problem))
 
 
 def _unloaded(problem: ChainProblem) -> tuple[ChainProblem, Array]:
@@ -238,10 +238,10 @@ def _unloaded(problem: ChainProblem) -> tuple[ChainProblem, Array]:
 
 
 @eqx.filter_jit
-def _join(chain: SegmentChain, problem: ChainProblem, begin: tuple[ChainProblem, Array]) -> ChainEquilibrium:
+def _joint(chain: SegmentChain, problem: ChainProblem, begin: tuple[ChainProblem, Array]) -> ChainEquilibrium:
     """Equilibrium of a loaded chain from a start: one compiled program per kind of chain."""
     stand = chain_root(begin[0], problem, begin[1])
-    results = _apart(described(problem, stand), problem.members)
+    results = _by_segment(described(problem, stand), problem.members)
     bends = jnp.stack([result.bend for result in results])
     lengths = jnp.stack([result.length for result in results])
     return ChainEquilibrium(tuple(results), chain_shape(chain, bends, lengths), stand.stable & stand.found)
@@ -281,13 +281,13 @@ def simulate_chain_history(
     rows = jnp.shape(pressure)[:1]
     activations, states = _per_segment(chain, activations, states)
     spread = lambda x: jnp.broadcast_to(x, rows) if jnp.ndim(x) == 0 else x  # noqa: E731  # alike in shape
-    told = list(zip(_bare(chain), jax.tree.map(spread, activations), states, strict=True))
+    arguments = list(zip(_without_loads(chain), jax.tree.map(spread, activations), states, strict=True))
     if chain.loaded:
         check_course(pressure, activations, time)
-        results = _loaded_history(chain, jnp.asarray(pressure, dtype=float), told, time)
+        results = _loaded_history(chain, jnp.asarray(pressure, dtype=float), arguments, time)
     else:
-        results = _alike_together(
-            lambda body, drive, memory: simulate_history(body, pressure, drive, memory, time=time), told
+        results = _map_by_structure(
+            lambda body, drive, memory: simulate_history(body, pressure, drive, memory, time=time), arguments
         )
     bends = jnp.stack([result.rows.bend for result in results], axis=1)
     lengths = jnp.stack([result.rows.length for result in results], axis=1)
@@ -298,7 +298,7 @@ def _loaded_history(
     chain: SegmentChain, pressure: Array, rows: list[tuple], time: Array | None
 ) -> list[History]:
     """Histories of the segments of a loaded chain."""
-    members = tuple(tuple(group) for group in _alike(rows))
+    members = tuple(tuple(group) for group in _groups_of_equal_structure(rows))
     stacked = tuple(_stack(rows, group) for group in members)
     parts = tuple(
         Problem(
@@ -321,11 +321,11 @@ def _loaded_history(
         guess = _unloaded(joined(chain, warm, members))[1]
     clock = jnp.zeros(pressure.shape[0]) if time is None else jnp.asarray(time, dtype=float)
     found = loaded_history(balance, stacked, pressure, clock, guess)
-    apart: list = [None] * len(rows)
+    by_segment: list = [None] * len(rows)
     for result, group in zip(found, members, strict=True):
         for at, k in enumerate(group):
-            apart[k] = jax.tree.map(lambda leaf, at=at: leaf[:, at], result)
-    return apart
+            by_segment[k] = jax.tree.map(lambda leaf, at=at: leaf[:, at], result)
+    return by_segment
 
 
 def chain_shape(
@@ -373,7 +373,7 @@ def _per_segment(
     return activations, states
 
 
-def _alike(rows: list[tuple]) -> list[list[int]]:
+def _groups_of_equal_structure(rows: list[tuple]) -> list[list[int]]:
     """Groups of rows with equal structure and shapes."""
     groups: dict[tuple, list[int]] = {}
     for k, row in enumerate(rows):
@@ -387,21 +387,21 @@ def _stack(rows: list[tuple], members: Sequence[int]) -> tuple:
     return jax.tree.map(lambda *leaves: jnp.stack(leaves), *(rows[k] for k in members))
 
 
-def _apart(results: Sequence, members: Sequence[Sequence[int]]) -> list:
+def _by_segment(results: Sequence, members: Sequence[Sequence[int]]) -> list:
     """Stacked results, segment by segment from base to tip."""
-    apart: list = [None] * sum(map(len, members))
+    by_segment: list = [None] * sum(map(len, members))
     for result, group in zip(results, members, strict=True):
         for at, k in enumerate(group):
-            apart[k] = jax.tree.map(lambda leaf, at=at: leaf[at], result)
-    return apart
+            by_segment[k] = jax.tree.map(lambda leaf, at=at: leaf[at], result)
+    return by_segment
 
 
-def _alike_together(function: Callable, rows: list[tuple]) -> list:
+def _map_by_structure(function: Callable, rows: list[tuple]) -> list:
     """Results of a function for every row; rows of equal structure and shapes share one vmapped call."""
-    groups = _alike(rows)
+    groups = _groups_of_equal_structure(rows)
     if all(len(members) == 1 for members in groups):
         return [function(*row) for row in rows]
-    return _apart([jax.vmap(function)(*_stack(rows, members)) for members in groups], groups)
+    return _by_segment([jax.vmap(function)(*_stack(rows, members)) for members in groups], groups)
 
 
 def _raise_for_chain(found: ChainEquilibrium) -> ChainEquilibrium:

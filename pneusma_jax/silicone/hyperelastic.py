@@ -6,7 +6,7 @@ Every law is written for the deviatoric uniaxial path `lambda_2 = lambda_3 = lam
 import jax.numpy as jnp
 from jaxtyping import Array
 
-GENT_LIMIT = 0.999  # of (I1 - 3) / J_m, past which the pole is replaced by its tangent
+GENT_LIMIT = 0.999  # Maximum of (I1 - 3) / J_m, beyond which the tangent replaces the pole
 
 
 def first_invariant(stretch: Array) -> Array:

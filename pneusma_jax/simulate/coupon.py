@@ -11,8 +11,8 @@ from ..silicone import SiliconeLaw
 from .load_train import strain_in_train
 
 # of a die-C dumbbell (ASTM D412), where a recording does not state its coupon's: 6 mm by 3 mm over 33 mm
-AREA = 18e-6  # m2
-GAUGE_LENGTH = 33e-3  # m
+AREA = 18e-6  # Cross-section [m2]
+GAUGE_LENGTH = 33e-3  # Gauge length [m]
 
 
 class CouponRow(eqx.Module):
@@ -66,9 +66,9 @@ def simulate_coupon(
 
     def step(memories: tuple, row: tuple) -> tuple:
         strain, time, interval, cycle = row
-        known = dict(time=time, interval=interval, cycle=cycle, silicone=law, area=area)
-        known["recorded_strain"] = strain
-        chain = Chain(effects, memories, Known(known))
+        inputs = dict(time=time, interval=interval, cycle=cycle, silicone=law, area=area)
+        inputs["recorded_strain"] = strain
+        chain = Chain(effects, memories, Known(inputs))
 
         def stress_at(given: tuple, strain: Array) -> Array:
             law, chain = given

@@ -31,7 +31,7 @@ class History(eqx.Module):
     """A simulated history of an actuator.
 
     Attributes:
-        rows: the equilibrium of every row; arrays have a leading axis of rows.
+        rows: equilibrium of every row; arrays have a leading axis of rows.
         states: each spring's memory after every row, arrays of shape (rows,).
         temperatures: temperature of each spring [degC], shape (rows, springs); NaN for a spring that no
             current drives.
@@ -150,8 +150,8 @@ def _simulate(
         pressure, activations, time, interval, recorded = row
         before = carry.temperatures, carry.resistances
         phases, temperatures = phases_of(actuator.springs, activations, *before, interval)
-        known = Known(dict(time=time, interval=interval, recorded_pressure=pressure) | fixed | recorded)
-        chain = Chain(effects, carry.memories, known)
+        inputs = Known(dict(time=time, interval=interval, recorded_pressure=pressure) | fixed | recorded)
+        chain = Chain(effects, carry.memories, inputs)
         pressure = chain.through("pressure", pressure)
         chain = chain.knowing(pressure=pressure)
         return Problem(actuator, pressure, phases, carry.states, chain), temperatures

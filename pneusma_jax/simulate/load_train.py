@@ -1,6 +1,7 @@
 """A specimen in series with a compliant load train, which stiffens under load.
 
-Its law is `recorded = true + compliance * F / (1 + stiffening * |F|)` with `F = force(true)`."""
+Its law is `recorded = true + compliance * F / (1 + stiffening * |F|)` with `F = force(true)`.
+"""
 
 from collections.abc import Callable
 
@@ -10,9 +11,11 @@ from jaxtyping import Array, PyTree
 
 from ..numerics.safe import begun_as, frozen
 
-STEPS = 7  # of Newton, at most, the differentiated one included; the force is nearly linear over that length
-CLOSE = 1e-12  # step left to the differentiated one at which they end, relative; a derivative errs by as much
-LEAST_SLOPE = 0.05  # of the recorded over the true length: below, the train snaps and no root is stable
+STEPS = 7
+"""Maximum number of Newton steps, the differentiated one included; the force is nearly linear over them."""
+CLOSE = 1e-12  # Maximum relative step before the differentiated one; it bounds the error of a derivative
+LEAST_SLOPE = 0.05
+"""Minimum slope of the recorded over the true length; below, the train snaps and no root is stable."""
 
 Force = Callable[[PyTree, Array], Array]
 """Force of a specimen as a function of other quantities and of its length."""

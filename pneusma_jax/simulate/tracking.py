@@ -78,7 +78,7 @@ def track_history(
         chain = Chain(effects, memories, known)
         pressure = chain.through("pressure", pressure)
         problem = Problem(actuator, pressure, activations, states, chain.knowing(pressure=pressure))
-        found = _settled(problem, unknowns)
+        found = _equilibrium_near(problem, unknowns)
         good = found.status == int(Status.converged)
         # a failed row is NaN: what it would commit is replaced before the memory's laws see it
         calm = jax.tree.map(lambda x: jnp.where(good, x, 0.0) if eqx.is_inexact_array(x) else x, found)
@@ -105,14 +105,14 @@ def track_history(
     interval = jnp.diff(time, prepend=time[:1])
     rows = (pressure, activations, time, interval, recorded)
     at_start = Problem(actuator, pressure[0], guess or jax.tree.map(lambda x: x[0], activations), states)
-    first = _settled(jax.lax.stop_gradient(at_start), start(actuator))
+    first = _equilibrium_near(jax.lax.stop_gradient(at_start), start(actuator))
     unknowns = jnp.where(first.status == int(Status.converged), first.unknowns, start(actuator))
     carried = begun_as((unknowns, states, at_rest.memories), (actuator, effects, rows))
     _, (found, seen, good) = jax.lax.scan(step, carried, rows)
     return Track(found, as_recorded(effects, seen, time), good)
 
 
-def _settled(problem: Problem, guess: Array) -> Equilibrium:
+def _equilibrium_near(problem: Problem, guess: Array) -> Equilibrium:
     """Equilibrium near a guess. Where there is none, the status says so and the rest is NaN.
 
     An activation with a method `held` ignores the strain in the iterations and follows it in the last step.
@@ -122,8 +122,8 @@ def _settled(problem: Problem, guess: Array) -> Equilibrium:
     """
     frozen, body = jax.lax.stop_gradient(problem), problem.actuator
 
-    held = tuple(getattr(a, "held", lambda a=a: a)() for a in problem.activations)
-    frozen = eqx.tree_at(lambda p: p.activations, frozen, jax.lax.stop_gradient(held))
+    fixed_phases = tuple(getattr(a, "held", lambda a=a: a)() for a in problem.activations)
+    frozen = eqx.tree_at(lambda p: p.activations, frozen, jax.lax.stop_gradient(fixed_phases))
     guess = jax.lax.stop_gradient(guess)
     found = optx.root_find(residual, METHOD, guess, frozen, max_steps=MOST_STEPS, throw=False)  # type: ignore[var-annotated]
     root, slope = jax.lax.stop_gradient((found.value, found.stats["slope"]))

@@ -16,10 +16,10 @@ import numpy as np
 from pneusma_jax import enable_float64, load_silicone
 
 SEED = 7
-NOISE_KPA = 0.25  # 1-sigma of the load cell, over the area of the specimen
-STIFFNESS = 1.03  # factor on the stress of `dragon_skin_10_fast`
-SOFTENING = 0.15  # share of the stress that is lost far below the largest strain so far
-RATE_PER_S = 0.02  # of strain
+NOISE_KPA = 0.25  # Standard deviation of the load cell, over the area of the specimen
+STIFFNESS = 1.03  # Factor on the stress of `dragon_skin_10_fast`
+SOFTENING = 0.15  # Maximum loss of stress below the largest strain so far, as a share
+RATE_PER_S = 0.02  # Strain rate
 ROWS = 120
 PULLS = {
     "pull_1": ("fit", (0.5, 0.5, 0.8)),

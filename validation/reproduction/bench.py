@@ -15,10 +15,10 @@ ALLOYS = ("krl35", "krl45")
 PRESTRAIN = (
     0.1924  # shear strain to which the source stretches its springs before they are attached (Section 3.4.1)
 )
-FULL_PRESSURE = 60e3  # Pa, to which the actuators were tested (Section 3.7.3)
-SWEEP_ROWS = 61  # of a pressure sweep up and down, and of a thermal cycle: one compiled program serves both
-HOT = 0.1  # martensite fraction that stands for a strongly heated spring
-SETPOINTS = (10e3, 30e3, 50e3)  # Pa, of the thermal cycles; the source's are lost
+FULL_PRESSURE = 60e3  # Maximum test pressure of the actuators [Pa] (Section 3.7.3)
+SWEEP_ROWS = 61  # Number of rows of a pressure sweep and of a thermal cycle; one compiled program serves both
+HOT = 0.1  # Martensite fraction of a strongly heated spring
+SETPOINTS = (10e3, 30e3, 50e3)  # Pressures of the thermal cycles [Pa]; the source's are lost
 
 T = TypeVar("T")
 
@@ -95,8 +95,8 @@ class Bench:
     def _history(self, design: str, pressure: np.ndarray, heated: np.ndarray, opposite: float) -> pj.History:
         body = self.actuator(design)
         phases = {1: np.full(SWEEP_ROWS, opposite), 2: heated}
-        given = tuple(pj.MartensiteFraction(phases[n]) for n in body.spring_numbers)
-        history = pj.simulate_history(body, pressure, given)
+        activations = tuple(pj.MartensiteFraction(phases[n]) for n in body.spring_numbers)
+        history = pj.simulate_history(body, pressure, activations)
         if not np.all(np.asarray(history.converged)):
             raise RuntimeError(
                 f"A history of {design} must have an equilibrium in every row, but it has not."

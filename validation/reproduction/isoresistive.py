@@ -16,10 +16,10 @@ from .expectation import at_least, at_most
 from .resistivity import NAMES
 from .statement import Found, Statement
 
-SETPOINTS = 7  # as many as the source tested (Section 2.4.5)
+SETPOINTS = 7  # Number of setpoints, as in the source (Section 2.4.5)
 STRAINS = np.linspace(0.0, PRESTRAIN, 241)
-ALIKE = 0.1  # ohm/m, contrast of the phases below which a fraction read from resistivity is not drawn
-SHADES = ListedColormap(colormaps["plasma_r"](np.linspace(0.15, 1.0, 256)))  # orange: low resistivity, hot
+ALIKE = 0.1  # Minimum contrast of the phases for drawing a fraction read from resistivity [ohm/m]
+SHADES = ListedColormap(colormaps["plasma_r"](np.linspace(0.15, 1.0, 256)))  # Orange: low resistivity, hot
 
 
 def setpoints(alloy: pj.Alloy) -> np.ndarray:
@@ -134,8 +134,8 @@ def draw_fractions(bench: Bench) -> Figure:
         figure, panels = _panels(bench)
         for row, alloy in zip(panels, bench.alloys.values(), strict=True):
             for axes, s in zip(row, setpoints(alloy), strict=True):
-                told = np.abs(np.asarray(alloy.rho_m(STRAINS) - alloy.rho_a(STRAINS))) > ALIKE
-                xi0 = np.where(told, controlled(alloy, s)[1], np.nan)
+                distinct = np.abs(np.asarray(alloy.rho_m(STRAINS) - alloy.rho_a(STRAINS))) > ALIKE
+                xi0 = np.where(distinct, controlled(alloy, s)[1], np.nan)
                 for (name, values), colour in zip(
                     phase_fractions(alloy, xi0).items(), (ORANGE, BLUE, GREEN), strict=True
                 ):

@@ -22,9 +22,9 @@ QUOTED_GRAVITY = {
     "t": 9.7,
     "w": 4.3,
 }  # %, largest change of the predicted curvature (Section 3.7.3)
-UPWARDS = SWEEP_ROWS // 2 + 1  # rows of a sweep until the largest pressure
-WALL_SPREAD = 0.03  # relative, of the wall's thickness, as the shipped tables assume; the source gives none
-STANDING = "vertical_base_down"  # clamped below: the weight adds to the bending, as the source says
+UPWARDS = SWEEP_ROWS // 2 + 1  # Number of rows of a sweep up to the largest pressure
+WALL_SPREAD = 0.03  # Relative tolerance of the wall's thickness in the shipped tables; the source gives none
+STANDING = "vertical_base_down"  # Orientation clamped below: the weight adds to the bending, as in the source
 
 
 def _density() -> float:
@@ -56,8 +56,8 @@ def under_gravity(bench: Bench, kind: str, at_tip: bool = False) -> np.ndarray:
 
     def loaded(body: pj.Actuator) -> pj.Actuator:
         spread = weight(body, _density(), gravity_vector(STANDING))
-        moved = Gravity(spread.acceleration, 0.0 * spread.mass, spread.place, spread.mass, spread.place)
-        return body.with_loads(moved if at_tip else spread)
+        at_end = Gravity(spread.acceleration, 0.0 * spread.mass, spread.place, spread.mass, spread.place)
+        return body.with_loads(at_end if at_tip else spread)
 
     return _curvature(bench, kind, f"gravity {at_tip}", loaded)
 

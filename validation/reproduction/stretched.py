@@ -19,7 +19,7 @@ from .statement import Found, Statement
 PEAKS = np.linspace(0.0, LONGEST, 6)[
     1:
 ]  # spring strains at which the cycles turn; the source's are lost but the last
-ROWS = 24  # from one end of a cycle to the other
+ROWS = 24  # Number of rows from one end of a cycle to the other
 TENTH = 0.1 * PRESTRAIN
 
 
@@ -102,9 +102,9 @@ def _less_when_warmer(bench: Bench) -> Found:
     """Share of neighbouring setpoints of which the warmer one keeps less residual strain [%]."""
     falls, words = [], []
     for name in bench.alloys:
-        left = _residual(bench, name)
-        falls += list(np.diff(left) < 0.0)
-        words.append(f"{NAMES[name]}: {listed(left, 3)} from cold to hot")
+        residual_strains = _residual(bench, name)
+        falls += list(np.diff(residual_strains) < 0.0)
+        words.append(f"{NAMES[name]}: {listed(residual_strains, 3)} from cold to hot")
     return Found(100.0 * float(np.mean(falls)), "; ".join(words))
 
 

@@ -37,9 +37,9 @@ def settle_strain_unit(making: Making) -> None:
     ):
         return
     largest = float(np.nanmax(np.abs(channel.values)))
-    told = _told(making, channel)
-    if told is not None:
-        unit, by = told
+    proven = _proven_unit(making, channel)
+    if proven is not None:
+        unit, by = proven
         words = "percent" if unit == "percent" else "a fraction"
         making.say(f"{channel.label!r} has no unit: taken as {words}, as {by} tells")
         making.channels["strain"] = replace(channel, unit=unit)
@@ -83,7 +83,7 @@ def unit_assumed(channels: Mapping[str, Channel], unit: str) -> str:
     )
 
 
-def _told(making: Making, channel: Channel) -> tuple[str, str] | None:
+def _proven_unit(making: Making, channel: Channel) -> tuple[str, str] | None:
     """Unit that another column of the file proves, and the name of that column."""
     strain = channel.values
     true = making.channels.get("true_strain")
@@ -121,8 +121,8 @@ def _bends_as_percent(making: Making, channel: Channel) -> bool:
     stress = making.channels.get("stress") or making.channels.get("force")
     if making.kind != "elastomer" or stress is None or stress.trouble:
         return False
-    there = np.isfinite(channel.values) & np.isfinite(stress.values)
-    strain, force = channel.values[there], stress.values[there]
+    finite = np.isfinite(channel.values) & np.isfinite(stress.values)
+    strain, force = channel.values[finite], stress.values[finite]
     rising = slice(0, int(np.argmax(strain)) + 1) if strain.size else slice(0, 0)
     strain, force = strain[rising], force[rising]
     first = (strain >= 0.0) & (strain <= SHAPED)

@@ -15,13 +15,14 @@ import numpy as np
 
 import pneusma_jax as pj
 
-ROUNDS = 20  # at most, of linearising the resistance about the last estimate
-LONGEST = 0.1  # step of a fraction in a round; near full heat the flat tangent would throw it anywhere
-SETTLED = 1e-3  # largest step at which the rounds end
-WANDER = np.geomspace(1e-8, 1e4, 49)  # candidates: variance of the walk per second over that of one reading
-ASTRAY = 10.0  # times the noise of the resistance by which a sample may miss the walk
-MOST_ASTRAY = 0.05  # share of the samples that may
-LEAST_SLOPE = 1e-6  # of resistance over xi0, relative to the wire's; keeps a sample that says nothing finite
+ROUNDS = 20  # Maximum number of linearisations of the resistance about the last estimate
+LONGEST = 0.1  # Maximum step of a fraction in a round; near full heat the tangent is too flat for a full step
+SETTLED = 1e-3  # Maximum step at which the rounds end
+WANDER = np.geomspace(1e-8, 1e4, 49)  # Candidate variances of the walk per second, over that of one reading
+ASTRAY = 10.0  # Maximum deviation of a sample from the walk, in units of the resistance's noise
+MOST_ASTRAY = 0.05  # Maximum share of the samples with a larger deviation
+LEAST_SLOPE = 1e-6
+"""Minimum slope of the resistance over xi0, relative to the wire's; keeps uninformative samples finite."""
 
 
 def martensite_fraction(
@@ -40,14 +41,14 @@ def martensite_fraction(
         faster than a heated wire can, so that the walk does not follow it. Then the readings of single
         samples are returned.
     """
-    held = np.isfinite(resistance) & np.isfinite(gamma)
-    t, ohms, strain = time[held], resistance[held], gamma[held]
-    if not held.any():
+    finite = np.isfinite(resistance) & np.isfinite(gamma)
+    t, ohms, strain = time[finite], resistance[finite], gamma[finite]
+    if not finite.any():
         return np.full(time.shape, np.nan)
     reading = pj.Resistance(ohms).read(spring.alloy, jnp.asarray(strain), spring.geometry.wire_length)
     single = xi0 = np.asarray(reading.xi0)
     scale = float(spring.alloy.rho_mean * spring.geometry.wire_length)
-    for _ in range(ROUNDS if held.sum() > 3 else 0):
+    for _ in range(ROUNDS if finite.sum() > 3 else 0):
         expected, slope = (np.asarray(x) / scale for x in _resistance(spring, xi0, strain))
         slope = np.where(np.abs(slope) < LEAST_SLOPE, LEAST_SLOPE, slope)
         step = np.clip((ohms / scale - expected) / slope, -LONGEST, LONGEST)
@@ -74,12 +75,12 @@ def denoised(time: np.ndarray, values: np.ndarray) -> np.ndarray:
         time: time [s], ascending, shape (rows,).
         values: equally noisy readings, shape (rows,).
     """
-    held = np.isfinite(values)
+    finite = np.isfinite(values)
     result = np.full(values.shape, np.nan)
-    if held.sum() > 3 and np.ptp(values[held]) > 0.0:
-        result[held] = smooth_walk(time[held], values[held], np.ones(int(held.sum())))
+    if finite.sum() > 3 and np.ptp(values[finite]) > 0.0:
+        result[finite] = smooth_walk(time[finite], values[finite], np.ones(int(finite.sum())))
     else:
-        result[held] = values[held]
+        result[finite] = values[finite]
     return result
 
 
@@ -113,7 +114,7 @@ def _filter(steps: np.ndarray, values: np.ndarray, precision: np.ndarray, wander
     count = len(values)
     means, variances = np.empty((2, count, len(wander)))
     mean = np.full(len(wander), values[0])
-    variance = np.full(len(wander), 1.0 / precision[0])  # of the first reading, which starts the walk
+    variance = np.full(len(wander), 1.0 / precision[0])  # the first reading starts the walk
     means[0], variances[0] = mean, variance
     squares, logs = np.zeros((2, len(wander)))
     for k in range(1, count):

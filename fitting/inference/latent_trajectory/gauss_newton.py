@@ -44,7 +44,7 @@ class _Search(eqx.Module):
 def settle(
     step: Step,
     start: Float[Array, " rows"],
-    told: Bool[Array, " rows"],
+    judged: Bool[Array, " rows"],
     close: float,
     most: int,
     blank: PyTree = None,
@@ -57,7 +57,7 @@ def settle(
     Args:
         step: function of type `Step`.
         start: initial state, shape (rows,).
-        told: mask of the rows whose change decides the end, shape (rows,).
+        judged: mask of the rows whose change decides the end, shape (rows,).
         close: largest change at which the search ends.
         most: maximum number of candidates.
         blank: any value with the structure and shapes of the auxiliary results of `step`.
@@ -73,22 +73,22 @@ def settle(
         return _Search(best, least, known, best + share * move, move, share, search.count + 1)
 
     def unfinished(search: _Search) -> Array:
-        moved = largest(search.trial - search.best, told)
-        return (search.count == 0) | (moved > close) & (search.count < most)
+        change = largest(search.trial - search.best, judged)
+        return (search.count == 0) | (change > close) & (search.count < most)
 
     found = jax.lax.while_loop(unfinished, trial, _Search.at(jax.lax.stop_gradient(start), blank))
     return found.best, found.known
 
 
-def ended(settled: Array, last: Array, made: Array) -> Array:
+def ended(solution: Array, last: Array, made: Array) -> Array:
     """The final state with the derivatives of one further step, `last`; the step itself is added if `made` is
     true."""
-    return settled + last - jax.lax.stop_gradient(jnp.where(made, 0.0, last))
+    return solution + last - jax.lax.stop_gradient(jnp.where(made, 0.0, last))
 
 
-def largest(change: Array, told: Array) -> Array:
+def largest(change: Array, judged: Array) -> Array:
     """Largest change of a row that counts."""
-    return jnp.max(jnp.abs(change), where=told, initial=0.0)
+    return jnp.max(jnp.abs(change), where=judged, initial=0.0)
 
 
 def solve_coupled(times: Callable, right: Array, precondition: Callable[[Array], Array]) -> Array:
@@ -148,17 +148,17 @@ def banded_side_by_side(diagonal: Array, upper: Array) -> Callable[[Array], Arra
     The method is parallel cyclic reduction (Hockney and Jesshope, Parallel Computers, 1981). Each step
     couples a row to rows twice as far away, until none is left.
     """
-    lower, steps = _moved(upper, 1), []
+    lower, steps = _shifted(upper, 1), []
     for distance in _distances(diagonal.shape[0]):
-        before = -lower / _moved(diagonal, distance, 1.0)
-        after = -upper / _moved(diagonal, -distance, 1.0)
+        before = -lower / _shifted(diagonal, distance, 1.0)
+        after = -upper / _shifted(diagonal, -distance, 1.0)
         steps.append((before, after))
-        diagonal = diagonal + before * _moved(upper, distance) + after * _moved(lower, -distance)
-        lower, upper = before * _moved(lower, distance), after * _moved(upper, -distance)
+        diagonal = diagonal + before * _shifted(upper, distance) + after * _shifted(lower, -distance)
+        lower, upper = before * _shifted(lower, distance), after * _shifted(upper, -distance)
 
     def solve(right: Array) -> Array:
         for distance, (before, after) in zip(_distances(right.shape[0]), steps, strict=True):
-            right = right + before * _moved(right, distance) + after * _moved(right, -distance)
+            right = right + before * _shifted(right, distance) + after * _shifted(right, -distance)
         return right / diagonal
 
     return solve
@@ -168,7 +168,7 @@ def _distances(rows: int) -> list[int]:
     return [2**k for k in range((rows - 1).bit_length())]
 
 
-def _moved(values: Array, distance: int, fill: float = 0.0) -> Array:
+def _shifted(values: Array, distance: int, fill: float = 0.0) -> Array:
     """Values of the row `distance` before each; `fill` where there is none."""
     edge = jnp.full(abs(distance), fill, values.dtype)
     if distance > 0:

@@ -129,20 +129,20 @@ def profile(
         walk: random-walk prior of the state.
         start: first guess of the state, shape (rows,).
     """
-    frozen, told = jax.lax.stop_gradient(model), jnp.any(weight > 0.0, axis=0)
+    frozen, measured_rows = jax.lax.stop_gradient(model), jnp.any(weight > 0.0, axis=0)
 
     def step(model: PyTree, state: Array) -> tuple[Array, Array, None]:
         """Step of the search, see `inference.latent_trajectory.gauss_newton.Step`."""
         local = outputs(model, state)
-        left = local.predicted - measured
-        pull = local.back(weight**2 * left) + walk.gradient(state)
-        square = jnp.sum((weight * left) ** 2) + jnp.sum(walk.residual(state) ** 2)
+        residual = local.predicted - measured
+        pull = local.back(weight**2 * residual) + walk.gradient(state)
+        square = jnp.sum((weight * residual) ** 2) + jnp.sum(walk.residual(state) ** 2)
         move = -solve(jax.lax.stop_gradient(local), weight, walk, state, pull)
         return jnp.clip(move, -LONGEST, LONGEST), square, None
 
-    settled, _ = settle(lambda state: step(frozen, state), start, told, SETTLED, ROUNDS)
-    last = step(model, settled)[0]
-    return ended(settled, last, largest(last, told) <= SETTLED)
+    solution, _ = settle(lambda state: step(frozen, state), start, measured_rows, SETTLED, ROUNDS)
+    last = step(model, solution)[0]
+    return ended(solution, last, largest(last, measured_rows) <= SETTLED)
 
 
 def solve(local: Local, weight: Array, walk: Walk, state: Array, right: Array) -> Array:
@@ -152,8 +152,8 @@ def solve(local: Local, weight: Array, walk: Walk, state: Array, right: Array) -
     by the tridiagonal part, need one iteration for each row that many rows remember.
     """
     diagonal, upper = hessian(local, weight, walk, state)
-    told = jnp.sum((weight * local.slope) ** 2, axis=0)
-    walked = diagonal - told - _remembered(local, weight)
+    information = jnp.sum((weight * local.slope) ** 2, axis=0)
+    walked = diagonal - information - _remembered(local, weight)
 
     def times(direction: Array) -> Array:
         coupled = walked * direction + upper * jnp.roll(direction, -1) + jnp.roll(upper * direction, 1)
@@ -172,7 +172,7 @@ def hessian(local: Local, weight: Array, walk: Walk, state: Array) -> tuple[Arra
     """Diagonal and upper diagonal of the Gauss-Newton matrix of the state."""
     diagonal, upper = walk.curvature(state)
     diagonal = diagonal + jnp.sum((weight * local.slope) ** 2, axis=0) + _remembered(local, weight)
-    return jnp.where(diagonal == 0.0, 1.0, diagonal), upper  # padding is coupled to nothing
+    return jnp.where(diagonal == 0.0, 1.0, diagonal), upper  # padding is not coupled to any row
 
 
 def log_determinant(diagonal: Array, upper: Array) -> Array:

@@ -64,18 +64,18 @@ def propagate(
             it.
     """
     names, free = layout.names, layout.free
-    kept = [i for i, name in enumerate(free) if name not in at_bound]
-    jacobian, slopes = triangle[:, kept], derivatives[:, kept]
+    inner = [i for i, name in enumerate(free) if name not in at_bound]
+    jacobian, slopes = triangle[:, inner], derivatives[:, inner]
     norms = np.linalg.norm(jacobian, axis=0)
     norms = np.where(norms > 0, norms, 1.0)
     _, singular, right = np.linalg.svd(jacobian / norms, full_matrices=True)
-    singular = np.concatenate([singular, np.zeros(len(kept) - len(singular))])
-    seen = singular > NEGLIGIBLE * max(singular.max(initial=0.0), np.finfo(float).tiny)
+    singular = np.concatenate([singular, np.zeros(len(inner) - len(singular))])
+    nonzero = singular > NEGLIGIBLE * max(singular.max(initial=0.0), np.finfo(float).tiny)
 
     scaled = slopes / norms
     length = np.linalg.norm(scaled, axis=1)
-    blind = np.linalg.norm(scaled @ right[~seen].T, axis=1) > PARTICIPATION * length
-    root = scaled @ right[seen].T / singular[seen]
+    blind = np.linalg.norm(scaled @ right[~nonzero].T, axis=1) > PARTICIPATION * length
+    root = scaled @ right[nonzero].T / singular[nonzero]
     spread = np.linalg.norm(root, axis=1)
     usable = {name: bool(length[i] > 0 and not blind[i]) for i, name in enumerate(names)}
     determined = tuple(name for name in free if name not in at_bound and usable[name])
@@ -89,8 +89,8 @@ def propagate(
         names=determined,
         covariance=rows @ rows.T * variance,
         correlation=directions @ directions.T,
-        undetermined=tuple(_members(direction, [free[i] for i in kept]) for direction in right[~seen]),
-        condition=float(singular[seen].max() / singular[seen].min()) if seen.any() else 1.0,
+        undetermined=tuple(_members(direction, [free[i] for i in inner]) for direction in right[~nonzero]),
+        condition=float(singular[nonzero].max() / singular[nonzero].min()) if nonzero.any() else 1.0,
     )
 
 

@@ -118,7 +118,7 @@ class BoxedTrustRegion(optx.AbstractLeastSquaresSolver):
         del options, tags
         residual, tangent, aux = jax.linearize(lambda point: fn(point, args), state.trial, has_aux=True)
         finite = jnp.all(jnp.isfinite(residual))
-        # From differences of the residuals, because subtracting two sums of squares loses all digits.
+        # It is computed from differences of the residuals: subtracting two sums of squares loses all digits.
         actual = 0.5 * jnp.dot(state.residual - residual, state.residual + residual)
         promised = state.proposal.reduction
         ratio = jnp.where(promised > 0, actual / jnp.where(promised > 0, promised, 1.0), -1.0)
@@ -135,20 +135,20 @@ class BoxedTrustRegion(optx.AbstractLeastSquaresSolver):
         usable = jnp.all(jnp.isfinite(model.triangle))
         accept = state.first | (usable & (lowers | (unresolved & (offset < state.offset))))
 
-        moved = (state.trial, residual, aux, model, offset)
+        accepted = (state.trial, residual, aux, model, offset)
         stayed = (y, state.residual, state.aux, state.model, state.offset)
         new_y, residual, aux, model, offset = jax.tree.map(
-            lambda a, b: jnp.where(accept, a, b), moved, stayed
+            lambda a, b: jnp.where(accept, a, b), accepted, stayed
         )
         refused = jnp.where(accept, 0, state.refused + 1)
         radius = jnp.where(state.first, self._first_radius(model, new_y), self._next_radius(state, ratio))
         proposal = propose(model, new_y, radius, self.box)
         negligible = jnp.where(self._negligible(full_step, state.trial), state.negligible + 1, 0)
-        settled = offset < SETTLED
+        near_minimum = offset < SETTLED
         fit_to_start = jnp.all(jnp.isfinite(residual)) & jnp.all(jnp.isfinite(model.triangle))
         new_state = EngineState(
             first=jnp.asarray(False),
-            trial=new_y + proposal.step if self.box is None else self.box.moved(new_y, proposal.step),
+            trial=new_y + proposal.step if self.box is None else self.box.added(new_y, proposal.step),
             aux=aux,
             residual=residual,
             model=model,
@@ -159,9 +159,9 @@ class BoxedTrustRegion(optx.AbstractLeastSquaresSolver):
             negligible=negligible,
             converged=offset <= self.rtol,
             precise=(unresolved & ~accept)
-            | (settled & (refused >= PATIENCE_SETTLED))
+            | (near_minimum & (refused >= PATIENCE_SETTLED))
             | (negligible >= PATIENCE_SETTLED),
-            stalled=~settled & (refused >= PATIENCE),
+            stalled=~near_minimum & (refused >= PATIENCE),
             result=optx.RESULTS.where(fit_to_start, optx.RESULTS.successful, optx.RESULTS.nonfinite),
         )
         return new_y, new_state, aux
@@ -184,9 +184,9 @@ class BoxedTrustRegion(optx.AbstractLeastSquaresSolver):
         """Next trust radius by Powell's rule: a quarter of a refused step, twice a radius that limited a good
         step."""
         at_edge = state.proposal.length > 0.95 * state.radius
-        kept = jnp.where((ratio > 0.75) & at_edge, 2.0 * state.radius, state.radius)
-        # Written so that a ratio that is NaN, after a residual that is, counts as a disappointment.
-        return jnp.where(ratio >= 0.25, kept, 0.25 * state.proposal.length)
+        enlarged = jnp.where((ratio > 0.75) & at_edge, 2.0 * state.radius, state.radius)
+        # A ratio of NaN, from a residual of NaN, fails both comparisons and shrinks the radius.
+        return jnp.where(ratio >= 0.25, enlarged, 0.25 * state.proposal.length)
 
     def terminate(self, fn, y, args, options, state, tags) -> tuple[Bool[Array, ""], optx.RESULTS]:
         """True where the state ends the solve."""

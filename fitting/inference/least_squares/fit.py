@@ -172,11 +172,11 @@ def _with_values(parameters: Parameters, values: dict, status: Status, initial: 
         start = initial.get(name, parameter.value)
         if name in initial and parameter.scale == "log":
             start = float(np.exp(start))
-        fresh = {"initial_value": float(start), "standard_error": None, "correlations": {}}
+        changes = {"initial_value": float(start), "standard_error": None, "correlations": {}}
         if name in initial and status is not Status.NON_FINITE:
             # exp(log(bound)) may differ from the bound in the last digit.
-            fresh["value"] = float(np.clip(values[name], parameter.min, parameter.max))
-        fitted[name].set(**fresh)
+            changes["value"] = float(np.clip(values[name], parameter.min, parameter.max))
+        fitted[name].set(**changes)
     return fitted
 
 

@@ -125,8 +125,8 @@ class Problem(eqx.Module):
             raise InputError("the residual has no rows: there is no data to fit")
         if not self.prior_names:
             return rows
-        known = jnp.stack([values[name] for name in self.prior_names])
-        return jnp.concatenate([rows, (known - self.prior_mean) / self.prior_sd])
+        prior_values = jnp.stack([values[name] for name in self.prior_names])
+        return jnp.concatenate([rows, (prior_values - self.prior_mean) / self.prior_sd])
 
     def stacked_values(self, vector: Float[Array, " n"]) -> Float[Array, " all"]:
         """All values in the layout's order."""

@@ -38,7 +38,7 @@ class Box(eqx.Module):
     lower: Float[Array, " n"]
     upper: Float[Array, " n"]
 
-    def moved(self, y: Float[Array, " n"], step: Float[Array, " n"]) -> Float[Array, " n"]:
+    def added(self, y: Float[Array, " n"], step: Float[Array, " n"]) -> Float[Array, " n"]:
         """`y + step`, exactly on a bound where it reaches one (the sum could miss it by one ulp)."""
         over, under = step >= self.upper - y, step <= self.lower - y
         return jnp.where(over, self.upper, jnp.where(under, self.lower, y + step))

@@ -82,11 +82,11 @@ class Parameters(Mapping[str, Parameter]):
         Raises:
             InputError: for a name that it does not have.
         """
-        moved = self.copy()
+        result = self.copy()
         for name, value in values.items():
-            entry = moved[name]
+            entry = result[name]
             entry.set(value=float(np.clip(value, entry.min, entry.max)))
-        return moved
+        return result
 
     def __getitem__(self, name: str) -> Parameter:
         if name not in self._entries:

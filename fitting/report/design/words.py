@@ -30,10 +30,10 @@ def objective_words(result: DesignResult, design: Design) -> list[str]:
     """Every objective of a design in words, as `area 8840 mm2`."""
     study, words = result.study, []
     for one, value in zip(study.objectives, design.objectives, strict=True):
-        what = f"{one.name} {shown(value, one.unit)}"
+        text = f"{one.name} {shown(value, one.unit)}"
         if one.goal == "target":
-            what = f"{one.name} {shown(value, one.unit)} away from {shown(one.target[0], one.unit)}"
-        words.append(what)
+            text = f"{one.name} {shown(value, one.unit)} away from {shown(one.target[0], one.unit)}"
+        words.append(text)
     return words
 
 
@@ -42,8 +42,8 @@ def verdict(result: DesignResult) -> list[str]:
     study, made = result.study, result.made
     choice = made.choice.words(study)
     first = f"The design{f' ({choice})' if choice else ''}: {', '.join(objective_words(result, made))}."
-    sentences = [first + _against_base(result)]
-    limits = _limiting(result)
+    sentences = [first + _comparison_with_base(result)]
+    limits = _active_limits(result)
     sentences.append(
         f"It is limited by {joined(limits)}." if limits else "Nothing limits it: no constraint is active."
     )
@@ -59,19 +59,19 @@ def verdict(result: DesignResult) -> list[str]:
     return sentences
 
 
-def _against_base(result: DesignResult) -> str:
+def _comparison_with_base(result: DesignResult) -> str:
     base, one = result.base, result.study.objectives[0]
     if base is None:
         return ""
     before, after = base.objectives[0], result.made.objectives[0]
-    kept = "" if base.violation <= 0.0 else ", which does not keep all constraints"
+    caveat = "" if base.violation <= 0.0 else ", which does not keep all constraints"
     factor = ""
     if before > 0.0 and after > 0.0 and one.goal != "target":
         factor = f"; that is a factor of {after / before:.3g}"
-    return f" The tables' own dimensions give {one.name} {shown(before, one.unit)}{kept}{factor}."
+    return f" The tables' own dimensions give {one.name} {shown(before, one.unit)}{caveat}{factor}."
 
 
-def _limiting(result: DesignResult) -> list[str]:
+def _active_limits(result: DesignResult) -> list[str]:
     """Names of active constraints with a multiplier, and of limits of ranges."""
     study, found = result.study, []
     for index, multiplier in zip(result.model.groups, result.conditions.rows, strict=False):
@@ -240,10 +240,10 @@ def chance_table(result: DesignResult) -> Table:
 def how_it_was_found(result: DesignResult) -> list[str]:
     """Sentences on starts, effort and optimality of the design."""
     first = result.study.objectives[0]
-    kept = [value for value, violation in result.starts if violation <= 1e-6]
-    ends = [shown(x, first.unit) for x in (min(kept, default=math.nan), max(kept, default=math.nan))]
+    feasible = [value for value, violation in result.starts if violation <= 1e-6]
+    ends = [shown(x, first.unit) for x in (min(feasible, default=math.nan), max(feasible, default=math.nan))]
     return [
-        f"{len(result.starts)} starts; {len(kept)} ended with all constraints kept, at {ends[0]} to "
+        f"{len(result.starts)} starts; {len(feasible)} ended with all constraints kept, at {ends[0]} to "
         f"{ends[1]}.",
         f"{result.evaluations} evaluations with exact derivatives, {result.equilibria} equilibria.",
         f"Of the objective's gradient {100.0 * result.conditions.left:.2g} % is not explained by what "

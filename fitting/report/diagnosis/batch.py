@@ -30,7 +30,7 @@ def present(
 
 
 def verdict(result: Diagnoses) -> list[str]:
-    """The few sentences to read if nothing else is read."""
+    """The few most important sentences."""
     done = [member for member in result.members if member.done]
     wrong = [member for member in done if member.content["verdict"] == "mismatch"]
     said = [

@@ -43,11 +43,11 @@ def model_of(conclusion: Conclusion, source: str, start: AugmentedModel | None =
     }
     if conclusion.start.tables:  # a law that was fitted first, whose constants these are
         tables |= dict.fromkeys(conclusion.start.tables, f"{MATERIAL}.toml")
-    added = *start.added, *_added(conclusion, source), *_rest(conclusion, source)
+    added = *start.added, *_clipped_effects(conclusion, source), *_discrepancy(conclusion, source)
     return AugmentedModel(common, added, {**start.tables, **tables}, own, "augmented", source)
 
 
-def _rest(conclusion: Conclusion, source: str) -> list[AddedDiscrepancy]:
+def _discrepancy(conclusion: Conclusion, source: str) -> list[AddedDiscrepancy]:
     """The model discrepancy, if one was fitted."""
     rest = conclusion.remainder
     if rest is None:
@@ -64,7 +64,7 @@ def _rest(conclusion: Conclusion, source: str) -> list[AddedDiscrepancy]:
     return [AddedDiscrepancy(kind, rest.quantity, rest.driver, tuple(knots), tuple(corrections))]
 
 
-def _added(conclusion: Conclusion, source: str) -> list[AddedEffect]:
+def _clipped_effects(conclusion: Conclusion, source: str) -> list[AddedEffect]:
     """Effects clipped to their physical bounds, which rounding may exceed."""
     (program, fit), found = conclusion.model, []
     for f in conclusion.found:

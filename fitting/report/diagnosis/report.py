@@ -48,7 +48,7 @@ def report_of(
                 Picture("recordings", CAPTIONS["recordings"], lambda: recordings_figure(conclusion)),
             ]),
             Section("Where", [place_text(conclusion)]),
-            Section("What", _what(conclusion)),
+            Section("What", _findings(conclusion)),
             Section("Held-out recordings", [score_table(conclusion), text.race(conclusion)]),
             Section("What the base model's constants absorbed", _absorbed(conclusion)),
             *_discrepancy(conclusion),
@@ -64,7 +64,7 @@ def report_of(
     )  # fmt: skip
 
 
-def _what(conclusion: Conclusion) -> list[Block]:
+def _findings(conclusion: Conclusion) -> list[Block]:
     """Effects that were found, and the candidates for them."""
     effects = [
         Section(words_of(found.slug), [text.effect(found), effect_table(conclusion, found)])

@@ -12,7 +12,7 @@ from . import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, axis_label, legend_ab
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 ALIKE = {"xi0": "martensite fraction [1]", "duty": "duty cycle [1]"}
-MOST_PANELS = 3  # of outputs
+MOST_PANELS = 3  # Maximum number of panels of outputs
 
 
 def protocol_figure(course: Course) -> Figure:
@@ -92,8 +92,8 @@ def _lines(axes: Axes, time: np.ndarray, members: Mapping[str, np.ndarray], labe
 def _loop(axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
     """Draw an output over an input, with both ends marked."""
     axes.plot(x, y, color=BLUE, linewidth=1.4)
-    held = np.flatnonzero(np.isfinite(y))
-    if held.size:
-        first, last = held[0], held[-1]
+    finite = np.flatnonzero(np.isfinite(y))
+    if finite.size:
+        first, last = finite[0], finite[-1]
         axes.plot(x[first], y[first], "o", color=BLUE, markerfacecolor="white", markersize=7)
         axes.plot(x[last], y[last], "o", color=BLUE, markersize=5)

@@ -34,8 +34,8 @@ HEAT = ListedColormap(
 )  # hot orange to cold blue, no pale end
 PHASES = ScalarMappable(Normalize(0.0, 1.0), HEAT)
 CURVES = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
-LEAST_ASPECT = 0.6  # of the box that is drawn: the labels of a thinner one run into each other
-POINTS, SPOKES = 25, 25  # along a segment, around the tube
+LEAST_ASPECT = 0.6  # Minimum aspect ratio of the drawn box; labels of a thinner one overlap
+POINTS, SPOKES = 25, 25  # Numbers of points along a segment and around the tube
 FRAMES, FRAMES_PER_SECOND, PIXELS_PER_INCH = 40, 10, 80
 
 

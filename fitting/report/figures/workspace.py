@@ -19,7 +19,7 @@ LOOKS = {
     "pneusma1": ("PneuSMA1", ORANGE),
     "pneusma2": ("PneuSMA2", BLUE),
 }
-OTHERS = (PURPLE, VERMILION, SKY)  # in turn, for designs that are not the source's
+OTHERS = (PURPLE, VERMILION, SKY)  # Colours in turn for designs that are not the source's
 MOST_TICKS = 5
 
 
@@ -86,7 +86,7 @@ def activation_figure(workspaces: Sequence[Workspace], levels: int = 4) -> Figur
             several = len(workspace.heated) > 1
             side = "; heating spring 1 bends the other way" if several else ""
             side = side if workspace.planar else "; one spring heated at a time"
-            above.set_title(f"{_look(workspace.design)[0]}{side}", fontsize=10)
+            above.set_title(f"{_tag(workspace.design)[0]}{side}", fontsize=10)
             below.set_xlabel("martensite fraction xi0 of the heated spring [1]")
         panels[0, 0].invert_xaxis()  # the axes are shared: from cold to hot
         panels[0, 0].set_ylabel("curvature [1/m]")
@@ -120,12 +120,12 @@ def direction_figure(workspaces: Sequence[Workspace]) -> Figure:
         for axes, workspace in zip(panels, workspaces, strict=True):
             pressure = np.broadcast_to(from_si(workspace.pressure, "kPa"), workspace.bend.shape)
             where, far = workspace.direction.ravel(), from_si(workspace.bend, "deg").ravel()
-            seen = axes.scatter(where, far, c=pressure.ravel(), s=5, cmap="viridis", linewidths=0)
-            axes.set_title(f"{_look(workspace.design)[0]}: bend angle [deg] over bend direction", fontsize=10)
+            points = axes.scatter(where, far, c=pressure.ravel(), s=5, cmap="viridis", linewidths=0)
+            axes.set_title(f"{_tag(workspace.design)[0]}: bend angle [deg] over bend direction", fontsize=10)
             axes.set_rmax(1.05 * most)
             axes.set_rlabel_position(15.0)
             axes.yaxis.set_major_locator(MaxNLocator(MOST_TICKS))
-        figure.colorbar(seen, ax=list(panels), shrink=0.75, label="gauge pressure [kPa]")
+        figure.colorbar(points, ax=list(panels), shrink=0.75, label="gauge pressure [kPa]")
     return figure
 
 
@@ -140,40 +140,40 @@ def reach_figure(reach: ChainReach) -> Figure:
         figure = Figure(figsize=(11.0, 5.6), layout="constrained")
         panels = figure.subplots(1, 2, sharey=True)
         for axes, across in zip(panels, (0, 1), strict=True):
-            seen = axes.scatter(tips[:, across], tips[:, 2], c=pressure, s=3, cmap="viridis", linewidths=0)
+            points = axes.scatter(tips[:, across], tips[:, 2], c=pressure, s=3, cmap="viridis", linewidths=0)
             axes.plot(0.0, 0.0, "ks", markersize=7)
             axes.set_xlabel(f"{'xy'[across]} [mm]")
             axes.set_aspect("equal", adjustable="datalim")
         panels[0].set_ylabel("z [mm]")
         figure.suptitle(f"{reach.name}: places of the tip; the square is the base", fontsize=12)
-        figure.colorbar(seen, ax=list(panels), shrink=0.8, label="gauge pressure [kPa]")
+        figure.colorbar(points, ax=list(panels), shrink=0.8, label="gauge pressure [kPa]")
     return figure
 
 
-def _look(design: str) -> tuple[str, str]:
+def _tag(design: str) -> tuple[str, str]:
     """Name and colour of a design. The same name gets the same colour in every figure."""
     return LOOKS.get(design) or (design, OTHERS[sum(map(ord, design)) % len(OTHERS)])
 
 
 def _reach(axes: Axes, workspace: Workspace, values: np.ndarray) -> None:
-    name, colour = _look(workspace.design)
+    name, colour = _tag(workspace.design)
     pressure = from_si(workspace.pressure, "kPa")
     if not workspace.springs:
         axes.plot(pressure, values[0, 0], color=colour, linewidth=2.6, label=name, zorder=3)
         return
-    known = np.isfinite(values).any(axis=(0, 1))
-    least = np.nanmin(values[..., known], axis=(0, 1))
-    most = np.nanmax(values[..., known], axis=(0, 1))
+    reached = np.isfinite(values).any(axis=(0, 1))
+    least = np.nanmin(values[..., reached], axis=(0, 1))
+    most = np.nanmax(values[..., reached], axis=(0, 1))
     hottest = f"{name}, heated to xi0 = {workspace.xi0.min():g}"
-    axes.fill_between(pressure[known], least, most, color=colour, alpha=0.28, linewidth=0, label=hottest)
+    axes.fill_between(pressure[reached], least, most, color=colour, alpha=0.28, linewidth=0, label=hottest)
     for edge in (least, most):
-        axes.plot(pressure[known], edge, color=colour, linewidth=1.4)
+        axes.plot(pressure[reached], edge, color=colour, linewidth=1.4)
 
 
 def _shapes(axes: Axes, workspace: Workspace) -> None:
     """Draw a side view of the least and the most bent state, each standing on its clamp, with its numbers
     below."""
-    name, colour = _look(workspace.design)
+    name, colour = _tag(workspace.design)
     radius = 0.5 * from_si(workspace.outer_diameter, "mm")
     left = 0.0
     places = []
@@ -197,7 +197,7 @@ def _shapes(axes: Axes, workspace: Workspace) -> None:
         places.append((left + 0.5 * width, _words(workspace, index)))
         left += width + 7.0 * radius
     low, high = axes.get_ylim()
-    axes.set_ylim(low - 36.0, high)  # a strip for the words
+    axes.set_ylim(low - 36.0, high)  # a strip for the text
     for x, words in places:
         axes.text(x, low - 4.0, words, ha="center", va="top", fontsize=8.5)
     axes.set_aspect("equal")

@@ -38,7 +38,7 @@ def _score_json(score: Score) -> dict[str, Any]:
 def _model_json(result: GeneralCharacterisation) -> dict[str, Any]:
     if result.model is None:
         return {}
-    held = {
+    fixed = {
         one.name: {
             "value": float(from_si(one.value, one.unit, one.unit == KELVIN)),
             "unit": one.unit,
@@ -50,7 +50,7 @@ def _model_json(result: GeneralCharacterisation) -> dict[str, Any]:
         {"name": added.slug, "parameters": dict(names)}
         for added, names in zip(result.model.acting, result.model.names, strict=True)
     ]
-    return {"model": {"name": result.model.model.name, "effects": effects, "held": held}}
+    return {"model": {"name": result.model.model.name, "effects": effects, "held": fixed}}
 
 
 def _half_way(result: GeneralCharacterisation) -> dict[str, Any]:

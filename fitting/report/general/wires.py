@@ -16,7 +16,7 @@ def warnings(result: GeneralCharacterisation) -> list[str]:
     first = [
         f"{begun.text(r.name)}." for r in result.fit.recordings if (begun := set_apart(r)) is not None
     ]
-    return [*first, *_left_out(result), *_outside(result), *_loops(result)]
+    return [*first, *_residual_strain_note(result), *_middle_outside_note(result), *_loops(result)]
 
 
 def middle(result: GeneralCharacterisation) -> dict[str, float]:
@@ -40,7 +40,7 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
     return [f"The recordings are half-way through their transformation at {at}{law}."]
 
 
-def _left_out(result: GeneralCharacterisation) -> list[str]:
+def _residual_strain_note(result: GeneralCharacterisation) -> list[str]:
     """Sentence on the omission of the residual strain, with its reason."""
     held = result.unseen.get(AMPLITUDE)
     if held is None or held.value != 0.0:
@@ -52,7 +52,7 @@ def _left_out(result: GeneralCharacterisation) -> list[str]:
     ]
 
 
-def _outside(result: GeneralCharacterisation) -> list[str]:
+def _middle_outside_note(result: GeneralCharacterisation) -> list[str]:
     """Sentence where `T_mid` is not between the temperatures at which recordings are half transformed."""
     between, found = bracket(result.campaign), result.parameters.get("T_mid")
     if between is None or found is None or between[0] <= found.value <= between[1]:
@@ -79,17 +79,17 @@ def _loops(result: GeneralCharacterisation) -> list[str]:
     """Recordings with a loop of the law, although its phase has one curve. The residual strain causes it."""
     if result.model is not None:
         return []
-    said = []
+    sentences = []
     for score in _over_temperature(result):
         found = _crossings(score)
         up, down = ([T for heating, T in found if heating is way] for way in (True, False))
         if up and down and abs(np.mean(up) - np.mean(down)) > LOOP:
-            said.append(
+            sentences.append(
                 f"In {score.name} the fitted law draws a loop of {abs(np.mean(up) - np.mean(down)):.2g} K "
                 "between heating and cooling. The base law has no hysteresis: its residual strain (gR_*) "
                 "stands in for one here, and its constants mean little."
             )
-    return said
+    return sentences
 
 
 def _over_temperature(result: GeneralCharacterisation) -> list[Score]:

@@ -16,7 +16,7 @@ PANELS = {
     "residual strain": ("gR_amplitude", "gR_slope", "gR_shift", "gR_decay"),
 }
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE)
-CLOSE = 0.055  # of the axis between labels at the right edge that would touch
+CLOSE = 0.055  # Minimum distance of labels at the right edge, as part of the axis
 TOP = 1.25
 NOTE = (
     "tests done, repeats counted\n"

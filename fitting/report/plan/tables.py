@@ -22,16 +22,16 @@ def test_table(plan: Plan) -> Table:
 
 def _row(plan: Plan, test: PlannedTest) -> list[str]:
     """One test as cells of `TESTS`."""
-    what = test.candidate
+    candidate = test.candidate
     length = 1e3 * float(plan.spring.geometry.free_length)
     words = ("cold", "full current", "resistance held", "cold, then heated")
     return [
-        what.name + (" (validation)" if test.role == "validation" else ""),
-        words[what.hold],
-        " ".join(f"{100.0 * s:.0f}" for s in what.strains),
-        " ".join(f"{length * s:.1f}" for s in what.strains),
+        candidate.name + (" (validation)" if test.role == "validation" else ""),
+        words[candidate.hold],
+        " ".join(f"{100.0 * s:.0f}" for s in candidate.strains),
+        " ".join(f"{length * s:.1f}" for s in candidate.strains),
         f"{speed(plan, test):.2g}",
-        f"{what.share:.3g} ({setpoint(plan, test):.3f} ohm)" if what.hold == HELD else "",
+        f"{candidate.share:.3g} ({setpoint(plan, test):.3f} ohm)" if candidate.hold == HELD else "",
         str(test.repeats),
         f"{test.minutes:.0f}",
         f"{test.gain:.1f}" if test.role == "fit" else "",
@@ -56,7 +56,7 @@ def constant_table(plan: Plan) -> Table:
         unit = plan.knowledge.table.quantities[name].unit
         mean = from_si(plan.knowledge.mean[k], unit, difference=True)
         before = from_si(plan.knowledge.sd[k], unit, difference=True)
-        known = [number(x) for x in (mean, before, before * plan.sd[-1, k])]
+        cells = [number(x) for x in (mean, before, before * plan.sd[-1, k])]
         published = number(before * plan.published_sd[k])
-        rows.append([with_unit(name, unit), *known, percent(relative[name]), published])
+        rows.append([with_unit(name, unit), *cells, percent(relative[name]), published])
     return Table(CONSTANTS, rows)

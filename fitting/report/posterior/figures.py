@@ -17,8 +17,8 @@ from ..report import Picture
 ENSEMBLE_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, VERMILION, SKY)
 MOST_IN_CORNER = 12
 MOST_CURVES = 6
-MOST_POINTS = 20000  # draws behind a histogram
-MOST_STEPS = 400  # points of a walk that are drawn
+MOST_POINTS = 20000  # Maximum number of draws in a histogram
+MOST_STEPS = 400  # Maximum number of drawn points of a walk
 MOST_MARKS = 400
 BAND = (0.05, 0.95)
 GRID = 201
@@ -71,7 +71,7 @@ def corner_figure(result: CampaignPosterior) -> Figure:
     table = table[np.linspace(0, len(table) - 1, min(len(table), MOST_POINTS)).astype(int)]
     size = 1.6 + 1.75 * len(names)
     figure = Figure(figsize=(size, size))
-    logging.getLogger("root").addFilter(_quiet)  # corner says through it that points are few for its contours
+    logging.getLogger("root").addFilter(_quiet)  # corner warns through it that its contours have few points
     try:
         corner.corner(
             table, labels=[label(result, name) for name in names], fig=figure, color=BLUE, bins=30,

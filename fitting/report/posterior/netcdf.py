@@ -16,7 +16,7 @@ from fitting.sample.campaign import CampaignPosterior
 from .text import library_of
 
 PRIOR_DRAWS = 2000
-ROUNDS = 200  # of drawing priors again that fell outside their bounds
+ROUNDS = 200  # Maximum number of redraws of priors outside their bounds
 
 
 def netcdf(result: CampaignPosterior) -> bytes:
@@ -105,9 +105,9 @@ def _group(
 ) -> None:
     """A netCDF-4 group: dimensions are scales of their own name, variables have them attached."""
     group = file.create_group(name, track_order=True)
-    taken = sum(dataset.is_scale for other in file.values() for dataset in other.values())
+    scales = sum(dataset.is_scale for other in file.values() for dataset in other.values())
     for number, (dimension, size) in enumerate(
-        sizes.items(), start=taken
+        sizes.items(), start=scales
     ):  # unique in the file, for the C library
         scale = group.create_dataset(dimension, data=np.arange(size))
         scale.make_scale(dimension)

@@ -55,7 +55,7 @@ def column_table(result: Propagation) -> tuple[list[str], list[list]]:
     """Table of all statistics of every column: header and rows."""
     moments, share = result.moments, lost(result)
     quantiles = result.quantiles(LEVELS)
-    # levels that a quantile of all rows may have among those with a result
+    # possible levels of a quantile of all rows among those with a result
     outer = np.array([level_bounds(level, share) for level in (0.05, 0.95)])
     edges = result.quantiles(np.array([outer[0, 0], outer[1, 1]]))
     low, high = mean_bounds(moments.mean, moments.smallest, moments.largest, share)

@@ -85,8 +85,8 @@ class Frame:
             middle = 0.5 * (low + high)
             x = solve(lambda x, known=xi0 | {2: middle}: self.balance(x, row, known, {}), x)
             strain = self.spring_strain(2, self.strains(x)[1])
-            said = self.coils[2].fraction(strain, ohm[2], row)[0]
-            low, high = np.where(said > middle, middle, low), np.where(said > middle, high, middle)
+            implied = self.coils[2].fraction(strain, ohm[2], row)[0]
+            low, high = np.where(implied > middle, middle, low), np.where(implied > middle, high, middle)
         return x
 
     def close(self, x, row, xi0, ohm):

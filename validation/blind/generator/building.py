@@ -74,7 +74,7 @@ class Specimen:
         return np.array([]), np.array([])
 
 
-def _safe(function, *arguments):
+def _none_if_unsolvable(function, *arguments):
     """Result of a function, or None where an extreme specimen has no equilibrium."""
     try:
         with np.errstate(all="ignore"):
@@ -118,7 +118,7 @@ def _reach(specimen, direction, target):
     goal, starts = target + occam(target), [specimen.start]
     share, best, low, high = _share_for(shares, gains, goal), None, None, None
     for _ in range(6):
-        found = _safe(specimen.judge, share * direction, starts, False)
+        found = _none_if_unsolvable(specimen.judge, share * direction, starts, False)
         if found is None:
             share *= 0.5
             continue
@@ -134,7 +134,7 @@ def _reach(specimen, direction, target):
     if best is None:
         return None, None
     ends = [best[2]["end"]] + ([] if specimen.bench.hidden else [np.zeros_like(specimen.true_z)])
-    return best[1], _safe(specimen.judge, best[1] * direction, ends)
+    return best[1], _none_if_unsolvable(specimen.judge, best[1] * direction, ends)
 
 
 def _reach_masked(specimen, direction):
@@ -147,9 +147,9 @@ def _reach_masked(specimen, direction):
     aim, best = 0.5 * rows * (MASKED_CHI2 - 1.0), (None, None)
     for _ in range(5):
         share = _share_for(shares, gains, aim)
-        found = _safe(specimen.judge, share * direction, [specimen.start])
-        seen = found is not None and found["log_bayes"] > 20.0 and found["validation_gain"] > 5000.0
-        if found is not None and found["fit_chi2"] < MASKED_CHI2 and not seen:
+        found = _none_if_unsolvable(specimen.judge, share * direction, [specimen.start])
+        obvious = found is not None and found["log_bayes"] > 20.0 and found["validation_gain"] > 5000.0
+        if found is not None and found["fit_chi2"] < MASKED_CHI2 and not obvious:
             if best[0] is None or share > best[0]:
                 best = (share, found)
             if share >= shares[-1] or found["fit_chi2"] > MASKED_CHI2 - 0.1:
@@ -176,7 +176,7 @@ def _strengthen(specimen, group, target):
     if count == 1:
         return np.array([alone[0][0]]), alone[0][1], None
     amplitudes = np.array([share for share, _ in alone])
-    found = _safe(specimen.judge, amplitudes)
+    found = _none_if_unsolvable(specimen.judge, amplitudes)
     each = [round(found_alone["log_bayes"], 1) for _, found_alone in alone]
     return (amplitudes, found, each) if found is not None else (None, None, None)
 

@@ -82,7 +82,7 @@ class Judge:
                 trial = np.clip(z + share * step, -4.0, 4.0)
                 try:
                     r_new, j_new = self.linearise(trial)
-                except ArithmeticError:  # too far off for an equilibrium
+                except ArithmeticError:  # too far away for an equilibrium
                     continue
                 cost_new = r_new @ r_new + trial @ trial
                 if cost_new < cost:
@@ -103,8 +103,8 @@ class Judge:
 
     def held_out(self, z):
         """Chi-square of the held-out recordings at z (P,), that of the truth, and the number of residuals."""
-        left = self.residuals(z[None])[0]
-        return left @ left, self.whitened_noise @ self.whitened_noise, max(self.whiten.size, 1)
+        residual = self.residuals(z[None])[0]
+        return residual @ residual, self.whitened_noise @ self.whitened_noise, max(self.whiten.size, 1)
 
     def freedom(self, z):
         """Degrees of freedom of a fit."""
@@ -115,9 +115,9 @@ class Judge:
         _, j = self.linearise(self.true_z)
         size = len(next(iter(columns.values())))
         predicted = stand.base(self.bench, numbers_at(self.bench, np.tile(self.true_z, (size, 1))), columns)
-        left = self.whiten({c: columns[c] - predicted[c] for c in self.bench.scored})
-        inner = np.linalg.solve(j.T @ j + np.eye(len(self.true_z)), j.T @ left.T)
-        return 0.5 * (np.sum(left**2, axis=1) - np.sum((left @ j) * inner.T, axis=1))
+        whitened = self.whiten({c: columns[c] - predicted[c] for c in self.bench.scored})
+        inner = np.linalg.solve(j.T @ j + np.eye(len(self.true_z)), j.T @ whitened.T)
+        return 0.5 * (np.sum(whitened**2, axis=1) - np.sum((whitened @ j) * inner.T, axis=1))
 
 
 def occam(gain, effects=1):
@@ -161,8 +161,8 @@ def verdict(bench, whiten, recorded, noise, true_z, felt, rest, effects=1, start
         gain = min(gain, float(judge.gains(recorded)[0]))
     beyond = {}
     if held:
-        left, least, size = _judge(bench, whiten[1], recorded, noise, true_z, felt, rest=rest).held_out(end)
-        beyond = {"validation_chi2": float(left / size), "validation_gain": float(0.5 * (left - least))}
+        excess, least, size = _judge(bench, whiten[1], recorded, noise, true_z, felt, rest=rest).held_out(end)
+        beyond = {"validation_chi2": float(excess / size), "validation_gain": float(0.5 * (excess - least))}
     return {
         "log_bayes": float(gain - occam(gain, effects)),
         "fit_chi2": float(chi2 / judge.freedom(end)),

@@ -27,21 +27,22 @@ class Slopes:
     """Derivatives of the whitened residuals by z and by the fractions.
 
     `z` is (M, P). For recording k, `at[k]` (M_k,) holds the indices of its residuals, and `x[k]` (M_k, N_k)
-    the derivative by its fractions at `rows[k]`."""
+    the derivative by its fractions at `rows[k]`.
+    """
 
-    def __init__(self, whiten, by_z, own, kept, source):
+    def __init__(self, whiten, by_z, by_fraction, by_memory, source):
         self.z, self.at, self.rows, self.x = by_z, {}, {}, {}
         place = 0
         for column, k, rows, factor in whiten.blocks:
             n = np.arange(len(rows))
-            matrix = np.diag(own[column][k, rows])
+            matrix = np.diag(by_fraction[column][k, rows])
             earlier = source[k, rows] >= 0
-            matrix[n[earlier], source[k, rows][earlier]] += kept[column][k, rows][earlier]
+            matrix[n[earlier], source[k, rows][earlier]] += by_memory[column][k, rows][earlier]
             part = -solve_triangular(factor, matrix, lower=True)
-            here = place + n
+            index = place + n
             place += len(rows)
             self.rows[k] = rows
-            self.at[k] = np.concatenate([self.at[k], here]) if k in self.at else here
+            self.at[k] = np.concatenate([self.at[k], index]) if k in self.at else index
             self.x[k] = np.concatenate([self.x[k], part]) if k in self.x else part
         self.square = {k: x.T @ x + FLOOR * np.eye(x.shape[1]) for k, x in self.x.items()}
         self.mixed = {k: x.T @ by_z[self.at[k]] for k, x in self.x.items()}
@@ -57,11 +58,11 @@ class Slopes:
             changes = [self._hold(k, gradient[k], held[k], steps[k], dz, course) for k in self.x]
             if not any(changes):
                 break
-        moved, rest = np.zeros_like(course), r + self.z @ dz
+        change, rest = np.zeros_like(course), r + self.z @ dz
         for k, rows in self.rows.items():
-            moved[k, rows] = np.clip(steps[k], -course[k, rows], 1.0 - course[k, rows])
-            rest[self.at[k]] += self.x[k] @ moved[k, rows]
-        return dz if move_z else np.zeros_like(z), moved, rest
+            change[k, rows] = np.clip(steps[k], -course[k, rows], 1.0 - course[k, rows])
+            rest[self.at[k]] += self.x[k] @ change[k, rows]
+        return dz if move_z else np.zeros_like(z), change, rest
 
     def _split(self, k, gradient, held):
         """Free rows, their factor, and their gradient with the held rows at their limits."""
@@ -105,7 +106,8 @@ def numbers_at(bench, z):
 
 
 class HiddenJudge:
-    """Refits base and latent trajectory to noise-free recorded columns (1, K, N) with one draw of noise added."""
+    """Refits base and latent trajectory to noise-free recorded columns (1, K, N) with one draw of noise
+    added."""
 
     def __init__(self, bench, whiten, recorded, noise, true_z, felt, rest=None):
         self.rest, self.bench, self.whiten, self.true_z = rest, bench, whiten, true_z
@@ -113,7 +115,7 @@ class HiddenJudge:
         self.true_course = bench.stack(bench.hidden[1])
         self.noise = {c: noise[c] + felt[1][c] for c in bench.scored}
 
-    def _left(self, predicted):
+    def _residuals(self, predicted):
         return self.whiten({c: self.recorded[c] + self.noise[c] - predicted[c] for c in self.bench.scored})
 
     def linearise(self, z, course, move_z=True, shift=SHIFTS[0]):
@@ -124,12 +126,12 @@ class HiddenJudge:
         courses = np.repeat(course[None], size + 3, axis=0)
         courses[-2:] += shift
         predicted, source = stand.forward(self.bench, numbers_at(self.bench, points), self.recorded, courses, True)
-        values = self._left({c: v[:-2] for c, v in predicted.items() if c in self.bench.scored})
-        own = {c: (predicted[c][-2] - predicted[c][0]) / shift for c in self.bench.scored}
-        kept = {c: (predicted[c][-1] - predicted[c][-2]) / shift for c in self.bench.scored}
-        return values[0], Slopes(self.whiten, (values[1:] - values[0]).T / STEP, own, kept, source)
+        values = self._residuals({c: v[:-2] for c, v in predicted.items() if c in self.bench.scored})
+        by_fraction = {c: (predicted[c][-2] - predicted[c][0]) / shift for c in self.bench.scored}
+        by_memory = {c: (predicted[c][-1] - predicted[c][-2]) / shift for c in self.bench.scored}
+        return values[0], Slopes(self.whiten, (values[1:] - values[0]).T / STEP, by_fraction, by_memory, source)
 
-    def _trial(self, z, course, dz, moved, at):
+    def _trial(self, z, course, dz, change, at):
         """The best share of a step: its cost, z and trajectory; the cost is infinite where none has an
         equilibrium.
 
@@ -139,20 +141,20 @@ class HiddenJudge:
         for shares in (SHARES[:3], SHARES[3:]):
             pairs = [(whole, part) for whole in shares for part in (*shares, 0.0) if part <= whole]
             points = np.clip(z + np.outer([whole for whole, _ in pairs], dz), -4.0, 4.0)
-            courses = np.clip(course + np.multiply.outer([part for _, part in pairs], moved), 0.0, 1.0)
+            courses = np.clip(course + np.multiply.outer([part for _, part in pairs], change), 0.0, 1.0)
             try:
                 predicted, _ = stand.forward(self.bench, numbers_at(self.bench, points), self.recorded, courses)
             except ArithmeticError:  # too far off
                 continue
-            left = np.nan_to_num(self._left(predicted) ** 2, nan=np.inf)
-            own = {k: np.sum(left[:, places], axis=1) for k, places in at.items()}
+            squares = np.nan_to_num(self._residuals(predicted) ** 2, nan=np.inf)
+            costs_of = {k: np.sum(squares[:, places], axis=1) for k, places in at.items()}
             for share in shares:
                 tried = [n for n, (whole, _) in enumerate(pairs) if whole == share]
-                taken = {k: tried[np.argmin(costs[tried])] for k, costs in own.items()}
+                choice = {k: tried[np.argmin(costs[tried])] for k, costs in costs_of.items()}
                 point, joined = points[tried[0]], course.copy()
-                for k, n in taken.items():
+                for k, n in choice.items():
                     joined[k] = courses[n, k]
-                cost = point @ point + sum(own[k][n] for k, n in taken.items())
+                cost = point @ point + sum(costs_of[k][n] for k, n in choice.items())
                 best = min(best, (cost, point, joined), key=lambda found: found[0])
             if np.isfinite(best[0]):
                 break
@@ -166,10 +168,10 @@ class HiddenJudge:
         for _ in range(rounds):
             r, slopes = self.linearise(z, course, move_z, SHIFTS[side])
             cost = min(cost, r @ r + z @ z)
-            new, *there = self._trial(z, course, *slopes.step(r, z, course, move_z)[:2], slopes.at)
+            new, *end = self._trial(z, course, *slopes.step(r, z, course, move_z)[:2], slopes.at)
             gained = cost - new
             if gained > 0.0:
-                cost, (z, course) = new, there
+                cost, (z, course) = new, end
             idle = 0 if gained > enough else idle + 1
             if idle == len(SHIFTS):
                 break

@@ -109,8 +109,8 @@ class Memory:
     def residual(self, xi0):
         """Residual strain with a trial fraction of this row."""
         lowest = np.minimum(self.lowest, xi0)
-        left = residual_bound(self.q, self.largest, self.q[self.length])
-        return left * np.exp(self.q["gR_decay"] * (lowest - 1.0))
+        bound = residual_bound(self.q, self.largest, self.q[self.length])
+        return bound * np.exp(self.q["gR_decay"] * (lowest - 1.0))
 
     def stress(self, gamma, xi0, fractions=None):
         """Stress [Pa]: elastic, less the larger of transformation and residual strain."""
@@ -129,8 +129,8 @@ class Memory:
         _, changing, modulus, residual = self._branches(gamma, xi0)
         lower = xi0 < self.lowest
         self.lowest = np.minimum(self.lowest, xi0)
-        fresh = residual_bound(self.q, gamma, self.q[self.length]) * np.exp(self.q["gR_decay"] * (xi0 - 1.0))
-        renew = (changing > modulus * residual) & (fresh > residual)
+        renewed = residual_bound(self.q, gamma, self.q[self.length]) * np.exp(self.q["gR_decay"] * (xi0 - 1.0))
+        renew = (changing > modulus * residual) & (renewed > residual)
         self.largest = np.where(renew, gamma, self.largest)
         self.lowest = np.where(renew, xi0, self.lowest)
         self.source = np.where(renew | lower, self.closed, self.source)

@@ -57,14 +57,14 @@ class Whitener:
         bench = instruments.bench
         self.chosen = np.flatnonzero(chosen)
         self.columns = bench.scored
-        kept = bench.kept()
+        mask = bench.kept()
         self.blocks = []
         for column in self.columns:
             spread = instruments.spread(column, reference[column])
             for k in self.chosen:
-                rows = np.flatnonzero(kept[k])
-                own = sum(v * p ** np.arange(len(rows)) for v, p in instruments.shares[column])
-                covariance = toeplitz(own) * np.outer(spread[k, rows], spread[k, rows])
+                rows = np.flatnonzero(mask[k])
+                correlated = sum(v * p ** np.arange(len(rows)) for v, p in instruments.shares[column])
+                covariance = toeplitz(correlated) * np.outer(spread[k, rows], spread[k, rows])
                 covariance[np.diag_indices(len(rows))] += indirect[column][k, rows]
                 self.blocks.append((column, k, rows, np.linalg.cholesky(covariance)))
         self.size = sum(len(rows) for _, _, rows, _ in self.blocks)

@@ -9,7 +9,8 @@ KRL35 = {
     "gR_amplitude": 0.065, "gR_slope": 10.32, "gR_shift": 1.57, "gR_decay": 5.0,
     "T_mid": 31.0, "T_width": 2.5,
 }  # fmt: skip
-"""Table 2.2 with the corrections; moduli in GPa, resistivity in ohm per metre of wire, temperatures in degC."""
+"""Table 2.2 with the corrections; moduli in GPa, resistivity in ohm per metre of wire, temperatures in
+degC."""
 
 KRL45 = KRL35 | {
     "beta_1": 18.9749, "beta_2": 3.7937, "beta_3": 155.2259,

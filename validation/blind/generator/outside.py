@@ -126,7 +126,8 @@ class TangledCoils(Effect):
 
 
 class CurrentAttracts(Effect):
-    """Neighbouring turns attract each other with the square of the current (and a clamp that moves with it)."""
+    """Neighbouring turns attract each other with the square of the current (and a clamp that moves with
+    it)."""
 
     slug, kinds, component = "current_attraction", ("spring",), "spring"
     drivers, ceiling = ("current", "xi0"), 0.6

@@ -89,7 +89,8 @@ class Heater:
         return fraction_at(temperature, self.middle, self.width, self.ambient)
 
     def cycle(self, rng, time, shape, coldest):
-        """Current, temperature and fraction for a heating profile `shape` (0 to 1) whose peak reaches `coldest`."""
+        """Current, temperature and fraction for a heating profile `shape` (0 to 1) whose peak reaches
+        `coldest`."""
         peak = temperature_for(coldest, self.middle, self.width, self.ambient)
         current = self.current_for(peak) * np.sqrt(shape)
         ripple = 0.03 * rng.uniform(0.3, 1.0) * chatter(rng, len(time), rng.uniform(16, 36))

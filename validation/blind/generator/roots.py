@@ -23,8 +23,8 @@ def _best_of(residual, x, step):
     """Share of a step with the smallest residual, problem by problem."""
     shares = SHARES.reshape((-1,) + (1,) * x.ndim)
     trials = x[None] - shares * step
-    left = np.sum(residual(trials) ** 2, axis=-1)
-    chosen = np.argmin(left, axis=0)
+    squares = np.sum(residual(trials) ** 2, axis=-1)
+    chosen = np.argmin(squares, axis=0)
     return np.take_along_axis(trials, chosen[None, ..., None], axis=0)[0]
 
 
@@ -51,6 +51,6 @@ def solve(residual, guess, *, shift=1e-6, longest=0.15, tolerance=1e-9, rounds=6
         if worst < tolerance:
             return x - step
         x = x - step if count < 6 else _best_of(residual, x, step)
-    if worst < 2e-5:  # back and forth over a kink, closer than any instrument sees
+    if worst < 2e-5:  # alternating across a kink, closer than any instrument resolves
         return x
     raise ArithmeticError(f"no equilibrium after {rounds} rounds; the last step was {worst:.2e}")

@@ -13,8 +13,9 @@ AROUND = 56
 class Annulus:
     """Points `height` [m above side 2] and `area` [m2] of shape (..., points), bore area and bore centre.
 
-    `bore` = (shift, flat): shift of the bore's centre towards side 1 as a share of the wall, and its flattening, the
-    relative change of its two half axes. Zero is the concentric circle.
+    `bore` = (shift, flat). The first is the shift of the bore's centre towards side 1, as a share of the
+    wall. The second is its flattening, the relative change of its two half axes. Zero is the concentric
+    circle.
     """
 
     def __init__(self, q, *, around=AROUND, bore=(0.0, 0.0)):

@@ -98,7 +98,7 @@ def _score(chosen):
 
 
 def _scored(chosen, cases, places):
-    """Open the seals of cases that all have a report, score them, write it down."""
+    """Open the seals of cases that all have a report, score them, and record the result."""
     with _scheduler(chosen) as place:
         found = truths(cases, places, place)
     reports = {case.name: read(places.report(case.name)) for case in cases}

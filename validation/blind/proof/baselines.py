@@ -56,17 +56,17 @@ def answers(folder, report, seed):
     enable_float64()
     campaign = read_campaign(folder)
     program = Program.of(campaign, kind_of(campaign))
-    if report.get("fit", {}).get("how", VALIDATION) != VALIDATION:  # the tool, too, scored recordings left out in turn
+    if report.get("fit", {}).get("how", VALIDATION) != VALIDATION:  # the tool cross-validated, too
         program.fitted = np.ones_like(program.fitted)
     program, base = base_fit(program)  # noise and latent trajectories as the tool has them
     folds = [(fold, _refitted(program, base, fold)) for fold in _folds(program)]
-    left = held_out(program, [(f, fit.evaluation.misfit) for f, fit in folds])
+    held_out_chi2 = held_out(program, [(f, fit.evaluation.misfit) for f, fit in folds])
     drivers = report.get("where", {}).get("drivers", [])
     ways = {
-        "recalibration": lambda: _recalibration(program, base, left),
-        "gaussian_process": lambda: _corrected(program, folds, GaussianProcess, drivers, left),
-        "sparse_regression": lambda: _corrected(program, folds, SparseRegression, [], left),
-        "bic_stepwise": lambda: _stepwise(program, base, folds, left),
+        "recalibration": lambda: _recalibration(program, base, held_out_chi2),
+        "gaussian_process": lambda: _corrected(program, folds, GaussianProcess, drivers, held_out_chi2),
+        "sparse_regression": lambda: _corrected(program, folds, SparseRegression, [], held_out_chi2),
+        "bic_stepwise": lambda: _stepwise(program, base, folds, held_out_chi2),
     }
     found = {}
     for name, way in ways.items():
@@ -108,8 +108,8 @@ def held_out(program, parts):
     for fold, misfit in parts:
         total += sum(float(np.sum((w * m) ** 2)) for w, m in zip(fold.out, misfit, strict=True))
         for k, (channels, weight) in enumerate(zip(program.channels, fold.out, strict=True)):
-            there = np.concatenate([np.isfinite(c.sigma) for c in channels])
-            count += float(np.sum(there & (weight > 0.0))) * program.free_share(k)
+            counted = np.concatenate([np.isfinite(c.sigma) for c in channels])
+            count += float(np.sum(counted & (weight > 0.0))) * program.free_share(k)
     return total / max(count, 1.0)
 
 
@@ -127,15 +127,15 @@ def _mismatch(program, base):
     return bool(chi2.sf(base.evaluation.chi2(program.fitted.astype(float)), count) < LEVEL)
 
 
-def _recalibration(program, base, left):
-    return _answer(_mismatch(program, base), left, left)
+def _recalibration(program, base, held_out_chi2):
+    return _answer(_mismatch(program, base), held_out_chi2, held_out_chi2)
 
 
-def _corrected(program, folds, regressor, drivers, left):
+def _corrected(program, folds, regressor, drivers, held_out_chi2):
     """Answer of a regression of the refitted base's residual, trained on the fitted part and subtracted
     elsewhere."""
     parts = [(fold, _misfit_with(program, fit, fold, regressor, drivers)) for fold, fit in folds]
-    return _answer(_mismatch(program, folds[0][1]), left, held_out(program, parts))
+    return _answer(_mismatch(program, folds[0][1]), held_out_chi2, held_out(program, parts))
 
 
 def _misfit_with(program, fit, fold, regressor, wanted):
@@ -186,7 +186,7 @@ def _drivers(program, fit, wanted):
     return ((table - mean) / np.where(varies, spread, 1.0))[..., varies]
 
 
-def _stepwise(program, base, folds, left):
+def _stepwise(program, base, folds, held_out_chi2):
     whitened = program.channels
     try:
         program.channels = [[replace(c, correlation=0.0) for c in channels] for channels in whitened]
@@ -195,5 +195,5 @@ def _stepwise(program, base, folds, left):
     finally:
         program.channels = whitened
     fits = [(fold, program.evaluate(fit.u, fit.free).misfit) for (fold, _), fit in zip(folds, parts, strict=True)]
-    after = held_out(program, fits) if found.slugs else left
-    return _answer(bool(found.slugs), left, after, found.effects) | {"evaluations": found.evaluations}
+    after = held_out(program, fits) if found.slugs else held_out_chi2
+    return _answer(bool(found.slugs), held_out_chi2, after, found.effects) | {"evaluations": found.evaluations}

@@ -19,7 +19,8 @@ NEAR = 1.15
 
 
 def draw(score, folder):
-    """Write proof_detection, proof_confusion, proof_reliability and proof_held_out as PNG; returns their paths."""
+    """Write proof_detection, proof_confusion, proof_reliability and proof_held_out as PNG; returns their
+    paths."""
     made = {
         "detection": detection(score["curve"], score["rates"]["false_alarms"]),
         "confusion": confusion(score["confusion"]),

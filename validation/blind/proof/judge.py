@@ -62,7 +62,7 @@ def _said(report, true):
     names = [e["name"] for e in effects]
     unknown = report.get("unknown_probability", 0.0)
     close = {c for e in effects for c in e.get("confusable_with", [])}
-    held = set(names) | set(report.get("explanation_set", [])) | close
+    named = set(names) | set(report.get("explanation_set", [])) | close
     if UNMODELLED in true:
         top = UNMODELLED in names or unknown > 0.5
     elif not true:
@@ -80,7 +80,7 @@ def _said(report, true):
         "said": names,
         "first": names[0] if names else (UNMODELLED if mismatch else "consistent"),
         "top": top,
-        "covered": top or bool(true) and true <= held,
+        "covered": top or bool(true) and true <= named,
         "wrong": wrong,
         "confident_unmodelled": bool(true) and UNMODELLED not in true and unknown > CONFIDENT,
     }

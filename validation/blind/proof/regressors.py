@@ -1,4 +1,5 @@
-"""Regressions of residuals (in standard deviations of the noise) on drivers: a Gaussian process, a sparse library."""
+"""Regressions of residuals (in standard deviations of the noise) on drivers: a Gaussian process, a sparse
+library."""
 
 import itertools
 

@@ -19,16 +19,16 @@ from . import worker
 from .places import as_bytes, commit, read, write
 
 CHUNK = 24
-"""Cases that are sealed and diagnosed together; within a chunk, one kind after the other."""
+"""Number of cases that are sealed and diagnosed together; within a chunk, one kind after the other."""
 
 
 def chosen_cases(plan, seed, limit=None, kinds=None, groups=None):
     """Cases of a plan: the first `limit` of the requested kinds and groups."""
     cases = case_list(plan, seed)
-    for what, asked, there in (("kind", kinds, KINDS), ("group", groups, sorted({case.group for case in cases}))):
-        unknown = sorted(set(asked or ()) - set(there))
+    for what, asked, available in (("kind", kinds, KINDS), ("group", groups, sorted({case.group for case in cases}))):
+        unknown = sorted(set(asked or ()) - set(available))
         if unknown:
-            raise ValueError(f"unknown {what} {unknown[0]!r}: one of {', '.join(there)}")
+            raise ValueError(f"unknown {what} {unknown[0]!r}: one of {', '.join(available)}")
     return [c for c in cases if (not kinds or c.kind in kinds) and (not groups or c.group in groups)][:limit]
 
 
@@ -48,16 +48,16 @@ def keep_plan(places, plan, seed):
 def run(
     cases, places, seed=1, scheduler=in_this_process, minutes=None, diagnose=worker.diagnose_folder, compare=None
 ):
-    """Seal and diagnose cases, each a task of the engine; whatever is on disk already is kept.
+    """Seal and diagnose cases, each a task of the engine. Existing results on disk are kept.
 
     Args:
         cases: cases from `chosen_cases`.
         places: files of the run.
-        seed: of the diagnoses.
-        scheduler: where cases are sealed and diagnosed; see `fitting.engine`.
-        minutes: no case is begun later than this.
-        diagnose: (folder, seed) -> report.
-        compare: (folder, report, seed) -> answers of other methods; None for none.
+        seed: seed of the diagnoses.
+        scheduler: scheduler of sealing and diagnosis; see `fitting.engine`.
+        minutes: time after which no case is begun [min].
+        diagnose: function from (folder, seed) to a report.
+        compare: function from (folder, report, seed) to answers of other methods; None for none.
 
     Returns:
         Cases with all requested results.
@@ -88,7 +88,7 @@ def run(
 
 
 def _all_of(names, file, job, places, scheduler, deadline, bar):
-    """One file of each case, through the engine: what is missing, until the deadline.
+    """Compute one file of each case through the engine, where it is missing, until the deadline.
 
     A case's timing is written before its report, so that a report never stands without it.
     """
@@ -111,7 +111,7 @@ def _all_of(names, file, job, places, scheduler, deadline, bar):
 
 @dataclass(frozen=True)
 class _ByName:
-    """A job of the engine, which knows tasks by number, from one that knows cases by name."""
+    """Adapter from a job that takes a case by name to one of the engine, which takes a task by number."""
 
     job: Callable
     names: tuple[str, ...]
@@ -121,43 +121,43 @@ class _ByName:
 
 
 def _sealed(cases, places, scheduler):
-    """Seal cases; one that cannot be made is noted and left out, which says nothing about the tool."""
+    """Seal cases. One that cannot be made is noted and left out, which says nothing about the tool."""
     book, unmade_book = places.campaigns / "seals.json", places.folder / "unmade.json"
     unmade, seals = read(unmade_book, {}), read(book, {})
-    there = [case for case in cases if case.name in seals and (places.campaigns / case.name).is_dir()]
-    left = [case for case in cases if case not in there and case.name not in unmade]
-    for case, problem in _side_by_side(partial(_seal_apart, places), left, scheduler):
+    ready = [case for case in cases if case.name in seals and (places.campaigns / case.name).is_dir()]
+    unsealed = [case for case in cases if case not in ready and case.name not in unmade]
+    for case, problem in _side_by_side(partial(_seal_alone, places), unsealed, scheduler):
         if problem:
             unmade[case.name] = problem
             write(unmade_book, unmade)
             continue
-        part = _apart(places, case)
+        part = _own_folder(places, case)
         shutil.rmtree(places.campaigns / case.name, ignore_errors=True)
         places.campaigns.mkdir(parents=True, exist_ok=True)
         (part / case.name).replace(places.campaigns / case.name)
         seals |= read(part / "seals.json")
         write(book, seals)
         shutil.rmtree(part)
-        there.append(case)
-    return there
+        sealed.append(case)
+    return sealed
 
 
-def _apart(places, case):
+def _own_folder(places, case):
     return places.folder / "sealing" / case.name
 
 
-def _seal_apart(places, case):
+def _seal_alone(places, case):
     """Seal one case in a folder of its own, so that several can be sealed at a time; returns the reason of a
     failure."""
     try:
-        seal([case], _apart(places, case))
+        seal([case], _own_folder(places, case))
     except ArithmeticError as problem:
         return str(problem)
     return None
 
 
 def truths(cases, places, scheduler=in_this_process):
-    """Open the seals of cases that all have a report; the truths, found again from the seeds, by name.
+    """Open the seals of cases that all have a report. Returns the truths by name, recomputed from the seeds.
 
     Raises:
         ValueError: a report is missing, or a truth does not match its seal.
@@ -165,9 +165,9 @@ def truths(cases, places, scheduler=in_this_process):
     if all(places.report(case.name).exists() for case in cases):
         book = places.campaigns / "opened.json"
         opened = read(book, {})
-        left = [case for case in cases if case.name not in opened]
-        with tqdm(total=len(left), unit="case", disable=None, desc="opening") as bar:
-            for case, truth in _side_by_side(truth_of, left, scheduler):
+        unopened = [case for case in cases if case.name not in opened]
+        with tqdm(total=len(unopened), unit="case", disable=None, desc="opening") as bar:
+            for case, truth in _side_by_side(truth_of, unopened, scheduler):
                 opened[case.name] = truth
                 write(book, opened)
                 bar.update()
@@ -175,7 +175,7 @@ def truths(cases, places, scheduler=in_this_process):
 
 
 def _side_by_side(function, cases, scheduler):
-    """Every case with what a function says of it, as JSON knows it, in the order in which they are done."""
+    """Every case with the result of a function, as JSON, in the order of completion."""
     for number, content in scheduler(_ByName(function, tuple(cases)), range(len(cases))):
         yield cases[number], json.loads(content)
 

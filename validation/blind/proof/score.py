@@ -85,9 +85,9 @@ def times(rows):
     """Median and upper decile of seconds by kind."""
     found = {}
     for kind in [*sorted({r["kind"] for r in rows}), "all"]:
-        mine = [r for r in rows if kind in (r["kind"], "all") and r["seconds"] is not None]
-        if mine:
-            wall, cpu = ([r[key] for r in mine] for key in ("seconds", "cpu_seconds"))
+        selected = [r for r in rows if kind in (r["kind"], "all") and r["seconds"] is not None]
+        if selected:
+            wall, cpu = ([r[key] for r in selected] for key in ("seconds", "cpu_seconds"))
             found[kind] = {
                 "median_seconds": float(np.median(wall)),
                 "upper_decile_seconds": float(np.quantile(wall, 0.9)),
@@ -102,13 +102,13 @@ def curve(rows):
     single = [r for r in rows if r["group"] == "single" and r["log_bayes"] is not None]
     found = []
     for low, high in zip(EDGES[:-1], EDGES[1:], strict=True):
-        mine = [r for r in single if low <= r["log_bayes"] < high]
-        if mine:
+        selected = [r for r in single if low <= r["log_bayes"] < high]
+        if selected:
             found.append({
-                "log_bayes": float(np.median([r["log_bayes"] for r in mine])),
-                "detected": rate(r["mismatch"] for r in mine),
-                "covered": rate(r["covered"] for r in mine),
-                "named_first": rate(r["top"] for r in mine),
+                "log_bayes": float(np.median([r["log_bayes"] for r in selected])),
+                "detected": rate(r["mismatch"] for r in selected),
+                "covered": rate(r["covered"] for r in selected),
+                "named_first": rate(r["top"] for r in selected),
             })  # fmt: skip
     return found
 
@@ -129,9 +129,9 @@ def reliability(rows, key="stated"):
     pairs = [tuple(pair) for r in rows for pair in r[key]]
     found = []
     for low, high in zip(BINS[:-1], BINS[1:], strict=True):
-        mine = [(p, so) for p, so in pairs if low <= p < high or (high == 1.0 and p >= 1.0)]
-        if mine:
-            found.append({"stated": float(np.mean([p for p, _ in mine])), "so": rate(so for _, so in mine)})
+        selected = [(p, so) for p, so in pairs if low <= p < high or (high == 1.0 and p >= 1.0)]
+        if selected:
+            found.append({"stated": float(np.mean([p for p, _ in selected])), "so": rate(so for _, so in selected)})
     return found
 
 

@@ -76,22 +76,22 @@ def _ranked(program, current, present):
     absent = [s for s in unknowns.slugs if s not in present]
     columns = {s: unknowns.amplitudes(s) for s in absent}
     weight = program.fitted.astype(float)
-    kept = np.concatenate([unknowns.base, unknowns.of(present)]).astype(int)
-    r, J = program.evaluate(current.u, np.concatenate([kept, *columns.values()])).joined(weight)
-    known, own, first = J[:, : len(kept)], {}, len(kept)
-    for slug, mine in columns.items():
-        own[slug] = J[:, first : first + len(mine)]
-        first += len(mine)
+    entered = np.concatenate([unknowns.base, unknowns.of(present)]).astype(int)
+    r, J = program.evaluate(current.u, np.concatenate([entered, *columns.values()])).joined(weight)
+    entered_columns, own, first = J[:, : len(entered)], {}, len(entered)
+    for slug, indices in columns.items():
+        own[slug] = J[:, first : first + len(indices)]
+        first += len(indices)
         if np.max(np.abs(own[slug]), initial=0.0) < 1e-6:
             typical = current.u.copy()
             typical[unknowns.of([slug])] = [unknowns.items[k].start for k in unknowns.of([slug])]
-            own[slug] = (program.evaluate(typical, mine[:0]).joined(weight)[0] - r)[:, None]
-    Q, _ = np.linalg.qr(known)
+            own[slug] = (program.evaluate(typical, indices[:0]).joined(weight)[0] - r)[:, None]
+    Q, _ = np.linalg.qr(entered_columns)
     free = lambda A: A - Q @ (Q.T @ A)  # noqa: E731
-    left = free(r)
+    residual = free(r)
     gains = {}
     for slug, A in own.items():
         P = free(A)
-        step = np.linalg.lstsq(P, left, rcond=1e-8)[0] if A.size else np.zeros(0)
-        gains[slug] = float(left @ left - np.sum((left - P @ step) ** 2)) - np.log(len(r)) * A.shape[1]
+        step = np.linalg.lstsq(P, residual, rcond=1e-8)[0] if A.size else np.zeros(0)
+        gains[slug] = float(residual @ residual - np.sum((residual - P @ step) ** 2)) - np.log(len(r)) * A.shape[1]
     return sorted(gains, key=lambda s: -gains[s])

@@ -24,18 +24,19 @@ are a matter of convention and are left out of the comparison."""
 
 
 def parameter_errors(report, truth):
-    """Errors of every parameter of a named effect that has a true value: value, true, relative error, error in sd."""
+    """Errors of every parameter of a named effect that has a true value: value, true, relative error, error
+    in sd."""
     found = []
     for effect in report.get("effects", []):
-        known = truth.get("parameters", {}).get(effect["name"])
-        for name, value_of in (SAME.get(effect["name"], {}) if known else {}).items():
-            said = effect.get("parameters", {}).get(name)
-            true = abs(value_of(known, truth.get("base", {})))
-            if said is None or not true > 0.0:
+        true_values = truth.get("parameters", {}).get(effect["name"])
+        for name, value_of in (SAME.get(effect["name"], {}) if true_values else {}).items():
+            stated = effect.get("parameters", {}).get(name)
+            true = abs(value_of(true_values, truth.get("base", {})))
+            if stated is None or not true > 0.0:
                 continue
-            error = abs(said["value"]) - true
+            error = abs(stated["value"]) - true
             found.append({
-                "parameter": f"{effect['name']}.{name}", "value": abs(said["value"]), "true": true,
-                "relative": error / true, "sd": error / said["sd"] if said.get("sd") else None,
+                "parameter": f"{effect['name']}.{name}", "value": abs(stated["value"]), "true": true,
+                "relative": error / true, "sd": error / stated["sd"] if stated.get("sd") else None,
             })  # fmt: skip
     return found

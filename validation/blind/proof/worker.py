@@ -16,7 +16,7 @@ from .baselines import answers
 from .places import read, write
 
 ERROR = "pneusma-blind-error/1"
-"""Schema of what stands for a report where there is none."""
+"""Schema of the replacement of a missing report."""
 MOST_ATTEMPTS = 3
 """Maximum number of attempts of a case that kills its process, before that is recorded as its result."""
 
@@ -36,7 +36,7 @@ def compare_folder(folder, report, seed):
 
 
 def diagnosed(places, name, seed, commit, diagnose=diagnose_folder):
-    """The report of a case and how long it took; every error becomes its report."""
+    """Report of a case and its duration; every error becomes its report."""
     before = _attempts(places, name)
     if before >= MOST_ATTEMPTS:
         error = {"schema": ERROR, "error": f"the process ended {before} times on this case", "trace": ""}
@@ -52,7 +52,7 @@ def diagnosed(places, name, seed, commit, diagnose=diagnose_folder):
 
 
 def compared(places, name, seed, compare=compare_folder):
-    """Other methods' answers on a case that has its report; every error becomes its answer."""
+    """Other methods' answers on a case with a report; every error becomes its answer."""
     return {"content": _answered(lambda: compare(places.campaigns / name, read(places.report(name)), seed))}
 
 
@@ -65,7 +65,8 @@ def _answered(answer):
 
 
 def _attempts(places, name):
-    """Attempts before this one, counted on disk: a case that kills its process several times is an error, too."""
+    """Number of earlier attempts, counted on disk. A case that kills its process several times is an error,
+    too."""
     book = places.reports / name / "attempts.json"
     before = read(book, 0)
     write(book, before + 1)
