@@ -15,7 +15,7 @@ from scipy.stats import qmc
 import pneusma_jax as pj
 from fitting.design.bodies import Body, Solved
 from fitting.design.log import Evaluation
-from fitting.design.optimise import ALLOWED, Outcome, Problem, best_of, optimise
+from fitting.design.optimise import ALLOWED, Ends, Outcome, Problem, best_of, optimise
 from fitting.design.quantities import QUANTITIES
 from fitting.inference.results import Result
 from pneusma_jax.errors import InputError
@@ -29,6 +29,9 @@ from .search import Box
 POINTS = 12
 """Number of points on every segment that are held clear: 5 mm apart on a segment of 56 mm."""
 STARTS = 8
+ENDS = Ends(precision=1e-5, steps=40)
+"""When a search ends. The objective is a mean square distance in radii of the tube, so 1e-5 is 0.02 mm for a
+tube of 10 mm. Smallest distances have kinks, on which an exact search goes to and fro."""
 PICKED = 8_000
 """Number of the atlas' states of which the nearest to the line are searched from."""
 
@@ -126,13 +129,19 @@ def distances(points: Array, lumen: tuple[Array, Array]) -> tuple[Array, Array]:
     """
     line, diameter = lumen
     begin, along = line[:-1], jnp.diff(line, axis=0)
-    share = jnp.einsum("psk,sk->ps", points[:, None] - begin, along) / jnp.sum(along**2, axis=1)
-    share = jnp.clip(share, 0.0, 1.0)
-    away = jnp.sqrt(jnp.sum((points[:, None] - begin - share[..., None] * along) ** 2, axis=-1) + 1e-18)
-    nearest = jnp.argmin(away, axis=1)
-    rows = jnp.arange(points.shape[0])
-    local = diameter[:-1] + share * jnp.diff(diameter)
-    return away[rows, nearest], 0.5 * local[rows, nearest]
+    still = jax.lax.stop_gradient(points)  # which piece is nearest has no derivative: it is found without
+    share = jnp.einsum("psk,sk->ps", still[:, None] - begin, along) / jnp.sum(along**2, axis=1)
+    aside = still[:, None] - begin - jnp.clip(share, 0.0, 1.0)[..., None] * along
+    nearest = jnp.argmin(jnp.sum(aside**2, axis=-1), axis=1)
+    begin, along, wide, change = (
+        begin[nearest],
+        along[nearest],
+        diameter[:-1][nearest],
+        jnp.diff(diameter)[nearest],
+    )
+    share = jnp.clip(jnp.sum((points - begin) * along, axis=1) / jnp.sum(along**2, axis=1), 0.0, 1.0)
+    away = jnp.sqrt(jnp.sum((points - begin - share[:, None] * along) ** 2, axis=1) + 1e-18)
+    return away, 0.5 * (wide + share * change)
 
 
 def refined(lumen: Lumen) -> tuple[np.ndarray, np.ndarray]:
@@ -230,13 +239,13 @@ def pass_through(inverse: Inverse, lumen: Lumen, clearance: float = 0.0) -> Pass
     size = evaluate(starts[:1])[0].values.size
     rows = np.arange(1, size)
     problem = Problem(np.eye(size)[0], rows, np.zeros(rows.size), np.ones(rows.size))
-    outcomes: list[Outcome] = optimise([problem] * len(starts), starts, evaluate)
+    outcomes: list[Outcome] = optimise([problem] * len(starts), starts, evaluate, ends=ENDS)
     best = best_of(outcomes)
     if not best.kept:
         slack = Problem(np.eye(size)[0], rows, np.zeros(rows.size), np.ones(rows.size), slack=True)
-        best = best_of(optimise([slack] * len(starts), starts, evaluate))
+        best = best_of(optimise([slack] * len(starts), starts, evaluate, ends=ENDS))
         if best.objective <= ALLOWED:  # it can be kept after all: from there
-            again = optimise([problem] * STARTS, [best.evaluation.place] * STARTS, evaluate)
+            again = optimise([problem], [best.evaluation.place], evaluate, ends=ENDS)
             best = best_of([*again, *([] if best_of(again).kept else [best])])
     drives = np.asarray(inverse.box().drives(jnp.asarray(best.evaluation.place)))
     state = jax.tree.map(lambda x: x[0], _parts(inverse.verified(drives[None])))
