@@ -79,12 +79,12 @@ class Ensembles(Chains):
         checkpoint.same_chain(self.file, stored, self.target.fingerprint(), self.settings.chain_identity())
         self.evaluator.evaluations = stored.counters["evaluations"]
         self.evaluator.failures = stored.counters["failures"]
-        with h5py.File(self.file, "r") as file:
+        with checkpoint.opened(self.file) as file:
             self.chart = Chart(np.asarray(file.attrs["logarithm"], int))
             self._evidence = [float(value) for value in file.attrs.get("log_evidence", [])]
+            backends = [_read(self.file, f"ensemble_{k}") for k in range(1, self.settings.ensembles + 1)]
         density = self.chart.density(Evaluator(self.target, self.settings.walkers // 2))
-        for k in range(1, self.settings.ensembles + 1):
-            backend = _read(self.file, f"ensemble_{k}")
+        for backend in backends:
             self._add(backend, backend.get_last_sample())
             on_file, again = backend.log_prob[-1], density(backend.chain[-1])
             if not np.allclose(on_file, again, rtol=SAME_MODEL, atol=SAME_MODEL):

@@ -236,7 +236,7 @@ class HamiltonianChains(Chains):
         """Continue the chains of the file."""
         header = checkpoint.header_of(self.file)
         checkpoint.same_chain(self.file, header, self.target.fingerprint(), self.settings.chain_identity())
-        with h5py.File(self.file, "r") as file:
+        with checkpoint.opened(self.file) as file:
             maps = (jnp.asarray(file[f"maps/{name}"][()]) for name in Unbounded.__dataclass_fields__)
             self._maps = Unbounded(*maps)
             self._chains = [_read(file[f"chain_{k}"]) for k in range(1, self.settings.ensembles + 1)]

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 import h5py
 import numpy as np
 
+from fitting.data.sealed import sealed
 from fitting.sample.campaign import CampaignPosterior
 
 from .text import library_of
@@ -45,7 +46,7 @@ def netcdf(result: CampaignPosterior) -> bytes:
         if prior:
             sizes = {"chain": 1, "draw": PRIOR_DRAWS}
             _group(file, "prior", sizes, {n: (("chain", "draw"), v) for n, v in prior.items()}, units)
-    return stream.getvalue()
+    return sealed(stream.getvalue())
 
 
 def prior_draws(result: CampaignPosterior) -> dict[str, np.ndarray]:
