@@ -37,6 +37,8 @@ ON_GRID, OFF_GRID = 0.9, 0.2
 """Minimum mean resultant length of the corners' phases on a grid (N. I. Fisher, Statistical Analysis of
 Circular Data, 1993). Second, maximum distance in rows of nine in ten corners from it; corners of rounded
 readings are off by 0.05."""
+NEAR = 1e-3
+"""Maximum error of a grid's positions, in spacings. It is 0.0007 for 145 readings of seven digits."""
 WIDEST, HEAD, FINE = 100.0, 200, 8
 """Maximum number of rows from one reading to the next; number of corners for the first estimate of a grid;
 number of trial grids for each cycle that these span."""
@@ -100,7 +102,7 @@ def _resampled(y: np.ndarray, none: float) -> OriginalReadings | None:
     for count in range(int(len(y) / CLOSE), int(len(y) / 1.05)):
         every = (len(y) - 1) / (count - 1)
         if all(_largest_distance(part, every) < none for part in (y[:END], y[: -END - 1 : -1])):
-            values = _fitted_readings(y, every, count)
+            values = _fitted_readings(y, np.arange(len(y)) / every, count)
             if np.max(np.abs(_interpolated_rows(values, every, len(y)) - y)) < none:
                 return OriginalReadings(every * np.arange(count), _merged(values, FARTHER * none))
     return None
@@ -116,7 +118,7 @@ def _smoothed(y: np.ndarray) -> bool:
 def _largest_distance(y: np.ndarray, every: float) -> float:
     """Largest distance of rows from lines between readings; the first row is a reading."""
     count = int((len(y) - 1) / every) + 2
-    rows = _interpolated_rows(_fitted_readings(y, every, count), every, len(y))
+    rows = _interpolated_rows(_fitted_readings(y, np.arange(len(y)) / every, count), every, len(y))
     return float(np.max(np.abs(rows - y)))
 
 
@@ -125,9 +127,41 @@ def _interpolated_rows(values: np.ndarray, every: float, rows: int) -> np.ndarra
     return np.interp(np.arange(rows), every * np.arange(len(values)), values)
 
 
-def _fitted_readings(y: np.ndarray, every: float, count: int) -> np.ndarray:
-    """Readings between which rows lie, by least squares. A tiny weight keeps those that no row determines."""
-    place = np.arange(len(y)) / every
+def readings_at(grid: OriginalReadings, x: np.ndarray, y: np.ndarray) -> OriginalReadings | None:
+    """Readings of a column at the positions of another column's readings; None if its rows are not on lines
+    between them.
+
+    Args:
+        grid: readings of another column of the same file.
+        x: positions of the rows, ascending, shape (n,).
+        y: values of the rows, shape (n,), finite.
+    """
+    count = len(grid.at)
+    if len(x) < 2 * FEWEST or count < FEWEST or not np.ptp(y) > 0.0:
+        return None
+    every = float(np.ptp(grid.at)) / (count - 1)
+    place = (x - grid.at[0]) / every + 1.0  # one reading more on either side of the grid
+    inside = (place >= 0.0) & (place <= count + 1.0)
+    exact = EXACT * float(np.max(np.abs(y)))
+    for none in (exact, common_step(y)):
+        if none >= exact:
+            values = _fitted_readings(y[inside], place[inside], count + 2)
+            drawn = np.interp(place[inside], np.arange(count + 2.0), values)
+            values = values[1:-1]
+            allowed = none + NEAR * float(np.max(np.abs(np.diff(values, 2))))
+            if np.max(np.abs(drawn - y[inside])) < allowed and _differ_like_noise(values, none):
+                return OriginalReadings(grid.at, _merged(values, FARTHER * none))
+    return None
+
+
+def _fitted_readings(y: np.ndarray, place: np.ndarray, count: int) -> np.ndarray:
+    """Readings between which rows lie, by least squares. A tiny weight keeps those that no row determines.
+
+    Args:
+        y: values of the rows, shape (n,).
+        place: positions of the rows in readings, between 0 and `count` - 1, shape (n,).
+        count: number of readings.
+    """
     reading_before = np.minimum(np.floor(place + EXACT).astype(int), count - 2)
     part = np.clip(place - reading_before, 0.0, 1.0)
     bands = np.zeros((2, count))
@@ -202,7 +236,7 @@ def _grid(corners: np.ndarray) -> tuple[float, float] | None:
 def _readings_at(x: np.ndarray, y: np.ndarray, begin: float, every: float, none: float) -> OriginalReadings:
     """Readings at the positions of a grid, from the lines on either side of each; equal ones are made
     equal."""
-    near = 1e-3 * every
+    near = NEAR * every
     number = (x[[0, -1]] - begin + np.array([-near, near])) / every
     at = begin + every * np.arange(np.ceil(number[0]), np.floor(number[1]) + 1.0)
     first = np.searchsorted(x, at - near)

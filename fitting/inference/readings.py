@@ -13,7 +13,7 @@ import numpy as np
 from fitting.data.recordings import Recording, schema
 from pneusma_jax.units import from_si
 
-from .between_readings import OriginalReadings, readings_between
+from .between_readings import OriginalReadings, readings_at, readings_between
 from .driven import measured, predicted
 from .full_scale import LONG, saturated
 from .noise import robust_noise, rounding_noise
@@ -80,13 +80,41 @@ def _readings_of(recording: Recording, quantity: str) -> Readings:
     stopped, level = saturated(values[rows], others, recording.memo.get((FULL_SCALE, quantity)))
     below = rows[~stopped]
     unique = below[_not_copied(recording, below)]
-    originals = readings_between(_positions(recording)[unique], values[unique])
+    originals = _originals(recording, quantity, unique)
     new_rows = unique if originals else below[_fresh(recording, below, values[below])]
     measured_rows = _nearest(recording, unique, [originals]) if originals else new_rows
     counted = np.zeros(len(values), bool)
     counted[measured_rows] = True
     repeated, between = len(below) - len(new_rows), len(new_rows) - len(measured_rows)
     return Readings(counted, repeated, between, int(stopped.sum()), level, originals)
+
+
+def _originals(recording: Recording, quantity: str, rows: np.ndarray) -> OriginalReadings | None:
+    """Readings between which some rows of a measured column were interpolated.
+
+    A file is interpolated in every column. A column whose own corners are too blunt for a grid lies on lines
+    between the positions of another column's readings.
+    """
+    found = _own_originals(recording, quantity, rows)
+    others = (schema.quantity_and_unit(name)[0] for name in measured(recording))
+    for other in others if found is None else ():
+        grid = None if other == quantity else _memoised(recording, other, _own_originals)
+        if grid is not None:
+            found = readings_at(grid, _positions(recording)[rows], recording.si(quantity)[rows])
+        if found is not None:
+            break
+    return found
+
+
+def _own_originals(
+    recording: Recording, quantity: str, rows: np.ndarray | None = None
+) -> OriginalReadings | None:
+    """Readings of a column that its own rows tell; by default from all finite rows that are no copies."""
+    values = recording.si(quantity)
+    if rows is None:
+        rows = np.flatnonzero(np.isfinite(values))
+        rows = rows[_not_copied(recording, rows)]
+    return readings_between(_positions(recording)[rows], values[rows])
 
 
 def _positions(recording: Recording) -> np.ndarray:
@@ -241,7 +269,6 @@ def _fresh(recording: Recording, rows: np.ndarray, values: np.ndarray) -> np.nda
     if slower(own, moves):
         new[np.flatnonzero(new)[1:]] = moves > 0.0
     return new
-
 
 
 def _not_copied(recording: Recording, rows: np.ndarray) -> np.ndarray:

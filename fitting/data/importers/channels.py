@@ -15,7 +15,7 @@ from .grid import Grid
 from .making import Channel, Making
 from .options import Options
 from .parts import Sample
-from .spelling import WEIGHTS, unit_name
+from .spelling import WEIGHTS, dimension, unit_name
 from .words import meaning
 
 # Quantities from which the strain or the stress of a coupon or wire can be derived, itself first.
@@ -55,7 +55,18 @@ def named_channels(grid: Grid) -> dict[str, Channel]:
         order = (empty, means.rank, column)
         if means.quantity not in found or order < found[means.quantity][0]:
             found[means.quantity] = (order, _channel(grid, column))
-    return {quantity: channel for quantity, (_, channel) in found.items()}
+    channels = {quantity: channel for quantity, (_, channel) in found.items()}
+    clock = None if "time" in channels else _clock(grid)
+    return channels if clock is None else {"time": _channel(grid, clock), **channels}
+
+
+def _clock(grid: Grid) -> int | None:
+    """The one column that is in a unit of time, whatever its heading says, and rises from row to row."""
+    columns = [k for k, heading in enumerate(grid.headings) if dimension(heading.unit) == "time"]
+    if len(columns) != 1 or meaning(grid.headings[columns[0]]) is not None:
+        return None
+    values = grid.values[:, columns[0]]
+    return columns[0] if len(values) > 1 and np.all(np.diff(values) > 0.0) else None
 
 
 def _channel(grid: Grid, column: int) -> Channel:
@@ -163,10 +174,10 @@ def in_unit(channel: Channel, wanted: str, quantity: str, place: object) -> np.n
     if find_unit(wanted).dimension == "force":
         unit = WEIGHTS.get(unit, unit)
     try:
-        dimension = find_unit(unit).dimension
+        measured = find_unit(unit).dimension
     except InputError as error:
         raise refuse(place, f"column {channel.label!r}: {error}; {option}") from None
-    if dimension != find_unit(wanted).dimension:
+    if measured != find_unit(wanted).dimension:
         raise refuse(
             place, f"column {channel.label!r} is in {unit}, which is not a unit of {quantity}; {option}"
         )

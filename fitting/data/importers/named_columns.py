@@ -1,23 +1,28 @@
 """Format: any delimited file or sheet whose columns the user names (`--map`), or whose headings name a
 quantity."""
 
+import re
+import shlex
+
 import numpy as np
 
 from ..recordings import Recording, schema
 from ..recordings.columns import convert
 from ..recordings.table import refuse
-from .assemble import Facts, assemble
+from .assemble import Facts, assemble, slug
 from .channels import channels_of, in_unit, named_channels
 from .circuit import VOLTAGES, resistance_named
 from .derive import area_mm2
 from .format import Format
 from .making import Channel, Making
 from .options import Options
-from .parts import Sample
+from .parts import Sample, stated_specimen
 from .spelling import dimension, unit_name
 from .unmodelled import KINDS, unmodelled
 
 NAME = "named-columns"
+COIL_SIZES = ("active_coils", "mandrel_diameter_mm", "initial_pitch_mm", "free_length_mm")
+"""Sizes that only a coiled spring has."""
 METAL_MPA = 60.0
 """Minimum stress that no elastomer bears [MPa]: natural rubber, the strongest, breaks at 30 MPa."""
 METAL_MODULUS_MPA = 500.0
@@ -47,6 +52,12 @@ def read(sample: Sample, options: Options) -> Recording:
     if grid.preamble:
         notices.append(
             f"{len(grid.preamble)} lines before the table were left aside, but for sizes that are named here"
+        )
+    stated = stated_specimen(grid)
+    if stated and not options.specimen and not sample.title:
+        notices.append(
+            f"the file names the specimen {stated!r}: --specimen {shlex.quote(slug(stated))} for all of its"
+            " files lets them share its constants"
         )
     return assemble(sample, channels, kind, options, Facts(NAME), notices)
 
@@ -85,6 +96,8 @@ def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str
             if available & {"temperature", "resistance"} or _metal(sample, channels, options)
             else "wire"
         )
+    if {"spring", "wire"} <= set(fits) and not _coiled(sample, options):
+        fits.remove("spring")  # a gauge length and a cross-section are those of a straight wire
     if {"tube", "actuator"} <= set(fits):
         fits.remove(
             "tube" if available & {"curvature", "bend_angle", "resistance_1", "resistance_2"} else "actuator"
@@ -103,6 +116,13 @@ def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str
             f" --kind, and name the columns with --map QUANTITY=COLUMN. Kinds: {KINDS}",
         )  # fmt: skip
     return fits[0]
+
+
+def _coiled(sample: Sample, options: Options) -> bool:
+    """Whether the file or the person speaks of a spring."""
+    words = f"{sample.title} {sample.head}".lower()
+    sizes = {*options.dimensions, *sample.sizes}
+    return bool(re.search(r"spring|feder|coil|ressort", words)) or bool(sizes & set(COIL_SIZES))
 
 
 def _nearest(available: set[str]) -> str:

@@ -20,6 +20,12 @@ _LABEL = re.compile(
     re.IGNORECASE,
 )
 
+_NAMING = {
+    f"{word}{more}"
+    for word in SPECIMEN_WORDS
+    for more in ("", " name", " id", " label", " no", " no.", " number")
+}
+
 
 @dataclass(frozen=True)
 class Sample:
@@ -167,6 +173,15 @@ def _tests_on(raw: RawFile, page: Page) -> list[Sample]:
         replace(t, sizes={**t.sizes, **_sizes_of(t, f"{page.name} {t.title}", k, len(tests), sized)})
         for k, t in enumerate(tests)
     ]
+
+
+def stated_specimen(grid: Grid) -> str:
+    """Name of the specimen in a line of its own above a table, such as `Sample;NT-38-A`, or nothing."""
+    for row in grid.preamble:
+        cells = [cell.strip().strip('":') for cell in row if cell.strip().strip('":')]
+        if len(cells) == 2 and plain(cells[0]) in _NAMING and re.search(r"[^\W\d]", cells[1]):
+            return cells[1]
+    return ""
 
 
 def _label(grid: Grid) -> str:

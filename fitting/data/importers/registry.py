@@ -21,7 +21,7 @@ from . import (
 from .assemble import slug
 from .channels import named_channels
 from .format import Format
-from .options import Options
+from .options import QUANTITIES, Options
 from .parts import Sample, samples_of
 from .raw import formulas_without_values, open_raw
 from .refused import RECORDING as recording_format
@@ -65,15 +65,15 @@ def detect(sample: Sample) -> Format:
                 raise refuse(sample.raw.path, why)
     if why := formulas_without_values(sample.raw):
         raise refuse(sample.raw.path, why)
-    format = ", ".join(format.name for format in FORMATS)
+    names = ", ".join(format.name for format in FORMATS)
     headings = [] if sample.grid is None else [heading.text for heading in sample.grid.headings]
     columns = f" ({', '.join(repr(text) for text in headings)})" if headings else ""
     if sample.grid is not None and not headings:
         columns = f" (without headings, numbers 1 to {sample.grid.values.shape[1]})"
     raise refuse(
         sample.raw.path,
-        f"no known format; name its columns{columns} with --map QUANTITY=COLUMN, or see the known ones: "
-        f"{format}",
+        f"no known format; name its columns{columns} with --map QUANTITY=COLUMN, where QUANTITY is one of "
+        f"{', '.join(QUANTITIES)}; or see the known formats: {names}",
     )
 
 
