@@ -124,8 +124,8 @@ def _sealed(cases, places, scheduler):
     """Seal cases. One that cannot be made is noted and left out, which says nothing about the tool."""
     book, unmade_book = places.campaigns / "seals.json", places.folder / "unmade.json"
     unmade, seals = read(unmade_book, {}), read(book, {})
-    ready = [case for case in cases if case.name in seals and (places.campaigns / case.name).is_dir()]
-    unsealed = [case for case in cases if case not in ready and case.name not in unmade]
+    sealed = [case for case in cases if case.name in seals and (places.campaigns / case.name).is_dir()]
+    unsealed = [case for case in cases if case not in sealed and case.name not in unmade]
     for case, problem in _side_by_side(partial(_seal_alone, places), unsealed, scheduler):
         if problem:
             unmade[case.name] = problem
