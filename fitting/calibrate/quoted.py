@@ -52,7 +52,7 @@ def estimate(
     profiled = profile is not None and len(profile.value) > 1
     if profiled:
         interval = {percent: profile.quoted(percent) for percent in RISES}
-        told, curved = profile.brackets(), bool(profile.curved or not np.isfinite(sd))
+        told, curved = _told(entry, profile, interval[90]), bool(profile.curved or not np.isfinite(sd))
         if curved:
             sd = 0.5 * (interval[90][1] - interval[90][0]) / WIDTH_90
     else:
@@ -71,6 +71,20 @@ def estimate(
         told=told,
         of_prior=_of_prior(entry, interval),
     )
+
+
+def _told(entry: Parameter, profile: Profile, ends: tuple[float, float]) -> tuple[bool, bool]:
+    """Whether the recordings make the lower, and the upper, end of the 90 % interval.
+
+    They do not where priors or a bound make most of the rise there, and the interval goes as far on that side
+    as the prior alone would let it, or to the bound.
+    """
+    reach = [entry.value - ends[0], ends[1] - entry.value]
+    far = np.inf if entry.prior is None else MERELY_PRIOR * WIDTH_90 * entry.prior.sd
+    bounded = [ends[0] <= entry.min, ends[1] >= entry.max]
+    sides = zip(profile.brackets(), reach, bounded, strict=True)
+    lower, upper = (makes or not (side > far or stopped) for makes, side, stopped in sides)
+    return lower, upper
 
 
 def _of_parabola(entry: Parameter, sd: float) -> dict[int, tuple[float, float]]:

@@ -23,7 +23,7 @@ class Estimate:
         interval: ends of the quoted intervals by per cent (50, 68, 90); empty where none is known.
         curved: the intervals are those of a profile likelihood that is no parabola.
         told: whether the recordings themselves make the lower, and the upper, end of the 90 % interval;
-            elsewhere a prior or the bound of the search ends it.
+            elsewhere its prior or the bound of the search ends it.
         of_prior: width of the 90 % interval over that of the prior; None without a prior.
     """
 

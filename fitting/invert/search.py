@@ -10,10 +10,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from fitting.design.bodies import Body, Solved
+from fitting.design.bodies import Body
 
-from .forward import Memories, state_of, unknowns_of
-from .goals import GOALS, sizes
+from .derivatives import values_with_slope
+from .forward import Memories
+from .goals import sizes
 
 MOST_STEPS = 40
 """Maximum of steps from a start; 4 to 12 are taken where the target can be reached."""
@@ -78,14 +79,6 @@ class Found(eqx.Module):
     steps: Array
 
 
-def values_at(
-    body: Body, goals: tuple[str, ...], drives: Array, memories: Memories, guess: Array
-) -> tuple[Array, Solved]:
-    """Values of the goals, and the state."""
-    solved = state_of(body, drives[0], drives[1:], memories, guess)
-    return jnp.concatenate([GOALS[name].function(solved) for name in goals]), solved
-
-
 def search(
     body: Body,
     goals: tuple[str, ...],
@@ -112,13 +105,8 @@ def search(
     wide = box.high > box.low
 
     def look(place: Array, guess: Array) -> tuple:
-        def missed(place: Array) -> tuple:
-            values, solved = values_at(body, goals, box.drives(place), memories, guess)
-            return (values - wanted) / scale, (values, unknowns_of(solved))
-
-        push = lambda tangent: jax.jvp(missed, (place,), (tangent,), has_aux=True)  # noqa: E731
-        miss, slope, (values, unknowns) = jax.vmap(push, out_axes=(None, 1, None))(jnp.eye(count))
-        return miss, slope, values, unknowns
+        values, slope, unknowns = values_with_slope(body, goals, box.drives, place, memories, guess)
+        return (values - wanted) / scale, slope / scale[:, None], values, unknowns
 
     def total(miss: Array, place: Array, weight: Array) -> Array:
         return 0.5 * miss @ miss + 0.5 * weight * jnp.sum(cost * (place - rest) ** 2)

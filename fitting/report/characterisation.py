@@ -1,4 +1,4 @@
-"""What reports on every characterised specimen share: parameters as table, CSV and JSON."""
+"""Shared parts of the reports on all characterised specimens: parameters as table, CSV and JSON."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -28,12 +28,12 @@ MOST_NAMES = 12
 def parameter_table(
     parameters: Mapping[str, Estimate], start: Mapping[str, float], share: Mapping[str, float | None]
 ) -> Table:
-    """Parameters with their errors.
+    """Table of parameters with their errors.
 
     Args:
-        parameters: by name.
-        start: where each began, in the unit of files.
-        share: width of the quoted interval over the prior's, where there is one.
+        parameters: parameters by name.
+        start: start value by name, in the unit of files.
+        share: width of the 90 % interval over that of the prior by name, where there is a prior.
     """
     rows = [
         [
@@ -60,10 +60,20 @@ def interval_text(estimate: Estimate) -> str:
     """The 90 % interval, or the bound that the recordings give."""
     if 90 not in estimate.interval:
         return ""
-    low, high = (number(end, ".4g") for end in estimate.interval[90])
+    low, high = _ends(*estimate.interval[90])
     if estimate.told == (True, False):
         return f"above {low}"
     return f"below {high}" if estimate.told == (False, True) else f"{low} to {high}"
+
+
+def _ends(*numbers: float) -> list[str]:
+    """Numbers with as many digits as tell them apart: two of half the distance between the extremes."""
+    width = 0.5 * (max(numbers) - min(numbers))
+    size = max(map(abs, numbers))
+    if not (math.isfinite(size) and width > 0.0):
+        return [number(one, ".4g") for one in numbers]
+    digits = max(4, math.floor(math.log10(size)) - math.floor(math.log10(width)) + 2)
+    return [number(one, f".{digits}g") for one in numbers]
 
 
 def remark(estimate: Estimate) -> str:
@@ -83,12 +93,7 @@ def remark(estimate: Estimate) -> str:
 def combination_table(found: Sequence[Combination]) -> Table:
     """Quantities that are known better than single constants, with their 90 % intervals."""
     rows = [
-        [
-            one.name,
-            number(one.value, ".4g"),
-            f"{number(one.low, '.4g')} to {number(one.high, '.4g')}",
-            one.unit,
-        ]
+        [one.name, _ends(one.value, one.low, one.high)[0], " to ".join(_ends(one.low, one.high)), one.unit]
         for one in found
     ]
     return Table(["quantity", "value", "90 % interval", "unit"], rows, COMBINED)
@@ -126,8 +131,8 @@ def limits(parameters: Mapping[str, Estimate]) -> list[str]:
             )
     if told((False, False)):
         said.append(
-            f"Both ends of the interval of {joined(told((False, False)))} are made by priors, of other "
-            "constants, too, more than by the recordings."
+            f"Both ends of the interval of {joined(told((False, False)))} are made by priors or bounds more "
+            "than by the recordings."
         )
     return said
 
@@ -152,12 +157,12 @@ def estimate_json(estimate: Estimate) -> dict[str, Any]:
 
 
 def estimates_json(parameters: Mapping[str, Estimate]) -> dict[str, dict[str, Any]]:
-    """Estimates by name as `report.json` has them."""
+    """Estimates by name for `report.json`."""
     return {name: estimate_json(estimate) for name, estimate in parameters.items()}
 
 
 def estimate_cells(estimate: Estimate) -> list[object]:
-    """Value, standard error, unit and bound of an estimate, as CSV files have them."""
+    """Value, standard error, unit and bound of an estimate for CSV files."""
     return [estimate.value, estimate.sd, estimate.unit, "yes" if estimate.at_bound else "no"]
 
 
@@ -181,7 +186,7 @@ def content(
     seed: int,
     more: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """The content of `report.json`: what all kinds have, around what is special to one (`more`)."""
+    """The content of `report.json`: entries of all kinds, around those of one kind (`more`)."""
     return {
         "schema": SCHEMA,
         "kind": kind,
@@ -196,13 +201,13 @@ def content(
 
 
 def subtitle(what: str, recordings: str, fitted: Sequence[str], held_out: Sequence[str]) -> str:
-    """What was fitted to which recordings.
+    """Subtitle: specimen and fitted recordings.
 
     Args:
-        what: the specimen, `"Wire"`.
-        recordings: such recordings in words, `"test"`; the plural is made with an s.
-        fitted: names of those that were fitted.
-        held_out: names of those that only score.
+        what: name of the specimen, `"Wire"`.
+        recordings: word for such recordings, `"test"`; the plural is made with an s.
+        fitted: names of the fitted recordings.
+        held_out: names of the recordings that only score.
     """
     plural = "" if len(fitted) == 1 else "s"
     rest = f", {len(held_out)} held out ({_names(held_out)})" if held_out else ""
@@ -215,5 +220,5 @@ def _names(names: Sequence[str]) -> str:
 
 
 def footer(seed: int) -> str:
-    """What made the report."""
+    """Footer with program and version."""
     return f"pneusma characterise, seed {seed}"

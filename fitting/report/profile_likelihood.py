@@ -1,4 +1,4 @@
-"""Profile likelihoods as every report shows them: a figure, what they say in words, their numbers."""
+"""Profile likelihoods in every report: a figure, sentences, numbers."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
@@ -26,7 +26,7 @@ HIGH = 3.0
 
 
 class Profiled(Protocol):
-    """What is read of a result: profiles by parameter, SI, and estimates in the unit of files."""
+    """Inputs from a result: profiles by parameter, SI, and estimates in the unit of files."""
 
     profiles: Mapping[str, Profile]
     parameters: Mapping[str, Estimate]
@@ -70,32 +70,32 @@ def figure(result: Profiled) -> Figure:
 
 
 def warnings(result: Profiled) -> list[str]:
-    """Where profiles say that the fit is not at its end, or that standard errors mislead.
+    """Warnings where profiles show that the fit is not at its minimum, or that standard errors mislead.
 
-    Parameters of which the same is to be said share a sentence.
+    Parameters with the same finding share a sentence.
     """
-    found, said = result.profiles, []
+    found, sentences = result.profiles, []
     lower = [name for name, profile in found.items() if profile.below > ALIKE]
     if lower:
         below = max(found[name].below for name in lower)
-        said.append(
+        sentences.append(
             f"Where {_or(lower)} is held elsewhere the others reach a chi-square lower by {below:.2g}. "
             "The fit is not at its end: trust neither its values nor its errors."
         )
     curved = [name for name, profile in found.items() if profile.curved]
     if curved:
         where = f": {_intervals(result, curved)}" if len(curved) <= FEW else ", as the table has them"
-        said.append(
+        sentences.append(
             f"Over {_or(curved)} the misfit is no parabola. What is quoted is the profile likelihood's "
             f"interval (90 %){where}."
         )
     unsure = [name for name, profile in found.items() if profile.unsure]
     if unsure:
-        said.append(
+        sentences.append(
             f"Where {_or(unsure)} is held elsewhere the others stop at kinks of the misfit. Whether the "
             f"standard error holds is not known. The profile leaves at least {_intervals(result, unsure)}."
         )
-    return said
+    return sentences
 
 
 def _or(names: Sequence[str]) -> str:
@@ -109,7 +109,7 @@ def _intervals(result: Profiled, names: Sequence[str]) -> str:
 
 
 def interval(result: Profiled, name: str) -> str:
-    """What a profile leaves of a parameter, in its unit of files."""
+    """Interval of a parameter from its profile, in its unit of files."""
     unit = result.parameters[name].unit
     low, high = (float(_in_file(end, unit)) for end in result.profiles[name].interval(RISES[90]))
     shown = "" if unit == "1" else f" {unit}"
@@ -121,7 +121,7 @@ def interval(result: Profiled, name: str) -> str:
 
 
 def document(result: Profiled) -> dict[str, Any]:
-    """Numbers of every profile, as `report.json` has them."""
+    """Numbers of every profile, for `report.json`."""
     return {
         name: {"value_SI": list(p.value), "rise": list(p.rise), "interval_68_SI": list(p.interval()),
                "interval_90_SI": list(p.quoted(90)), "rise_per_sd": p.unit,

@@ -1,4 +1,4 @@
-"""Units that nobody states: whether a strain is a fraction or a percentage, and what an assumed one means."""
+"""Units that nobody states: strain as a fraction or a percentage, and consequences of an assumed unit."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -12,17 +12,18 @@ from .making import Channel, Making
 from .spelling import dimension
 
 FARTHEST_STRETCH = 20.0
-"""The softest silicones break near a stretch of 17 (Ecoflex 00-30 in tension)."""
+"""Maximum stretch [1]. The softest silicones break near a stretch of 17 (Ecoflex 00-30 in tension)."""
 DECISIVE = 0.25
-"""Ratio of misfits below which one reading of a strain explains another column and the other does not."""
+"""Maximum ratio of misfits at which one unit of strain explains another column and the other does not."""
 SHAPED = 2.0
-"""Strain up to which the first, neo-Hookean part of a rubber's curve is looked at."""
+"""Maximum strain of the first, neo-Hookean part of a rubber's curve [1]."""
 
 
 def settle_strain_unit(making: Making) -> None:
-    """Give a strain without unit the one that it must be in, and say it.
+    """Assign the unit to a strain without one, and report it.
 
-    A true strain or an extension beside it tells; else a fraction is taken, if the numbers can be one.
+    A true strain or an extension beside it decides. Otherwise a fraction is assumed, if the numbers can be
+    one.
 
     Raises:
         InputError: if the numbers cannot be a fraction, or fit a percentage better.
@@ -36,9 +37,9 @@ def settle_strain_unit(making: Making) -> None:
     ):
         return
     largest = float(np.nanmax(np.abs(channel.values)))
-    told = _told(making, channel)
-    if told is not None:
-        unit, by = told
+    proven = _proven_unit(making, channel)
+    if proven is not None:
+        unit, by = proven
         words = "percent" if unit == "percent" else "a fraction"
         making.say(f"{channel.label!r} has no unit: taken as {words}, as {by} tells")
         making.channels["strain"] = replace(channel, unit=unit)
@@ -66,11 +67,11 @@ def settle_strain_unit(making: Making) -> None:
 
 
 def unit_assumed(channels: Mapping[str, Channel], unit: str) -> str:
-    """What to look at where nobody states the unit of stress: the modulus that follows from an assumed one.
+    """Warning where nobody states the unit of stress: the modulus that follows from the assumed one.
 
     Args:
-        channels: with `stretch` and `stress`.
-        unit: that was taken.
+        channels: channels with `stretch` and `stress`.
+        unit: assumed unit.
     """
     stretch, stress = channels["stretch"].values, channels["stress"].values
     far = int(np.nanargmax(np.abs(stretch - 1.0)))
@@ -82,8 +83,8 @@ def unit_assumed(channels: Mapping[str, Channel], unit: str) -> str:
     )
 
 
-def _told(making: Making, channel: Channel) -> tuple[str, str] | None:
-    """Unit that another column of the file proves, and which one."""
+def _proven_unit(making: Making, channel: Channel) -> tuple[str, str] | None:
+    """Unit that another column of the file proves, and the name of that column."""
     strain = channel.values
     true = making.channels.get("true_strain")
     if true is not None and not true.trouble and true.unit is None:
@@ -113,15 +114,15 @@ def _told(making: Making, channel: Channel) -> tuple[str, str] | None:
 
 
 def _bends_as_percent(making: Making, channel: Channel) -> bool:
-    """Whether the first part of an elastomer's curve is a neo-Hookean one of percent, and none of fractions.
+    """True if the first part of an elastomer's curve is neo-Hookean in percent, but not in fractions.
 
-    Every rubber's tangent falls by half up to a strain of one; up to a percent it does not fall.
+    Every rubber's tangent falls by half up to a strain of one. Up to a percent it does not fall.
     """
     stress = making.channels.get("stress") or making.channels.get("force")
     if making.kind != "elastomer" or stress is None or stress.trouble:
         return False
-    there = np.isfinite(channel.values) & np.isfinite(stress.values)
-    strain, force = channel.values[there], stress.values[there]
+    finite = np.isfinite(channel.values) & np.isfinite(stress.values)
+    strain, force = channel.values[finite], stress.values[finite]
     rising = slice(0, int(np.argmax(strain)) + 1) if strain.size else slice(0, 0)
     strain, force = strain[rising], force[rising]
     first = (strain >= 0.0) & (strain <= SHAPED)

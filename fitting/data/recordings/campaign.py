@@ -1,4 +1,4 @@
-"""Reading a campaign: a folder of recordings, or one of them."""
+"""Reading of a campaign: a folder of recordings, or a single one."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -19,14 +19,14 @@ def read_campaign(path: str | Path, overrides: Mapping[str, Any] | None = None) 
 
     Args:
         path: folder or CSV; `campaign.toml` in the folder gives title and shared [geometry] and [tolerance].
-        overrides: settings that take precedence over campaign and sidecars, keyed as a sidecar.
+        overrides: settings that take precedence over campaign and sidecars, with the keys of a sidecar.
 
     Returns:
-        The campaign, recordings in the order of their names.
+        The campaign, with recordings in the order of their names.
 
     Raises:
-        InputError: if there is nothing to read or any file cannot be used: the first one's line, with how
-            many more files are wrong.
+        InputError: if there is nothing to read or any file cannot be used. The message is the first one's
+            line, with the number of further bad files.
     """
     path = Path(path)
     if not path.exists():
@@ -60,7 +60,7 @@ def _shared_settings(folder: Path) -> dict[str, Any]:
 
 
 def _recordings_in(folder: Path, notices: list[str]) -> list[Path]:
-    """CSV files below a folder, hidden ones left out; a sidecar without its CSV is an error."""
+    """CSV files below a folder, without hidden ones. A sidecar without its CSV is an error."""
     found = [p for p in sorted(folder.rglob("*")) if not _hidden(p.relative_to(folder))]
     files = [p for p in found if p.suffix.lower() == ".csv" and p.is_file()]
     if not files:
@@ -82,7 +82,7 @@ def _hidden(path: Path) -> bool:
 
 
 def _states_a_kind(file: Path) -> bool:
-    """Whether a TOML is a sidecar; alloys and models may lie beside recordings too."""
+    """True if a TOML is a sidecar. Alloys and models may lie beside recordings too."""
     try:
         return sidecar.read_toml(file).get("kind") in schema.KINDS
     except InputError:

@@ -1,30 +1,30 @@
-"""Slack at the start of a test: said, taken off, or left to the fits."""
+"""Slack at the start of a test: reported, subtracted, or left to the fits."""
 
 import numpy as np
 
 from ..recordings import schema
 from ..recordings.table import refuse
+from ..slack import Slack, find_slack
 from .making import Making
-from .slack import Slack, find_slack
 
 TWICE, LEAST_ZERO, FIRST = 2.0, 0.01, 5
-"""How far off a zero may be that a fit finds, one standard deviation, in what is seen of it; and in the
-largest value at least, as load cells and grips are set to better; rows that show a zero of stress."""
+"""Standard deviation of a zero for fits, as a multiple of its estimate; its minimum as part of the largest
+value; number of rows that show a zero of stress. Load cells and grips are set better than the minimum."""
 
 
 def slack_of(drive: np.ndarray, force: np.ndarray, making: Making) -> Slack | None:
-    """Slack as it is stated, or as it is seen; None where there is none."""
+    """Slack as stated or as detected; None where there is none."""
     stated = making.options.slack
     if not isinstance(stated, float):
         return find_slack(drive, force)
     start = stated if largest(drive) >= 0.0 else -stated
-    there = np.isfinite(drive) & np.isfinite(force)
-    stroke = there & (np.arange(len(drive)) <= int(np.nanargmax(np.abs(drive))))
+    finite = np.isfinite(drive) & np.isfinite(force)
+    stroke = finite & (np.arange(len(drive)) <= int(np.nanargmax(np.abs(drive))))
     before = stroke & (np.abs(drive) <= abs(start))
     return Slack(start, float(np.mean(force[before])) if before.any() else 0.0, int(before.sum()))
 
 
-def _words(slack: Slack, pair: tuple[str, str], making: Making) -> str:
+def _text(slack: Slack, pair: tuple[str, str], making: Making) -> str:
     answer, unit = pair[1].rsplit("_", 1)
     drive = "strain" if pair[0] == "strain" else "elongation"
     length = "" if drive == "strain" else " mm"
@@ -33,9 +33,9 @@ def _words(slack: Slack, pair: tuple[str, str], making: Making) -> str:
 
 
 def offer(slack: Slack, pair: tuple[str, str], making: Making) -> None:
-    """Say what slack is seen and what can be done about it."""
+    """Report detected slack and the options for it."""
     making.warn(
-        f"{_words(slack, pair, making)} and rises from there: slack, and the load cell's zero. --slack auto"
+        f"{_text(slack, pair, making)} and rises from there: slack, and the load cell's zero. --slack auto"
         " starts there and"
         " takes the zero off; --slack keep leaves it"
         + ("; --slack fit leaves both to the fits, with their uncertainty" if pair[1] == "stress_kPa" else "")
@@ -43,7 +43,7 @@ def offer(slack: Slack, pair: tuple[str, str], making: Making) -> None:
 
 
 def leave_to_fit(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
-    """State how far off both zeros may be, by what is seen of them: twice as far, or the least that is usual.
+    """State the standard deviation of both zeros: twice the estimate, or the usual minimum.
 
     Raises:
         InputError: if no fit of this kind finds zeros.
@@ -55,26 +55,27 @@ def leave_to_fit(columns: dict[str, np.ndarray], pair: tuple[str, str], making: 
         )  # fmt: skip
     drive, force = (columns[name] for name in pair)
     slack = slack_of(drive, force, making)
-    there = np.isfinite(drive) & np.isfinite(force)
-    first = float(np.mean(force[there][:FIRST])) if there.any() else 0.0
-    seen = (slack.start, slack.zero) if slack else (0.0, first)
-    for name, values, size in zip(pair, (drive, force), seen, strict=True):
+    finite = np.isfinite(drive) & np.isfinite(force)
+    first = float(np.mean(force[finite][:FIRST])) if finite.any() else 0.0
+    estimates = (slack.start, slack.zero) if slack else (0.0, first)
+    for name, values, size in zip(pair, (drive, force), estimates, strict=True):
         least = LEAST_ZERO * float(np.nanmax(np.abs(values)))
         making.zero[name] = float(f"{max(TWICE * abs(size), least):.2g}")
     stated = ", ".join(f"{name} = {sd:g}" for name, sd in making.zero.items())
     none = f"no slack was found; the first stress is {first:.4g} kPa"
-    said = _words(slack, pair, making) if slack else none
-    making.say(f"{said}: both zeros are left to every fit, with standard deviations of [zero] {stated}")
+    text = _text(slack, pair, making) if slack else none
+    making.say(f"{text}: both zeros are left to every fit, with standard deviations of [zero] {stated}")
 
 
 def start_at(
     slack: Slack, columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making
 ) -> np.ndarray:
-    """Count from where the specimen grew taut; a coupon that hung slack was longer than its grips' gap."""
+    """Count strain from the point where the specimen became taut. A coupon that hung slack was longer than
+    its grips' gap."""
     drive, force = pair
     sign = 1.0 if slack.start >= 0.0 else -1.0
     raw = columns[drive]
-    kept = ~(sign * raw < sign * slack.start)
+    keep = ~(sign * raw < sign * slack.start)
     if drive == "strain":
         columns[drive] = (raw - slack.start) / (1.0 + slack.start)
         how = f"strain is counted from there, as (strain - {slack.start:.4g}) / (1 + {slack.start:.4g})"
@@ -84,14 +85,14 @@ def start_at(
     columns[force] = columns[force] - slack.zero
     answer, unit = force.rsplit("_", 1)
     making.say(
-        f"{_words(slack, pair, making)}: {int((~kept).sum())} slack rows left out, {how}; {slack.zero:.4g}"
+        f"{_text(slack, pair, making)}: {int((~keep).sum())} slack rows left out, {how}; {slack.zero:.4g}"
         f" {unit} taken off"
         f" {answer} (--slack)"
     )
-    return kept
+    return keep
 
 
 def largest(values: np.ndarray) -> float:
-    """The value that is largest without its sign, with it; 0 where there is none."""
+    """Value of largest magnitude, with its sign; 0 where there is none."""
     finite = values[np.isfinite(values)]
     return float(finite[np.argmax(np.abs(finite))]) if finite.size else 0.0

@@ -1,34 +1,35 @@
-"""Signs and zeros of a test: compression counted positive, slack, a preload, an absolute pressure."""
+"""Correction of signs and zeros: compression counted positive, slack, a preload, an absolute pressure."""
 
 import numpy as np
 
 from ..recordings.table import refuse
+from ..slack import Slack, noise_of_steps
 from .channels import in_unit
 from .making import Channel, Making
-from .slack import Slack, noise_of_steps
-from .taut import largest, leave_to_fit, offer, slack_of, start_at
+from .slack_treatment import largest, leave_to_fit, offer, slack_of, start_at
 from .words import COMPRESS
 
 ATMOSPHERE_KPA = 101.325
 WEATHER_KPA = (90.0, 108.0)
-"""Air pressures that occur from sea level to 1000 m: a gauge pressure does not begin in between by chance."""
+"""Range of air pressures from sea level to 1000 m [kPa]. A gauge pressure does not begin within it by
+chance."""
 AT_START = 0.05
-"""Of its range, where a strain may begin that was counted from rest."""
+"""Maximum start of a strain that was counted from rest, as part of its range."""
 PRELOAD = 0.01
-"""Of its range, the stress at no strain that is spoken of; load cells are zeroed to better."""
+"""Minimum reported stress at zero strain, as part of its range. Load cells are zeroed better."""
 ACROSS = 0.05
-"""Share of rows in which strain and stress have opposite signs, both by more than `AT_START`, from which one
-of them is counted from another zero: a loop of a rubber has fewer."""
+"""Minimum share of rows with opposite signs of strain and stress, both beyond `AT_START`, that indicates a
+shifted zero. A loop of a rubber has fewer."""
 NOISES = 5.0
-"""Standard deviations of its noise, below which a stress at the start is none."""
+"""Number of standard deviations of its noise, below which a stress at the start counts as none."""
 OPPOSED = 0.2
-"""Of its range, how far stress must go against strain for one of them to be counted the other way."""
+"""Minimum part of its range by which stress opposes strain, for one of them to have the wrong sign."""
 FITS_BETTER = 0.5
-"""Ratio of misfits of a pressed neo-Hookean law to a pulled one below which it is asked which it was."""
+"""Maximum ratio of misfits, pressed over pulled neo-Hookean law, at which the user is asked which it was."""
 STEADY_K = 5.0
-"""Range of temperature up to which a wire is pulled at one temperature."""
+"""Maximum range of temperature of a test at one temperature [K]."""
 
-# Columns of what drives a test and of what answers, by kind.
+# Driving and responding column of a test, by kind.
 _PAIRS = {
     "elastomer": ("strain", "stress_kPa"),
     "wire": ("strain", "stress_MPa"),
@@ -37,7 +38,7 @@ _PAIRS = {
 
 
 def subtract(making: Making) -> None:
-    """Take what the person states off the channels that are there, in its unit."""
+    """Subtract the offsets that the user states from the channels, in their units."""
     for quantity, (value, unit) in making.options.subtracted.items():
         channel = making.channels.get(quantity)
         if channel is None or ("--subtract", quantity) in making.options.used.names:
@@ -51,7 +52,8 @@ def subtract(making: Making) -> None:
 
 
 def gauge_pressure(making: Making) -> None:
-    """Take the air's pressure off one that is absolute by its heading; ask where its numbers look so."""
+    """Subtract the atmospheric pressure from a pressure with an absolute heading; ask where its numbers look
+    absolute."""
     channel = making.channels.get("pressure")
     if channel is None or channel.zero == "gauge" or channel.unit is None:
         return
@@ -71,53 +73,53 @@ def gauge_pressure(making: Making) -> None:
         )
 
 
-def straighten(columns: dict[str, np.ndarray], making: Making, about: str) -> np.ndarray:
-    """Turn what is counted the other way, and start where the specimen grew taut. Changes the columns.
+def correct_signs_and_zeros(columns: dict[str, np.ndarray], making: Making, about: str) -> np.ndarray:
+    """Correct signs, and begin where the specimen became taut. The columns are changed in place.
 
     Args:
-        columns: canonical ones.
-        making: with the options; what was done and what should be looked at is said there.
-        about: words of the file (headings, preamble, sheet) that may say how the specimen was loaded.
+        columns: canonical columns.
+        making: state of the import with the options; notices and warnings are added to it.
+        about: texts of the file (headings, preamble, sheet) that may mention the loading.
 
     Returns:
-        Which rows to keep.
+        Rows to keep.
 
     Raises:
-        InputError: if stress and strain of a coupon, or of a wire at one temperature, go opposite ways.
+        InputError: if stress and strain of a coupon, or of a wire at one temperature, have opposite signs.
     """
     rows = len(next(iter(columns.values())))
-    kept = np.ones(rows, bool)
+    keep = np.ones(rows, bool)
     pair = _PAIRS.get(making.kind)
     if pair is None or not set(pair) <= columns.keys():
-        return kept
+        return keep
     if making.kind == "elastomer":
-        _turn(columns, making, about)
+        _make_compression_negative(columns, making, about)
     if making.options.slack is not None:
         making.use("--slack")
-    if making.kind == "wire" and not _steady(columns):
-        return kept  # what is flat there is the alloy's own doing
+    if making.kind == "wire" and not _is_isothermal(columns):
+        return keep  # a flat part is then a property of the alloy
     if making.kind in ("elastomer", "wire"):
         _refuse_opposed(columns, pair, making)
-        _refuse_beyond_nothing(columns, pair, making)
+        _refuse_below_minus_one(columns, pair, making)
     drive, force = (columns[name] for name in pair)
     if making.options.slack == "fit":
         leave_to_fit(columns, pair, making)
     if making.options.slack in ("keep", "fit"):
-        return kept
+        return keep
     slack = slack_of(drive, force, making)
     if slack is None:
-        _speak_of_start(columns, pair, making)
+        _notice_start(columns, pair, making)
     elif making.options.slack is None:
         offer(slack, pair, making)
     else:
-        kept = start_at(slack, columns, pair, making)
+        keep = start_at(slack, columns, pair, making)
     if making.kind == "elastomer" and making.options.compression is None and not COMPRESS.search(about):
-        _ask_whether_pressed(columns["strain"][kept], columns["stress_kPa"][kept], slack, making)
-    return kept
+        _ask_about_compression(columns["strain"][keep], columns["stress_kPa"][keep], slack, making)
+    return keep
 
 
-def _turn(columns: dict[str, np.ndarray], making: Making, about: str) -> None:
-    """Strain and stress of a pressed coupon made negative."""
+def _make_compression_negative(columns: dict[str, np.ndarray], making: Making, about: str) -> None:
+    """Strain and stress of a specimen in compression, made negative."""
     wanted = making.options.compression
     why = "as stated with --compression"
     if wanted is None and COMPRESS.search(about):
@@ -137,20 +139,20 @@ def _turn(columns: dict[str, np.ndarray], making: Making, about: str) -> None:
             making.say("strain and stress were negative already: nothing to turn for --compression")
 
 
-def _steady(columns: dict[str, np.ndarray]) -> bool:
-    """Whether a wire stayed at one temperature, as far as was recorded."""
+def _is_isothermal(columns: dict[str, np.ndarray]) -> bool:
+    """True if a wire stayed at one temperature, as far as was recorded."""
     temperature = columns.get("temperature_degC", np.zeros(1))
     temperature = temperature[np.isfinite(temperature)]
     return temperature.size == 0 or float(np.ptp(temperature)) <= STEADY_K
 
 
 def _refuse_opposed(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
-    """Refuse stress and strain that go opposite ways, at the largest of either."""
+    """Refuse stress and strain of opposite signs at the largest of either."""
     strain, stress = columns["strain"], columns[pair[1]]
-    there = np.flatnonzero(np.isfinite(strain) & np.isfinite(stress))
-    if there.size < 3 or not np.ptp(stress[there]) > 0.0 or strain[there].min() <= -1.0:
-        return  # nothing to compare, or numbers that are refused as they are
-    x, y = strain[there] - strain[there[0]], stress[there] - stress[there[0]]
+    finite = np.flatnonzero(np.isfinite(strain) & np.isfinite(stress))
+    if finite.size < 3 or not np.ptp(stress[finite]) > 0.0 or strain[finite].min() <= -1.0:
+        return  # nothing to compare, or numbers that another check refuses
+    x, y = strain[finite] - strain[finite[0]], stress[finite] - stress[finite[0]]
     for at in (int(np.argmax(np.abs(x))), int(np.argmax(np.abs(y)))):
         gone, answered = float(x[at]), float(y[at])
         if (
@@ -158,21 +160,21 @@ def _refuse_opposed(columns: dict[str, np.ndarray], pair: tuple[str, str], makin
             and abs(answered) > OPPOSED * float(np.ptp(y))
             and abs(gone) > OPPOSED * float(np.ptp(x))
         ):
-            sources = [_source(making, family) for family in ("strain", "stress")]
+            sources = [_source_quantity(making, family) for family in ("strain", "stress")]
             unit = pair[1].rpartition("_")[2]
             raise refuse(
-                making.place, f"stress goes to {stress[there[at]]:.4g} {unit} while strain goes to"
-                f" {strain[there[at]]:.4g}: one of them is counted the other way; pulled: --scale"
+                making.place, f"stress goes to {stress[finite[at]]:.4g} {unit} while strain goes to"
+                f" {strain[finite[at]]:.4g}: one of them is counted the other way; pulled: --scale"
                 f" {sources[1 if answered < 0.0 else 0]}=-1, pressed: --scale"
                 f" {sources[0 if gone > 0.0 else 1]}=-1",
             )  # fmt: skip
 
 
-def _refuse_beyond_nothing(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
-    """Refuse a strain of -1 and less, with stress negative, too: a pull that is counted the other way."""
+def _refuse_below_minus_one(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
+    """Refuse a strain of -1 and less with negative stress: a pull that is counted with the wrong sign."""
     least, stress = float(np.nanmin(columns["strain"])), largest(columns[pair[1]])
     if least <= -1.0 and stress < 0.0 and making.channels["strain"].made:
-        elongation, force = _source(making, "strain"), _source(making, "stress")
+        elongation, force = _source_quantity(making, "strain"), _source_quantity(making, "stress")
         raise refuse(
             making.place, f"strain goes to {least:.4g} and stress to {stress:.4g}: nothing can be pressed to"
             " less than no length. If it was pulled, both are counted the other way: --scale"
@@ -180,8 +182,8 @@ def _refuse_beyond_nothing(columns: dict[str, np.ndarray], pair: tuple[str, str]
         )  # fmt: skip
 
 
-def _source(making: Making, quantity: str) -> str:
-    """The quantity to scale for strain or stress to turn: the column that it was made of, if it was made."""
+def _source_quantity(making: Making, quantity: str) -> str:
+    """Quantity whose sign must be turned for strain or stress: its source column if it was derived."""
     if not making.channels[quantity].made:
         return quantity
     return next(
@@ -194,16 +196,16 @@ def _source(making: Making, quantity: str) -> str:
     )
 
 
-def _speak_of_start(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
-    """Say where a test begins that does not begin at nothing."""
+def _notice_start(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
+    """Report the start of a test that does not begin at zero."""
     if making.options.slack == "auto":
         making.say("no slack was found at the start: nothing was left out for --slack auto")
     drive, force = (columns[name] for name in pair)
-    there = np.isfinite(drive) & np.isfinite(force)
-    if making.kind not in ("elastomer", "wire") or there.sum() < 8:
+    finite = np.isfinite(drive) & np.isfinite(force)
+    if making.kind not in ("elastomer", "wire") or finite.sum() < 8:
         return
     answer_name, unit = pair[1].rsplit("_", 1)
-    x, y = drive[there], force[there]
+    x, y = drive[finite], force[finite]
     reach, answer = float(np.ptp(x)), float(np.ptp(y))
     if abs(x[0]) > AT_START * reach and abs(x[0]) == float(np.abs(x).min()):
         making.warn(
@@ -230,13 +232,13 @@ def _speak_of_start(columns: dict[str, np.ndarray], pair: tuple[str, str], makin
         )
 
 
-def _ask_whether_pressed(
+def _ask_about_compression(
     strain: np.ndarray, stress: np.ndarray, slack: Slack | None, making: Making
 ) -> None:
-    """Ask whether a test that only stiffens was a compression, and one of negative strain that softens was a
-    pull: a pulled rubber softens first, a pressed one stiffens."""
-    there = np.isfinite(strain) & np.isfinite(stress)
-    x, y = strain[there], stress[there]
+    """Ask if a test that only stiffens was in compression, and if one of negative strain that softens was in
+    tension. A pulled rubber softens first; a pressed one stiffens."""
+    finite = np.isfinite(strain) & np.isfinite(stress)
+    x, y = strain[finite], stress[finite]
     way = 1.0 if x.size and x.max() >= -x.min() else -1.0
     x, y = way * x, way * y
     if (
@@ -269,7 +271,7 @@ def _ask_whether_pressed(
             " was pressed, turn it with --compression (--tension if it was pulled, and this line goes)"
         )
         return
-    turned = " ".join(f"--scale {_source(making, name)}=-1" for name in ("strain", "stress"))
+    turned = " ".join(f"--scale {_source_quantity(making, name)}=-1" for name in ("strain", "stress"))
     making.warn(
         "strain and stress are negative, but stress softens over strain, as a pulled rubber does and a"
         f" pressed one does not; if the specimen was pulled: {turned} (--compression if it was pressed, and"
