@@ -138,19 +138,18 @@ class Profile:
     def joined(self, others: Sequence[tuple[float, float]]) -> "Profile":
         """The same profile with other fits that are nearly as good, each with the parabola of `sd`.
 
+        Those inside the 90 % interval change nothing: the profile has been there.
+
         Args:
             others: value and rise of chi-square above the fit's, SI.
         """
         limit, points = RISES[90] * self.unit, []
         low, high = self.quoted(90)
         for value, rise in others:
-            if rise >= limit or not np.isfinite(self.sd):
+            if rise >= limit or not np.isfinite(self.sd) or low <= value <= high:
                 continue
-            reach = self.sd * np.sqrt(limit - rise)
-            if value + reach > high:
-                points += [(value, rise), (value + reach, limit)]
-            if value - reach < low:
-                points += [(value, rise), (value - reach, limit)]
+            reach = self.sd * np.sqrt(limit - rise) * (1.0 if value > high else -1.0)
+            points += [(value, rise), (value + reach, limit)]
         ends, known = self.bounds, (self.value.min(), self.value.max())
         points = [(v, r) for v, r in points if ends[0] <= v <= ends[1] and not known[0] <= v <= known[1]]
         if not points:

@@ -51,7 +51,8 @@ def estimate_text(estimate: Estimate) -> str:
     if estimate.curved and 68 in estimate.interval:
         low, high = estimate.interval[68]
         below, above = max(estimate.value - low, 0.0), max(high - estimate.value, 0.0)
-        return f"{number(estimate.value, '.4g')} (-{number(below, '.2g')} +{number(above, '.2g')})"
+        value = _ends(estimate.value, low, high)[0]
+        return f"{value} (-{number(below, '.2g')} +{number(above, '.2g')})"
     without = estimate.at_bound and not math.isfinite(estimate.sd)
     return with_error(estimate.value, None if without else estimate.sd)
 
