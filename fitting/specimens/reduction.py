@@ -62,8 +62,8 @@ def reduced(recording: Recording, most: int) -> Recording:
         count = len(next(iter(means.values())))
         left = len(recording) - block * count
         text = (
-            f"{recording.name}: reduced from {len(recording)} rows to {count}, each the mean of {block}; within "
-            f"none of them a channel moves by more than {100 * PART:.0f} % of its range, noise aside"
+            f"{recording.name}: reduced from {len(recording)} rows to {count}, each the mean of {block}; "
+            f"within none of them a channel moves by more than {100 * PART:.0f} % of its range, noise aside"
         ) + (f"; {left} rows left over before a turn or the end are left out" if left else "")
         how = Reduction(recording, None, block, text)
         return dataclasses.replace(recording, columns=means, reduction=how)
