@@ -9,6 +9,7 @@ from ..recordings import NOT_STATED, Recording, check_recording, schema
 from ..recordings.nominal import nominal_geometry
 from ..recordings.table import refuse
 from .channels import UnitMissing, canonical, units_missing, with_options
+from .compression import About
 from .derive import CREDIBLE_STRESS_MPA, derive
 from .making import Channel, Making
 from .options import Options
@@ -86,7 +87,7 @@ def assemble(
     _say_engineering(columns, making)
     _say_preload(sample, making)
     columns = {name: values[kept] for name, values in columns.items()}
-    columns, rows = _drop_empty(columns, np.array(grid.rows)[kept], making.notices)
+    columns, rows = _drop_empty(columns, np.array(grid.rows)[kept], making)
     columns = _with_clock(columns, rows, making)
     provenance = find_provenance(raw.path, options.citation, options.licence, facts.provenance)
     making.notices += provenance.notices
@@ -129,11 +130,13 @@ def assemble(
     return recording
 
 
-def _words_of(sample: Sample, making: Making) -> str:
+def _words_of(sample: Sample, making: Making) -> About:
     """Texts that may mention the loading: headings of strain and stress, the preamble, the sheet's name."""
     labels = [making.channels[name].label for name in ("strain", "stress") if name in making.channels]
-    lines = [" ".join(row) for row in sample.require_grid().preamble]
-    return "\n".join([*labels, *lines, sample.title, sample.sheet])
+    lines = [
+        "; ".join(cell.strip() for cell in row if cell.strip()) for row in sample.require_grid().preamble
+    ]
+    return About(labels, lines, [sample.title, sample.sheet])
 
 
 def _say_engineering(columns: dict[str, np.ndarray], making: Making) -> None:
@@ -219,16 +222,26 @@ def slug(text: str) -> str:
 
 
 def _drop_empty(
-    columns: dict[str, np.ndarray], rows: np.ndarray, notices: list[str]
+    columns: dict[str, np.ndarray], rows: np.ndarray, making: Making
 ) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """Remove columns without a number, and rows in which only the clock was recorded."""
+    """Remove columns without a number, and rows in which only the clock was recorded.
+
+    Raises:
+        InputError: if a required column has no number, or no row is left.
+    """
+    notices = making.notices
+    needed = schema.KINDS[making.kind].columns.required
     for name in [name for name, values in columns.items() if np.isnan(values).all()]:
+        if name in needed:
+            raise refuse(making.place, f"{name} has no number in it; name its column with --map")
         notices.append(f"{name} has no number in it and was left out")
         del columns[name]
     data = [values for name, values in columns.items() if name != "time_s"]
     empty = np.all([np.isnan(values) for values in data], axis=0)
     if "time_s" in columns:
         empty = empty | np.isnan(columns["time_s"])
+    if empty.all():
+        raise refuse(making.place, "no row has a time and a value; is a column named that holds no numbers?")
     if empty.any():
         notices.append(
             f"{int(empty.sum())} rows without a time or without any value dropped (row {rows[empty][0]})"
