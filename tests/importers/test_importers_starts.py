@@ -83,7 +83,7 @@ def test_a_stated_slack_that_was_a_rise_is_asked_about(put):
     path = put("a.csv", table("Strain (%),Stress (kPa)", 100 * STRAIN, law(1 + STRAIN)))
     assert any("is not flat but changes by" in check for check in checks(import_file(path, make_options(slack="0.2"))))
     loose = np.maximum(STRAIN - 0.2, 0.0)
-    path = put("b.csv", table("Strain (%),Stress (kPa)", 100 * STRAIN, 3.0 + law((1 + loose))))
+    path = put("b.csv", table("Strain (%),Stress (kPa)", 100 * STRAIN, 3.0 + law(1 + loose)))
     assert not checks(import_file(path, make_options(slack="0.2")))
 
 

@@ -17,7 +17,7 @@ from .parts import Sample
 from .provenance import Provenance, find_provenance
 from .raw import RawFile
 from .straighten import gauge_pressure, straighten, subtract
-from .strain_unit import settle_strain_unit
+from .strain_unit import say_far, settle_strain_unit
 from .unused import explain, mark_used
 
 LOGGED_CLOCK = "clock_as_logged"
@@ -78,6 +78,7 @@ def assemble(
         gauge_pressure(making)
         settle_strain_unit(making)
         derive(making)
+        say_far(making)
         subtract(making)
         columns = canonical(making)
     except UnitMissing:

@@ -5,15 +5,16 @@ import numpy as np
 
 from ..recordings import Recording, schema
 from ..recordings.columns import convert
+from ..recordings.kinds import WIRE_STRAIN_FRACTION_LIMIT, WIRE_STRAIN_LIMIT
 from ..recordings.table import refuse
 from .assemble import Facts, assemble
 from .channels import channels_of, in_unit, named_channels
 from .circuit import VOLTAGES, resistance_named
-from .derive import area_mm2
 from .format import Format
 from .making import Channel, Making
 from .options import Options
 from .parts import Sample
+from .specimen_sizes import area_mm2
 from .spelling import dimension, unit_name
 from .unmodelled import KINDS, unmodelled
 
@@ -39,7 +40,11 @@ def read(sample: Sample, options: Options) -> Recording:
     if not options.kind:
         notices.append(f"taken as kind {kind} from its columns (--kind to correct)")
     taken = {channel.label for channel in channels.values()}
-    aside = [heading.text for heading in grid.headings if heading.text.strip() and heading.text not in taken]
+    aside = [
+        heading.text
+        for column, heading in enumerate(grid.headings)
+        if heading.text.strip() and heading.text not in taken and column - 1 not in grid.by_row
+    ]
     if aside:
         notices.append(
             f"columns left aside: {', '.join(repr(text) for text in aside)} (--map QUANTITY=COLUMN takes one)"
@@ -80,11 +85,9 @@ def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str
         if needed <= held and (not choice or choice & held):
             fits.append(kind.name)
     if {"wire", "elastomer"} <= set(fits):
-        fits.remove(
-            "elastomer"
-            if held & {"temperature", "resistance"} or _metal(sample, channels, options)
-            else "wire"
-        )
+        fits.remove("elastomer" if _is_wire(sample, channels, options, held) else "wire")
+    if "spring" in fits and "gauge_length_mm" in {*options.dimensions, *sample.sizes} and len(fits) > 1:
+        fits.remove("spring")  # which has no gauge length
     if {"tube", "actuator"} <= set(fits):
         fits.remove(
             "tube" if held & {"curvature", "bend_angle", "resistance_1", "resistance_2"} else "actuator"
@@ -137,18 +140,43 @@ def _most_stress_MPa(sample: Sample, channels: dict[str, Channel], options: Opti
     return float(np.nanmax(np.abs(in_unit(force, "N", "force", sample.raw.path)))) / area
 
 
-def _metal(sample: Sample, channels: dict[str, Channel], options: Options) -> bool:
-    """True if stress over strain is that of a metal."""
-    most = _most_stress_MPa(sample, channels, options)
-    strain = channels.get("strain")
-    if most is None:
+def _farthest(sample: Sample, channels: dict[str, Channel], options: Options) -> float | None:
+    """Largest strain in size, as a fraction; None where no unit or gauge length states it."""
+    strain, stretch, extension = (channels.get(name) for name in ("strain", "stretch", "elongation"))
+    if strain is not None:
+        stated = dimension(strain.unit) == "number"
+        return _largest(convert(strain.values, unit_name(str(strain.unit)), "1")) if stated else None
+    if stretch is not None:
+        return _largest(stretch.values - 1.0)
+    gauge = options.dimensions.get("gauge_length_mm")
+    if gauge is None and "gauge_length_mm" in sample.sizes:
+        gauge = sample.sizes["gauge_length_mm"].value
+    if extension is None or gauge is None or dimension(extension.unit) != "length":
+        return None
+    return _largest(convert(extension.values, unit_name(str(extension.unit)), "mm")) / gauge
+
+
+def _largest(values: np.ndarray) -> float:
+    finite = np.abs(values[np.isfinite(values)])
+    return float(finite.max()) if finite.size else 0.0
+
+
+def _is_wire(sample: Sample, channels: dict[str, Channel], options: Options, held: set[str]) -> bool:
+    """True for strain and stress of a wire, false for those of a coupon.
+
+    Their sizes decide first: no wire strains as far as a rubber, and no rubber bears the stress of a metal.
+    Where both are possible, a temperature or a resistance tells a wire.
+    """
+    most, far = _most_stress_MPa(sample, channels, options), _farthest(sample, channels, options)
+    if far is not None and far > WIRE_STRAIN_FRACTION_LIMIT:
         return False
-    if most > METAL_MPA:
+    if most is not None and most > METAL_MPA:
         return True
-    if strain is None or dimension(strain.unit) != "number":
+    if most is not None and far is not None and far > WIRE_STRAIN_LIMIT:
         return False
-    far = float(np.nanmax(np.abs(convert(strain.values, unit_name(str(strain.unit)), "1"))))
-    return far > 0.0 and most / far > METAL_MODULUS_MPA
+    if held & {"temperature", "resistance"}:
+        return True
+    return most is not None and bool(far) and most / far > METAL_MODULUS_MPA
 
 
 FORMAT = Format(

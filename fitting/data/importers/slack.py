@@ -105,7 +105,12 @@ def rest_at_zero(x: np.ndarray, y: np.ndarray) -> float:
     reach = float(np.ptp(x[near]))
     if not reach > 0.0 or np.unique(x[near]).size < 4:
         return float(np.median(y[: max(x[near].size, 1)]))
-    return float(np.polyval(np.polyfit(x[near] / reach, y[near], 2), 0.0))
+    scaled, told = x[near] / reach, y[near]
+    off = np.abs(told - np.polyval(np.polyfit(scaled, told, 2), scaled))
+    others = off < off.max()  # one spike among the first rows is no rest
+    if others.sum() >= 5 and off.max() > OUTLIERS * float(np.sqrt(np.mean(off[others] ** 2))):
+        scaled, told = scaled[others], told[others]
+    return float(np.polyval(np.polyfit(scaled, told, 2), 0.0))
 
 
 def noise_of_steps(y: np.ndarray) -> float:

@@ -68,7 +68,7 @@ def _speak_of_rest(x: np.ndarray, y: np.ndarray, pair: tuple[str, str], making: 
         return
     answer, unit = pair[1].rsplit("_", 1)
     drive = pair[0].removesuffix("_mm")
-    own = ", the initial tension of a close-wound spring," if making.kind == "spring" else ""
+    own = " the initial tension of a close-wound spring," if making.kind == "spring" else ""
     making.warn(
         f"{answer} is {rest:.4g} {unit} at {drive} 0: a preload,{own} or the load cell's zero. If it is"
         f" the zero: --subtract {pair[1]}={rest:.4g}"

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from ..recordings.columns import convert
-from ..recordings.kinds import WIRE_STRAIN_LIMIT
+from ..recordings.kinds import WIRE_STRAIN_FRACTION_LIMIT, WIRE_STRAIN_LIMIT
 from ..recordings.table import refuse
 from .making import Channel, Making
-from .spelling import dimension
+from .spelling import dimension, unit_name
 
 FARTHEST_STRETCH = 20.0
 """Maximum stretch [1]. The softest silicones break near a stretch of 17 (Ecoflex 00-30 in tension)."""
@@ -26,15 +26,14 @@ def settle_strain_unit(making: Making) -> None:
     one.
 
     Raises:
-        InputError: if the numbers cannot be a fraction, or fit a percentage better.
+        InputError: if the numbers cannot be a fraction, or fit a percentage better, or if no specimen of the
+            kind strains as far as their heading says.
     """
     channel = making.channels.get("strain")
-    if (
-        channel is None
-        or channel.unit is not None
-        or channel.trouble
-        or making.kind not in ("wire", "elastomer")
-    ):
+    if channel is None or channel.trouble or making.kind not in ("wire", "elastomer"):
+        return
+    if channel.unit is not None:
+        _refuse_far(making, channel)
         return
     largest = float(np.nanmax(np.abs(channel.values)))
     told = _told(making, channel)
@@ -64,6 +63,45 @@ def settle_strain_unit(making: Making) -> None:
         )  # fmt: skip
     making.say(f"{channel.label!r} has no unit: taken as a fraction (--unit strain=percent to correct)")
     making.channels["strain"] = replace(channel, unit="1")
+
+
+def _refuse_far(making: Making, channel: Channel) -> None:
+    """Refuse a strain whose unit, as the heading states it, makes it larger than that of any specimen.
+
+    A unit that the user states is believed of a coupon: `--unit strain=1` answers the question.
+    """
+    if dimension(channel.unit) != "number":
+        return
+    farthest = float(np.nanmax(np.abs(convert(channel.values, unit_name(channel.unit), "1"))))
+    reaches = f"{channel.label!r} reaches {float(np.nanmax(np.abs(channel.values))):.4g}"
+    stated = unit_name(channel.unit)
+    as_unit = "percent" if stated == "percent" else "a fraction" if stated == "1" else stated
+    if making.kind == "wire" and farthest > WIRE_STRAIN_FRACTION_LIMIT:
+        other = "" if stated == "percent" else "; if these are percent: --unit strain=percent"
+        raise refuse(
+            making.place, f"{reaches}, as {as_unit} further than any wire strains; if the specimen is of"
+            f" rubber: --kind elastomer{other}",
+        )  # fmt: skip
+    if farthest > FARTHEST_STRETCH - 1.0 and "strain" not in making.options.units:
+        other = "1" if stated == "percent" else "percent"
+        raise refuse(
+            making.place, f"{reaches}, which as {as_unit} would be a stretch of {1.0 + farthest:.4g}, further"
+            f" than any rubber stretches; state the unit with --unit strain={other} (--unit strain={stated}"
+            " keeps it)",
+        )  # fmt: skip
+
+
+def say_far(making: Making) -> None:
+    """Warn of a strain made from other columns that is larger than that of any specimen."""
+    channel = making.channels.get("strain")
+    if channel is None or not channel.made or making.kind != "elastomer" or channel.trouble:
+        return
+    farthest = float(np.nanmax(channel.values)) if np.isfinite(channel.values).any() else 0.0
+    if farthest > FARTHEST_STRETCH - 1.0:
+        making.warn(
+            f"strain, which is {channel.made}, reaches {farthest:.4g}, a stretch of {1.0 + farthest:.4g}:"
+            " further than any rubber stretches. Are units and sizes right?"
+        )
 
 
 def unit_assumed(channels: Mapping[str, Channel], unit: str) -> str:
