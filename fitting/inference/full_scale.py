@@ -17,6 +17,12 @@ UNLIKELY = 1e-3
 none."""
 ABRUPT = 1.5
 """Ratio of the last stretches of equal readings before a stop: those of a course that levels off double."""
+LEVELS = 0.45
+"""Ratio of slopes, of the second half of the way to a stop over the first, below which a course levels off by
+itself. It is 0.6 for any parabola that is cut off, and at most 0.33 for an exponential rounded to its end."""
+LAST_WAY = 40.0
+"""Steps, or standard deviations, of the last way to a stop, on which its slopes are compared. It is at most
+as long as the stop."""
 NEAR, AROUND = 3.0, 7
 """Standard deviations below full scale from which noise is cut off on one side; rows of a running median."""
 
@@ -55,7 +61,9 @@ def saturated(
         chance = len(values) * still ** (count - len(stops))
         clear = step * (AFTER if chance < UNLIKELY else SMOOTH * AFTER)
         told = known is not None and sign * top == known and count > 0
-        if told or count >= LONG and any(_stopped(sign * values, moving, run, clear) for run in stops):
+        if told or count >= LONG and any(
+            _stopped(sign * values, moving, run, clear, step, spread) for run in stops
+        ):
             level = sign * top
             found |= _beside(sign * values, top, top - NEAR * step)
     return found, level
@@ -68,7 +76,12 @@ def runs(mask: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _stopped(
-    values: np.ndarray, moving: Sequence[tuple[np.ndarray, float]], run: tuple[int, int], clear: float
+    values: np.ndarray,
+    moving: Sequence[tuple[np.ndarray, float]],
+    run: tuple[int, int],
+    clear: float,
+    step: float,
+    spread: float,
 ) -> bool:
     """Whether a course that rose to its extreme would have gone on by more than `clear`, as others did.
 
@@ -77,6 +90,8 @@ def _stopped(
         moving: other channels, (n,), and what each moves by that is no noise.
         run: first row at the extreme, and the one after the last.
         clear: in the unit of `values`.
+        step: noise of a reading or its resolution, the larger one, in the unit of `values`.
+        spread: standard deviation of a reading, in the unit of `values`.
     """
     for flip in (1, -1):  # as it came, and backwards as it left
         y = values[::flip]
@@ -86,9 +101,27 @@ def _stopped(
             continue
         slope = (y[a] - y[first]) / (a - first)
         further = max((_went_on(x[::flip], noise, first, a, b) for x, noise in moving), default=0.0)
-        if slope * further > clear and _abrupt(y, first, a, b):
+        if slope * further > clear and _abrupt(y, first, a, b) and not _levels_off(y[first:a], step, spread):
             return True
     return False
+
+
+def _levels_off(y: np.ndarray, step: float, spread: float) -> bool:
+    """Whether a course clearly flattens on its last way to its extreme, so that it ends there by itself.
+
+    Args:
+        y: readings before the stop, in their order, shape (n,).
+        step: noise of one of them or its resolution, the larger one.
+        spread: standard deviation of one of them.
+    """
+    far = np.flatnonzero(y < y[-1] - LAST_WAY * step)
+    y = y[min(far[-1] if len(far) else 0, max(len(y) - LONG, 0)) :]
+    half = (len(y) + 1) // 2
+    if half < 2:
+        return False
+    slopes = [np.polyfit(np.arange(half), part, 1)[0] for part in (y[:half], y[-half:])]
+    error = spread / np.sqrt(np.sum((np.arange(half) - (half - 1) / 2.0) ** 2))
+    return bool(slopes[1] + 2.0 * error < LEVELS * (slopes[0] - 2.0 * error))
 
 
 def _went_on(x: np.ndarray, noise: float, first: int, a: int, b: int) -> float:

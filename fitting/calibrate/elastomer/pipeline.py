@@ -110,8 +110,8 @@ def _check_constants(laws: Sequence[CurveLaw], names: Iterable[str]) -> None:
             every = [constant for law in LAWS.values() for constant in law.names]
             raise InputError(f"no law has a constant {name!r}, {nearest(name, every)}")
         raise InputError(
-            f"{', '.join(law.name for law in laws)} has no constant {name!r} ({', '.join(others)} has); it has "
-            f"{', '.join(own)}"
+            f"{', '.join(law.name for law in laws)} has no constant {name!r} ({', '.join(others)} has); it"
+            f" has {', '.join(own)}"
         )
 
 

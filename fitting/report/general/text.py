@@ -145,6 +145,10 @@ TOGETHER = {
         "They have no errors, and the other errors hold if they are truly there."
     ),
     "at_start": "are still at the values they started from: these recordings do not show them.",
+    "held": (
+        "were held at the values they started from: no recording takes the load off, which alone would show "
+        "them."
+    ),
 }
 """What is said once of several parameters that the same is to be said of."""
 
@@ -152,7 +156,7 @@ TOGETHER = {
 def _together(entries: Sequence[Mapping[str, Any]]) -> list[str]:
     """Warnings about single parameters, one sentence for all that share a fate."""
     said = []
-    for kind in ("at_bound", "at_start", "absent"):
+    for kind in ("at_bound", "at_start", "held", "absent"):
         mine = [e for e in entries if e["kind"] == kind]
         names = [name for e in mine for name in e["parameters"]]
         if kind in TOGETHER and len(names) > 1:
