@@ -141,7 +141,7 @@ class _Search:
         first = self.at(self.place[self.free])
         if not first.finite:
             return Outcome(None, np.inf, np.inf, "the start cannot be evaluated", 0)
-        if self.free.size == 0:
+        if self.free.size == 0 or self._stuck(first):
             return self.best
         x = self.place[self.free]
         if self.problem.slack:
@@ -150,6 +150,16 @@ class _Search:
         return Outcome(
             self.best.evaluation, self.best.objective, self.best.violation, str(found.message), int(found.nit)
         )
+
+    def _stuck(self, first: Evaluation) -> bool:
+        """Whether a constraint is violated that no free parameter moves, such as a diameter of held sizes.
+
+        A search could not mend it: its linear model of the constraint has no step to offer.
+        """
+        if self.problem.slack:
+            return False
+        still = np.all(first.jacobian[self.problem.rows][:, self.free] == 0.0, axis=1)
+        return bool(np.any(still & (self.problem.excess(first) > ALLOWED)))
 
     def _value(self, x: np.ndarray) -> float:
         if self.problem.slack:

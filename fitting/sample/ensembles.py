@@ -19,7 +19,7 @@ from .starts import dispersed_ball
 from .target import Evaluator, Target
 from .tempered import PARTICLES, temper
 
-SAME_MODEL = 1e-6  # relative difference of log-probabilities beyond which a stored chain is of another model
+SAME_MODEL = 1e-6  # Maximum relative difference of log-probabilities for a stored chain of the same model
 
 
 class Ensembles(Chains):
@@ -86,8 +86,8 @@ class Ensembles(Chains):
         for k in range(1, self.settings.ensembles + 1):
             backend = _read(self.file, f"ensemble_{k}")
             self._add(backend, backend.get_last_sample())
-            known, again = backend.log_prob[-1], density(backend.chain[-1])
-            if not np.allclose(known, again, rtol=SAME_MODEL, atol=SAME_MODEL):
+            on_file, again = backend.log_prob[-1], density(backend.chain[-1])
+            if not np.allclose(on_file, again, rtol=SAME_MODEL, atol=SAME_MODEL):
                 raise InputError(checkpoint.other_model(self.file))
 
     def _add(self, backend: emcee.backends.Backend, state: emcee.State) -> None:

@@ -46,14 +46,16 @@ def means_of(
     whole = np.diff(starts, append=count) == block
     whole[-1] = count - starts[-1] == block
     if whole.sum() < 3 or not all(
-        _rests(recording, name, columns[name], starts) for name in moving_channels(columns)
+        _is_at_rest(recording, name, columns[name], starts) for name in moving_channels(columns)
     ):
         return None
     means = {name: _over(values, starts) for name, values in columns.items()}
     piece = np.searchsorted(borders, starts, side="right")[whole]
     found = {name: values[whole] for name, values in means.items()}
     outputs = [name for name in moving_channels(found) if name in predicted(recording)]
-    return found if all(_straight(recording, name, found[name], piece, block) for name in outputs) else None
+    return (
+        found if all(_is_straight(recording, name, found[name], piece, block) for name in outputs) else None
+    )
 
 
 def averaged(columns: Mapping[str, np.ndarray], block: int) -> dict[str, np.ndarray]:
@@ -75,13 +77,13 @@ def moving_channels(table: Mapping[str, np.ndarray]) -> list[str]:
 
 def _over(values: np.ndarray, starts: np.ndarray) -> np.ndarray:
     """Means from each start to the next; NaN where all are missing."""
-    there = np.isfinite(values)
-    total = np.add.reduceat(np.where(there, values, 0.0), starts)
-    held = np.add.reduceat(there.astype(float), starts)
-    return np.where(held > 0, total / np.maximum(held, 1.0), np.nan)
+    finite = np.isfinite(values)
+    total = np.add.reduceat(np.where(finite, values, 0.0), starts)
+    counts = np.add.reduceat(finite.astype(float), starts)
+    return np.where(counts > 0, total / np.maximum(counts, 1.0), np.nan)
 
 
-def _rests(recording: Recording, name: str, values: np.ndarray, starts: np.ndarray) -> bool:
+def _is_at_rest(recording: Recording, name: str, values: np.ndarray, starts: np.ndarray) -> bool:
     """True if a channel stays within a small part of its range, and its noise, in every block.
 
     Single spikes are ignored: a mean of many rows hardly feels one.
@@ -101,7 +103,7 @@ def _rests(recording: Recording, name: str, values: np.ndarray, starts: np.ndarr
     return bool(within.max() <= PART * reach + SCATTER * noise)
 
 
-def _straight(recording: Recording, name: str, means: np.ndarray, piece: np.ndarray, block: int) -> bool:
+def _is_straight(recording: Recording, name: str, means: np.ndarray, piece: np.ndarray, block: int) -> bool:
     """True if means of an output lie on the curve of their rows, between the turns of a test.
 
     Args:

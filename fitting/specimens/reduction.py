@@ -53,10 +53,10 @@ def reduced(recording: Recording, most: int) -> Recording:
         return recording if len(recording) <= most else reduced(recording.whole, most)
     read = read_rows(recording)
     if len(read) <= most:
-        return recording if len(read) == len(recording) else _only(recording, read)
+        return recording if len(read) == len(recording) else _only_readings(recording, read)
     table = _table(recording)
     block = -(-len(recording) // most)
-    turns = _turns(recording, table, min(block, FINE))
+    turns = _turning_rows(recording, table, min(block, FINE))
     means = means_of(recording, _measured(recording, table), turns, block)
     if means is not None:
         count = len(next(iter(means.values())))
@@ -67,7 +67,7 @@ def reduced(recording: Recording, most: int) -> Recording:
         ) + (f"; {left} rows left over before a turn or the end are left out" if left else "")
         how = Reduction(recording, None, block, text)
         return dataclasses.replace(recording, columns=means, reduction=how)
-    rows, cycles = _kept(recording, table, turns, block, most)
+    rows, cycles = _selected_rows(recording, table, turns, block, most)
     of = f", of {cycles[0]} of its {cycles[1]} cycles" if cycles else ""
     text = (
         f"{recording.name}: reduced from {len(recording)} rows to {len(rows)}{of}, kept as they were read, "
@@ -77,7 +77,7 @@ def reduced(recording: Recording, most: int) -> Recording:
     return dataclasses.replace(recording, columns=columns, reduction=Reduction(recording, rows, 1, text))
 
 
-def _only(recording: Recording, rows: np.ndarray) -> Recording:
+def _only_readings(recording: Recording, rows: np.ndarray) -> Recording:
     """A recording without rows that are no readings; `inference.readings.cautions` reports them."""
     columns = {name: column[rows] for name, column in _table(recording).items()}
     return dataclasses.replace(recording, columns=columns, reduction=Reduction(recording, rows, 1, ""))
@@ -96,8 +96,8 @@ def said(recordings: Sequence[Recording], most: int = MOST_ROWS) -> list[str]:
 
 def _table(recording: Recording) -> dict[str, np.ndarray]:
     """Numeric columns of known quantities, canonical units."""
-    known = {name: np.asarray(recording.columns[name]) for name in recording.known_columns}
-    return {name: values for name, values in known.items() if values.dtype.kind == "f"}
+    columns = {name: np.asarray(recording.columns[name]) for name in recording.known_columns}
+    return {name: values for name, values in columns.items() if values.dtype.kind == "f"}
 
 
 def _measured(recording: Recording, table: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -112,7 +112,7 @@ def _measured(recording: Recording, table: Mapping[str, np.ndarray]) -> dict[str
     return found
 
 
-def _kept(
+def _selected_rows(
     recording: Recording, table: Mapping[str, np.ndarray], turns: np.ndarray, block: int, most: int
 ) -> tuple[np.ndarray, tuple[int, int] | None]:
     """Selected rows, ascending; and the counts of kept and of all cycles, where some are left out."""
@@ -124,20 +124,20 @@ def _kept(
         turns = turns[usable[turns]]
     path = EVEN_SHARE * np.linspace(0.0, 1.0, count)
     for name in channels:
-        known = np.isfinite(means[name])
-        course = np.interp(np.arange(count), means[ROW][known], means[name][known])
+        finite = np.isfinite(means[name])
+        course = np.interp(np.arange(count), means[ROW][finite], means[name][finite])
         way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(course)))])
         path += (1.0 - EVEN_SHARE) / len(channels) * way / max(way[-1], 1e-300)
-    told = usable & _telling(recording)
-    told[[0, -1]] = True
-    rows = np.flatnonzero(told)
+    candidates = usable & _informative_rows(recording)
+    candidates[[0, -1]] = True
+    rows = np.flatnonzero(candidates)
     gone = np.interp(rows, np.flatnonzero(usable), np.cumsum(np.diff(path, prepend=0.0)[usable]))
     wanted = np.linspace(gone[0], gone[-1], max(most - len(turns), 2))
     near = rows[np.clip(np.searchsorted(gone, wanted), 0, len(rows) - 1)]
     return np.unique(np.concatenate([near, turns]))[:most], cycles
 
 
-def _telling(recording: Recording) -> np.ndarray:
+def _informative_rows(recording: Recording) -> np.ndarray:
     """Rows that hold every required column and, if enough rows remain, measurements of every output."""
     outputs = [schema.quantity_and_unit(name)[0] for name in predicted(recording)]
     counted = [readings_of(recording, quantity).counted for quantity in outputs]
@@ -150,14 +150,14 @@ def _telling(recording: Recording) -> np.ndarray:
     return found if found.any() else ~found
 
 
-def _turns(recording: Recording, table: Mapping[str, np.ndarray], block: int) -> np.ndarray:
+def _turning_rows(recording: Recording, table: Mapping[str, np.ndarray], block: int) -> np.ndarray:
     """Rows at which a driver turns back, ascending; sought in means over `block` rows."""
     drivers = [name for name in moving_channels(table) if name not in predicted(recording)]
     means = averaged({ROW: np.arange(float(len(recording))), **{n: table[n] for n in drivers}}, block)
     found: list[int] = []
     for name in drivers:
-        known = np.isfinite(means[name])
-        course, at = means[name][known], means[ROW][known]
+        finite = np.isfinite(means[name])
+        course, at = means[name][finite], means[ROW][finite]
         sign, best, back = 0, 0, TURNS * np.ptp(course)
         for k in range(len(course)):
             if sign == 0:
@@ -166,12 +166,12 @@ def _turns(recording: Recording, table: Mapping[str, np.ndarray], block: int) ->
             elif sign * (course[k] - course[best]) > 0.0:
                 best = k
             elif sign * (course[best] - course[k]) > back:
-                found.append(_peak(sign * table[name], int(at[best]), block))
+                found.append(_peak_row(sign * table[name], int(at[best]), block))
                 sign, best = -sign, k
     return np.unique(np.array(found, int))
 
 
-def _peak(values: np.ndarray, row: int, block: int) -> int:
+def _peak_row(values: np.ndarray, row: int, block: int) -> int:
     """Row of the largest value near a given row; isolated spikes are ignored."""
     first, last = max(row - block, 1), min(row + block + 1, len(values) - 1)
     middle = np.median(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fitting.data.recordings import Recording, read_recording
-from fitting.inference.between_readings import readings_between
+from fitting.inference.between_readings import readings_at, readings_between
 from fitting.inference.channels import correlation_by_lags, serial_correlation
 from fitting.inference.noise import common_step, least_step, robust_noise, rounding_noise
 from fitting.inference.readings import cautions, measurements, noise_found, readings_of
@@ -154,6 +154,22 @@ def test_straight_lines_between_readings_add_none(finer, step):
         found.append(1e-3 * noise_found(recording, "stress") / np.sqrt(np.mean((stress - exact) ** 2)))
         assert "is interpolated between readings" in cautions([recording])[0]
     assert np.median(found) == pytest.approx(1.0, rel=0.2)
+
+
+@pytest.mark.parametrize("finer", [1.4, 2.3, 3.757, 8.0])
+def test_a_column_with_blunt_corners_is_read_where_another_column_was(finer):
+    """Noise that is far below the digits for most of the time leaves too few corners for a grid of its own."""
+    rows, rng = 150, np.random.default_rng(2)
+    fine = np.linspace(0.0, rows - 1.0, 1 + round((rows - 1) * finer))
+    noise = np.where(np.arange(rows) % 3 == 0, 5e-4, 3e-7) * rng.standard_normal(rows)
+    resistance = 3.2 + 0.4 / (1.0 + np.exp((np.arange(rows) - 60.0) / 9.0)) + noise
+    place = np.arange(float(len(fine)))
+    grid = readings_between(place, seven_digits(np.interp(fine, np.arange(rows), rng.standard_normal(rows))))
+    found = readings_at(grid, place, seven_digits(np.interp(fine, np.arange(rows), resistance)))
+    assert np.array_equal(found.at, grid.at) and np.nanmax(np.abs(found.values - resistance)) < 1e-4
+    elsewhere = seven_digits(np.interp(fine, np.arange(rows) + 0.37, resistance))
+    assert readings_at(grid, place, elsewhere) is None
+    assert readings_at(grid, place, 3.2 + 1e-3 * place) is None  # a straight line shows no readings
 
 
 def test_lines_by_an_uneven_clock_are_seen():

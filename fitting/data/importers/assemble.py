@@ -16,8 +16,8 @@ from .options import Options
 from .parts import Sample
 from .provenance import Provenance, find_provenance
 from .raw import RawFile
-from .straighten import gauge_pressure, straighten, subtract
-from .strain_unit import say_far, settle_strain_unit
+from .signs_and_zeros import correct_signs_and_zeros, gauge_pressure, subtract
+from .strain_unit import refuse_far_wire, say_far, settle_strain_unit
 from .unused import explain, mark_used
 
 LOGGED_CLOCK = "clock_as_logged"
@@ -65,7 +65,7 @@ def assemble(
         A checked recording, `real = true`. Citation and licence are "not stated" where none was found.
 
     Raises:
-        InputError: if the quantities of the kind cannot be made, or the numbers cannot be.
+        InputError: if the quantities of the kind cannot be made, or the numbers are impossible.
     """
     raw, grid = sample.raw, sample.require_grid()
     place = f"{raw.path} ({sample.title})" if sample.title else str(raw.path)
@@ -84,11 +84,11 @@ def assemble(
     except UnitMissing:
         raise units_missing(making) from None
     mark_used(making, columns)
-    kept = straighten(columns, making, _words_of(sample, making))
-    _say_engineering(columns, making)
-    _say_preload(sample, making)
-    columns = {name: values[kept] for name, values in columns.items()}
-    columns, rows = _drop_empty(columns, np.array(grid.rows)[kept], making)
+    keep = correct_signs_and_zeros(columns, making, _loading_texts(sample, making))
+    _notice_engineering_stress(columns, making)
+    _notice_preload(sample, making)
+    columns = {name: values[keep] for name, values in columns.items()}
+    columns, rows = _drop_empty(columns, np.array(grid.rows)[keep], making)
     columns = _with_clock(columns, rows, making)
     provenance = find_provenance(raw.path, options.citation, options.licence, facts.provenance)
     making.notices += provenance.notices
@@ -125,13 +125,14 @@ def assemble(
         columns=columns,
         notices=making.notices,
     )
+    refuse_far_wire(making)
     check_recording(recording, [int(row) for row in rows])
     explain(making, columns)
     recording.source["notes"] = list(making.notices)
     return recording
 
 
-def _words_of(sample: Sample, making: Making) -> About:
+def _loading_texts(sample: Sample, making: Making) -> About:
     """Texts that may mention the loading: headings of strain and stress, the preamble, the sheet's name."""
     labels = [making.channels[name].label for name in ("strain", "stress") if name in making.channels]
     lines = [
@@ -140,15 +141,15 @@ def _words_of(sample: Sample, making: Making) -> About:
     return About(labels, lines, [sample.title, sample.sheet])
 
 
-def _say_engineering(columns: dict[str, np.ndarray], making: Making) -> None:
+def _notice_engineering_stress(columns: dict[str, np.ndarray], making: Making) -> None:
     """Report that a stress of unstated definition was taken as engineering stress, where that makes a
     difference."""
     stress = making.channels.get("stress")
     if making.kind != "elastomer" or stress is None or "stress" not in making.raw or "strain" not in columns:
         return
     words = ("engineering", "eng", "nominal", "pk1", "piola", "true", "agrees")
-    told = any(word in stress.label.lower() for word in words) or "force" in making.sources
-    if not told and float(np.nanmax(np.abs(columns["strain"]))) > 0.05:
+    is_stated = any(word in stress.label.lower() for word in words) or "force" in making.sources
+    if not is_stated and float(np.nanmax(np.abs(columns["strain"]))) > 0.05:
         making.say(
             f"{stress.label!r} taken as engineering stress, load over the first cross-section (if it is"
             " true stress:"
@@ -156,7 +157,7 @@ def _say_engineering(columns: dict[str, np.ndarray], making: Making) -> None:
         )
 
 
-def _say_preload(sample: Sample, making: Making) -> None:
+def _notice_preload(sample: Sample, making: Making) -> None:
     """Report that a file mentions a preload, so that its strain begins there and not at zero stress."""
     for row in sample.require_grid().preamble:
         line = " ".join(cell for cell in row if cell).strip()
@@ -170,11 +171,11 @@ def _say_preload(sample: Sample, making: Making) -> None:
 def _geometry(facts: Facts, making: Making) -> dict:
     """Content of the sidecar's [geometry]: dimensions of the kind, and a law that is to be identified."""
     kind, notices = making.kind, making.notices
-    known = {*nominal_geometry(kind, {}), *(schema.GEOMETRY_NUMBERS if kind == "actuator" else ())}
+    keys = {*nominal_geometry(kind, {}), *(schema.GEOMETRY_NUMBERS if kind == "actuator" else ())}
     stated = {
         key: size
         for key, size in making.options.dimensions.items()
-        if key in schema.GEOMETRY_NUMBERS and key in known
+        if key in schema.GEOMETRY_NUMBERS and key in keys
     }
     for key in stated:
         making.use("--dimension", key)
@@ -218,8 +219,8 @@ def _source(sample: Sample, provenance: Provenance, facts: Facts) -> dict[str, o
 
 def slug(text: str) -> str:
     """A valid name for files and specimens: letters, digits, points, dashes and underscores."""
-    kept = "".join(c if c.isalnum() or c in ".-" else "_" for c in text)
-    return "_".join(part for part in kept.split("_") if part) or "recording"
+    cleaned = "".join(c if c.isalnum() or c in ".-" else "_" for c in text)
+    return "_".join(part for part in cleaned.split("_") if part) or "recording"
 
 
 def _drop_empty(
@@ -284,10 +285,10 @@ def _with_clock(
         )
         others = {name: values for name, values in columns.items() if name != "time_s"}
         return {**others, LOGGED_CLOCK: time}
-    return {**columns, "time_s": _spread(time, notices)}
+    return {**columns, "time_s": _spread_ticks(time, notices)}
 
 
-def _spread(time: np.ndarray, notices: list[str]) -> np.ndarray:
+def _spread_ticks(time: np.ndarray, notices: list[str]) -> np.ndarray:
     """Spread the samples of one tick of a coarse clock evenly over that tick (its resolution at most)."""
     steps = np.diff(time)
     repeats = int(np.sum(steps == 0.0))

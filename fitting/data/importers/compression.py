@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..slack import Slack
 from .making import Making
-from .slack import Slack
-from .taut import largest
+from .slack_treatment import largest
 from .words import COMPRESS
 
 FITS_BETTER = 0.5
@@ -92,7 +92,9 @@ def _named(line: str, way: re.Pattern[str]) -> bool:
     return bool(found and way.search(found["value"]) and not _DENIED.search(found["value"]))
 
 
-def turn(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making, about: About) -> str:
+def make_compression_negative(
+    columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making, about: About
+) -> str:
     """Strain and stress negative of what was pressed, and positive of what the user says was pulled.
 
     Headings that say compression decide. So does a line or title that names a compression test, which is
@@ -144,7 +146,7 @@ def _turned(
         )
 
 
-def source_of(making: Making, quantity: str) -> str:
+def source_quantity(making: Making, quantity: str) -> str:
     """Quantity whose sign must be turned for strain or stress: its source column if it was derived."""
     if not making.channels[quantity].made:
         return quantity
@@ -158,13 +160,13 @@ def source_of(making: Making, quantity: str) -> str:
     )
 
 
-def ask_whether_pressed(
+def ask_about_compression(
     strain: np.ndarray, stress: np.ndarray, slack: Slack | None, making: Making, by_line: bool
 ) -> None:
     """Ask if a test that only stiffens was in compression, and if one of negative strain that softens was in
     tension. A pulled rubber softens first; a pressed one stiffens."""
-    there = np.isfinite(strain) & np.isfinite(stress)
-    x, y = strain[there], stress[there]
+    finite = np.isfinite(strain) & np.isfinite(stress)
+    x, y = strain[finite], stress[finite]
     way = 1.0 if x.size and x.max() >= -x.min() else -1.0
     x, y = way * x, way * y
     if (
@@ -197,7 +199,7 @@ def ask_whether_pressed(
             " was pressed, turn it with --compression (--tension if it was pulled, and this line goes)"
         )
         return
-    turned = " ".join(f"--scale {source_of(making, name)}=-1" for name in ("strain", "stress"))
+    turned = " ".join(f"--scale {source_quantity(making, name)}=-1" for name in ("strain", "stress"))
     turned = "--tension" if by_line else turned
     making.warn(
         "strain and stress are negative, but stress softens over strain, as a pulled rubber does and a"

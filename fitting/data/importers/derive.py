@@ -118,10 +118,10 @@ def _derive_stress(making: Making) -> None:
 
 def _ratio(above: np.ndarray, below: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     """Ratio of two columns in the rows where both are large enough, and those rows; None without any."""
-    there = np.isfinite(above) & np.isfinite(below)
-    if not there.any() or not np.abs(below[there]).max() > 0.0 or not np.abs(above[there]).max() > 0.0:
+    finite = np.isfinite(above) & np.isfinite(below)
+    if not finite.any() or not np.abs(below[finite]).max() > 0.0 or not np.abs(above[finite]).max() > 0.0:
         return None
-    large = there & (np.abs(below) > LEAST * np.abs(below[there]).max())
+    large = finite & (np.abs(below) > LEAST * np.abs(below[finite]).max())
     return above[large] / below[large], large
 
 
@@ -141,7 +141,7 @@ def _compare_stress(making: Making) -> None:
     per_load, rows = found
     label, load = channels["stress"].label, channels["force"].label
     strain = _fraction(making)
-    if strain is not None and (true := _grows_as_stretch(per_load, strain[rows])):
+    if strain is not None and (true := _growth_with_stretch(per_load, strain[rows])):
         making.warn(
             f"{label!r} grows against {load!r} as the stretch does ({true:.0%} over the test): it is true"
             " stress, "
@@ -159,10 +159,10 @@ def _compare_stress(making: Making) -> None:
         making.say(f"{label!r} agrees with {load!r} over the cross-section of {area:.6g} mm2{sign}")
         return
     stated = any(set(names) <= stated_before.keys() for names in AREAS)
-    taken = f"{load!r} over the cross-section" if stated else repr(label)
+    source = f"{load!r} over the cross-section" if stated else repr(label)
     making.warn(
         f"{label!r} is {factor:.4g} times {load!r} over the cross-section of {area:.6g} mm2 (its own would be"
-        f" {abs(implied):.4g} mm2); {taken} was taken"
+        f" {abs(implied):.4g} mm2); {source} was taken"
         + ("" if stated else ", state the right size with --dimension if the load is right")
     )
     if stated:
@@ -213,17 +213,17 @@ def _fraction(making: Making) -> np.ndarray | None:
     return in_unit(channel, "1", "strain", making.place)
 
 
-def _grows_as_stretch(per_load: np.ndarray, strain: np.ndarray) -> float | None:
+def _growth_with_stretch(per_load: np.ndarray, strain: np.ndarray) -> float | None:
     """Growth of stress over load, if it grows as the stretch and not as a constant; None if it does not.
 
     An initial cross-section gives a constant ratio; the current one of an incompressible specimen gives the
     stretch. The test is made where the stretch changes by more than the error of calipers.
     """
     stretch = 1.0 + strain
-    there = np.isfinite(stretch) & (stretch > 0.0)
-    if there.sum() < 3 or float(np.ptp(stretch[there])) < 3.0 * SAME:
+    finite = np.isfinite(stretch) & (stretch > 0.0)
+    if finite.sum() < 3 or float(np.ptp(stretch[finite])) < 3.0 * SAME:
         return None
-    ratio, stretch = per_load[there], stretch[there]
+    ratio, stretch = per_load[finite], stretch[finite]
     misfits = []
     for shape in (np.ones_like(stretch), stretch):
         scale = float(shape @ ratio) / float(shape @ shape)

@@ -19,7 +19,7 @@ QUANTITIES = tuple(
         + ["stretch", "true_strain", "true_stress", "voltage", "voltage_1", "voltage_2", "voltage_3"]
     )
 )
-# Other words for a quantity that people use on the command line.
+# Synonyms of a quantity on the command line.
 SYNONYMS = {
     "displacement": "elongation", "extension": "elongation", "position": "elongation", "load": "force",
     "temp": "temperature", "angle": "bend_angle",

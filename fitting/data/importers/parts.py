@@ -21,6 +21,12 @@ _LABEL = re.compile(
     re.IGNORECASE,
 )
 
+_NAMING = {
+    f"{word}{more}"
+    for word in SPECIMEN_WORDS
+    for more in ("", " name", " id", " label", " no", " no.", " number")
+}
+
 
 @dataclass(frozen=True)
 class Sample:
@@ -82,15 +88,15 @@ def samples_of(raw: RawFile, sheet: str | None = None) -> list[Sample]:
     notices: list[str] = []
     found: list[Sample] = []
     for page in raw.pages:
-        kept = page in pages
-        tests = _tests_on(raw, page) if kept else []
+        selected = page in pages
+        tests = _tests_on(raw, page) if selected else []
         if not tests:
             rows = page.rows if page.rows is not None else []
             own, table = sizes_in(rows), table_of_sizes(rows)
             shared = {**shared, **own}
             by_specimen |= table
             if page.is_sheet and len(raw.pages) > 1:
-                notices.append(_about(page, own, table, kept))
+                notices.append(_sheet_description(page, own, table, selected))
         found += tests
     if not found:
         return [Sample(raw, None, pages[0].head(), notices=tuple(notices))]
@@ -106,7 +112,7 @@ def samples_of(raw: RawFile, sheet: str | None = None) -> list[Sample]:
             **sample.sizes,
         }
         done.append(replace(sample, title=title, sizes=stated, notices=(*notices, *sample.notices)))
-    return _named_apart(done)
+    return _with_unique_titles(done)
 
 
 def _wanted(raw: RawFile, sheet: str) -> list[Page]:
@@ -125,15 +131,15 @@ def _wanted(raw: RawFile, sheet: str) -> list[Page]:
     )
 
 
-def _about(page: Page, sizes: Sizes, table: dict[str, Sizes], kept: bool) -> str:
+def _sheet_description(page: Page, sizes: Sizes, table: dict[str, Sizes], selected: bool) -> str:
     """Description of a sheet without a test."""
     if sizes or table:
-        said = [size.said for size in sizes.values()] + [
+        texts = [size.said for size in sizes.values()] + [
             f"{name}: {', '.join(s.said for s in own.values())}" for name, own in table.items()
         ]
-        return f"sheet {page.name!r} states sizes: {'; '.join(said)}"
+        return f"sheet {page.name!r} states sizes: {'; '.join(texts)}"
     return f"sheet {page.name!r} " + (
-        "holds no table of a test and was left out" if kept else "was left out (--sheet)"
+        "holds no table of a test and was left out" if selected else "was left out (--sheet)"
     )
 
 
@@ -170,6 +176,15 @@ def _tests_on(raw: RawFile, page: Page) -> list[Sample]:
     ]
 
 
+def stated_specimen(grid: Grid) -> str:
+    """Name of the specimen in a line of its own above a table, such as `Sample;NT-38-A`, or nothing."""
+    for row in grid.preamble:
+        cells = [cell.strip().strip('":') for cell in row if cell.strip().strip('":')]
+        if len(cells) == 2 and plain(cells[0]) in _NAMING and re.search(r"[^\W\d]", cells[1]):
+            return cells[1]
+    return ""
+
+
 def _label(grid: Grid) -> str:
     """Name of the specimen that the lines above a table state."""
     for row in reversed(grid.preamble):
@@ -201,7 +216,7 @@ def _sizes_of(sample: Sample, title: str, number: int, count: int, table: dict[s
     return {}
 
 
-def _named_apart(samples: list[Sample]) -> list[Sample]:
+def _with_unique_titles(samples: list[Sample]) -> list[Sample]:
     """Titles made unique where several tests have one."""
     titles = [plain(sample.title) for sample in samples]
     if len(set(titles)) == len(samples):

@@ -17,7 +17,7 @@ from ..recordings.table import refuse
 _CHINESE = ("时间", "位移", "力", "应变", "应力", "温度", "变形")
 
 
-# How files that are no tables begin.
+# First bytes of files that are no tables.
 _OTHERS = {
     b"%PDF": "a PDF",
     b"\x89HDF": "an HDF5 file (MATLAB 7.3 or another program's)",
@@ -192,11 +192,11 @@ def formulas_without_values(raw: RawFile) -> str:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         books = [
-            openpyxl.load_workbook(io.BytesIO(raw.content), read_only=True, data_only=told)
-            for told in (False, True)
+            openpyxl.load_workbook(io.BytesIO(raw.content), read_only=True, data_only=computed)
+            for computed in (False, True)
         ]
-    for written, told in zip(*(book.worksheets for book in books), strict=True):
-        for formulas, values in zip(written.iter_rows(), told.iter_rows(), strict=False):
+    for written, computed in zip(*(book.worksheets for book in books), strict=True):
+        for formulas, values in zip(written.iter_rows(), computed.iter_rows(), strict=False):
             for formula, value in zip(formulas, values, strict=False):
                 if str(formula.value).startswith("=") and value.value is None:
                     return (
@@ -222,7 +222,7 @@ def _check_size(raw: RawFile) -> None:
         with zipfile.ZipFile(io.BytesIO(raw.content)) as packed:
             size = sum(part.file_size for part in packed.infolist())
     except (zipfile.BadZipFile, ValueError, OSError, NotImplementedError):
-        return  # whoever reads it says so
+        return  # the reader of the file reports the error
     if size > MOST_UNPACKED:
         raise refuse(
             raw.path,

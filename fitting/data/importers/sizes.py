@@ -14,7 +14,7 @@ from .numerals import to_number
 from .spelling import is_unit, parse_heading, plain, unit_name
 from .words import SPECIMEN_WORDS
 
-# Words for sizes, without their unit; beside them the unit in which the tool keeps them.
+# Words for dimensions, without their unit, and the tool's own unit of each.
 _LENGTH = (
     "gauge length", "gage length", "gauge length initial", "initial gauge length", "initial gage length",
     "gauge", "gage",
@@ -28,7 +28,7 @@ _LENGTH = (
     "messlänge", "einspannlänge",
     "longueur initiale", "free length between grips", "active length", "length between grips", "wire length",
 )  # fmt: skip
-# Lengths that may be those of the whole specimen: read where nothing better is stated, and said.
+# Lengths that may be those of the whole specimen: used with a notice where nothing better is stated.
 _DOUBTFUL_LENGTH = (
     "length", "specimen length", "sample length", "height", "specimen height", "sample height",
     "initial height", "cylinder height",
@@ -81,7 +81,7 @@ _NUMBER_UNIT = re.compile(rf"^(?P<number>{_NUMBER})\s*(?P<unit>[^\d\s].*)?$")
 
 SAME = 0.02
 """Maximum relative difference of two statements of one size that agree. Calipers read to a percent or two."""
-_MOST_ROWS = 60  # specimens of a table of sizes, and lines above it
+_MOST_ROWS = 60  # Maximum number of specimens in a table of dimensions, and of lines above it
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ def gauge_length_mm(making: Making, quiet: bool = False) -> float | None:
         return stated
     for key in ("gauge_length_mm", "length"):
         if key in making.sizes:
-            _say_size(making, key, "the gauge length", quiet)
+            _notice_dimension(making, key, "the gauge length", quiet)
             return making.sizes[key].value
     return None
 
@@ -43,7 +43,7 @@ def area_mm2(making: Making, quiet: bool = False) -> float | None:
                 if name in sizes:
                     making.use("--dimension", name)
                 else:
-                    _say_size(making, name, "the " + name.rpartition("_")[0], quiet)
+                    _notice_dimension(making, name, "the " + name.rpartition("_")[0], quiet)
             return _area(names, [found[name] for name in names])
     return None
 
@@ -73,7 +73,7 @@ def _area(names: tuple[str, ...], values: list[float]) -> float:
     return math.prod(values)
 
 
-def _say_size(making: Making, key: str, what: str, quiet: bool) -> None:
+def _notice_dimension(making: Making, key: str, what: str, quiet: bool) -> None:
     """Report a dimension that was read from the file, with a warning if its unit was assumed."""
     size = making.sizes[key]
     unit = "mm2" if key == "area_mm2" else "mm"

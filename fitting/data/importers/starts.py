@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from ..slack import noise_of_steps, rest_at_zero
 from .making import Making
-from .slack import noise_of_steps, rest_at_zero
 
 AT_START = 0.05
 """Maximum start of a strain that was counted from rest, as part of its range."""
@@ -16,7 +16,7 @@ NOISES = 5.0
 """Number of standard deviations of its noise, below which a stress at the start counts as none."""
 
 
-def speak_of_start(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
+def notice_start(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
     """Report the start of a test that does not begin at zero.
 
     Nothing follows from the first rows where they lack a number: the test began before.
@@ -24,13 +24,13 @@ def speak_of_start(columns: dict[str, np.ndarray], pair: tuple[str, str], making
     if making.options.slack == "auto":
         making.say("no slack was found at the start: nothing was left out for --slack auto")
     drive, force = (columns[name] for name in pair)
-    there = np.isfinite(drive) & np.isfinite(force)
-    if there.sum() < 8 or not there[0]:
+    finite = np.isfinite(drive) & np.isfinite(force)
+    if finite.sum() < 8 or not finite[0]:
         return
-    x, y = drive[there], force[there]
+    x, y = drive[finite], force[finite]
     if making.kind != "spring" and (_begins_elsewhere(x, making) or _crosses(x, y, pair, making)):
         return
-    _speak_of_rest(x, y, pair, making)
+    _notice_rest(x, y, pair, making)
 
 
 def _begins_elsewhere(x: np.ndarray, making: Making) -> bool:
@@ -55,13 +55,13 @@ def _crosses(x: np.ndarray, y: np.ndarray, pair: tuple[str, str], making: Making
     making.warn(
         f"strain and {answer} have opposite signs in {int(across.sum())} rows, so one of them was"
         f" counted from another zero; {answer} is nearest to none, {y[least]:.4g} {unit}, at strain"
-        f" {x[least]:.4g}. If the specimen was at rest there: --subtract strain={x[least]:.4g}"
+        f" {x[least]:.4g}. If the specimen was at rest finite: --subtract strain={x[least]:.4g}"
     )
     return True
 
 
-def _speak_of_rest(x: np.ndarray, y: np.ndarray, pair: tuple[str, str], making: Making) -> None:
-    """Report a stress or force where there is no strain or elongation."""
+def _notice_rest(x: np.ndarray, y: np.ndarray, pair: tuple[str, str], making: Making) -> None:
+    """Report a stress or force where finite is no strain or elongation."""
     rest = rest_at_zero(x, y)
     least = max(PRELOAD * float(np.ptp(y)), NOISES * noise_of_steps(y))
     if abs(x[0]) > AT_START * float(np.ptp(x)) or abs(rest) <= least:

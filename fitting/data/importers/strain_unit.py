@@ -36,9 +36,9 @@ def settle_strain_unit(making: Making) -> None:
         _refuse_far(making, channel)
         return
     largest = float(np.nanmax(np.abs(channel.values)))
-    told = _told(making, channel)
-    if told is not None:
-        unit, by = told
+    proven = _proven_unit(making, channel)
+    if proven is not None:
+        unit, by = proven
         words = "percent" if unit == "percent" else "a fraction"
         making.say(f"{channel.label!r} has no unit: taken as {words}, as {by} tells")
         making.channels["strain"] = replace(channel, unit=unit)
@@ -66,29 +66,46 @@ def settle_strain_unit(making: Making) -> None:
 
 
 def _refuse_far(making: Making, channel: Channel) -> None:
-    """Refuse a strain whose unit, as the heading states it, makes it larger than that of any specimen.
+    """Refuse a coupon's strain whose unit, as the heading states it, makes it larger than that of any rubber.
 
-    A unit that the user states is believed of a coupon: `--unit strain=1` answers the question.
+    A unit that the user states is believed: `--unit strain=1` answers the question.
     """
-    if dimension(channel.unit) != "number":
+    if making.kind != "elastomer" or dimension(channel.unit) != "number" or "strain" in making.options.units:
         return
-    farthest = float(np.nanmax(np.abs(convert(channel.values, unit_name(channel.unit), "1"))))
-    reaches = f"{channel.label!r} reaches {float(np.nanmax(np.abs(channel.values))):.4g}"
-    stated = unit_name(channel.unit)
-    as_unit = "percent" if stated == "percent" else "a fraction" if stated == "1" else stated
-    if making.kind == "wire" and farthest > WIRE_STRAIN_FRACTION_LIMIT:
-        other = "" if stated == "percent" else "; if these are percent: --unit strain=percent"
-        raise refuse(
-            making.place, f"{reaches}, as {as_unit} further than any wire strains; if the specimen is of"
-            f" rubber: --kind elastomer{other}",
-        )  # fmt: skip
-    if farthest > FARTHEST_STRETCH - 1.0 and "strain" not in making.options.units:
+    farthest, reaches, stated = _reach(channel)
+    if farthest > FARTHEST_STRETCH - 1.0:
         other = "1" if stated == "percent" else "percent"
         raise refuse(
-            making.place, f"{reaches}, which as {as_unit} would be a stretch of {1.0 + farthest:.4g}, further"
-            f" than any rubber stretches; state the unit with --unit strain={other} (--unit strain={stated}"
-            " keeps it)",
+            making.place, f"{reaches} would be a stretch of {1.0 + farthest:.4g}, further than any rubber"
+            f" stretches; state the unit with --unit strain={other} (--unit strain={stated} keeps it)",
         )  # fmt: skip
+
+
+def refuse_far_wire(making: Making) -> None:
+    """Refuse a wire's strain whose stated unit makes it larger than that of any wire.
+
+    Raises:
+        InputError: with the kind or the unit that is probably meant.
+    """
+    channel = making.channels.get("strain")
+    if channel is None or making.kind != "wire" or dimension(channel.unit) != "number":
+        return
+    farthest, reaches, stated = _reach(channel)
+    if farthest > WIRE_STRAIN_FRACTION_LIMIT:
+        other = "" if stated == "percent" else "; if these are percent: --unit strain=percent"
+        raise refuse(
+            making.place, f"{reaches} is further than any wire strains; if the specimen is of rubber: --kind"
+            f" elastomer{other}",
+        )  # fmt: skip
+
+
+def _reach(channel: Channel) -> tuple[float, str, str]:
+    """Largest strain in size, as a fraction; the same in words; and the name of its unit."""
+    unit = unit_name(str(channel.unit))
+    farthest = float(np.nanmax(np.abs(convert(channel.values, unit, "1"))))
+    words = {"percent": "percent", "1": "a fraction"}.get(unit, unit)
+    written = float(np.nanmax(np.abs(channel.values)))
+    return farthest, f"{channel.label!r} reaches {written:.4g}, which as {words}", unit
 
 
 def say_far(making: Making) -> None:
@@ -121,7 +138,7 @@ def unit_assumed(channels: Mapping[str, Channel], unit: str) -> str:
     )
 
 
-def _told(making: Making, channel: Channel) -> tuple[str, str] | None:
+def _proven_unit(making: Making, channel: Channel) -> tuple[str, str] | None:
     """Unit that another column of the file proves, and the name of that column."""
     strain = channel.values
     true = making.channels.get("true_strain")
@@ -159,8 +176,8 @@ def _bends_as_percent(making: Making, channel: Channel) -> bool:
     stress = making.channels.get("stress") or making.channels.get("force")
     if making.kind != "elastomer" or stress is None or stress.trouble:
         return False
-    there = np.isfinite(channel.values) & np.isfinite(stress.values)
-    strain, force = channel.values[there], stress.values[there]
+    finite = np.isfinite(channel.values) & np.isfinite(stress.values)
+    strain, force = channel.values[finite], stress.values[finite]
     rising = slice(0, int(np.argmax(strain)) + 1) if strain.size else slice(0, 0)
     strain, force = strain[rising], force[rising]
     first = (strain >= 0.0) & (strain <= SHAPED)

@@ -16,7 +16,7 @@ from .spelling import unit_name
 from .texts import read_texts
 from .words import heading_of, meaning
 
-# Names of columns, though units are called so, too.
+# Names of columns that are also spelled like units.
 _NAMES_TOO = ("strain", "ratio", "t", "f", "r", "i", "temp")
 _SEPARATORS = {
     ",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "white space", "": "cells of a sheet",
@@ -133,7 +133,7 @@ def _grid_of(
     if dropped:
         where = ", ".join(str(i + 1) for i in dropped[:3]) + (", ..." if len(dropped) > 3 else "")
         notices.append(f"{len(dropped)} rows below the header are not numbers and were dropped (row {where})")
-    notices += _longer(fields, keep, stated)
+    notices += _surplus_fields_warning(fields, keep, stated)
     grid = Grid(
         headings=[heading_of(text) for text in header],
         values=values,
@@ -146,7 +146,7 @@ def _grid_of(
     return grid
 
 
-def _longer(fields: list[list[str]], rows: list[int], stated: int) -> list[str]:
+def _surplus_fields_warning(fields: list[list[str]], rows: list[int], stated: int) -> list[str]:
     """Warning where a few rows have more fields than there are headings. A surplus comma shifts numbers."""
     longer = [i for i in rows if len(fields[i]) > stated] if stated else []
     if not longer or 2 * len(longer) > len(rows):
@@ -168,9 +168,9 @@ def few_numbers(page: Page) -> str:
             if len(named) >= 2:
                 count = sum(any(to_number(t, ".") is not None and t for t in row) for row in fields[at + 1 :])
                 if count < LEAST_ROWS:
-                    what = f"{count} row{'s' * (count != 1)} of numbers" if count else "no numbers"
+                    count_text = f"{count} row{'s' * (count != 1)} of numbers" if count else "no numbers"
                     return (
-                        f"below the headings {', '.join(map(repr, named))} stand {what}; a table needs"
+                        f"below the headings {', '.join(map(repr, named))} stand {count_text}; a table needs"
                         f" {LEAST_ROWS}"
                     )
     return ""

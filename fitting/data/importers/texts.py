@@ -24,7 +24,7 @@ def read_texts(grid: Grid, parsed: list[list[float | None]]) -> None:
     _grouped_notice(grid)
     _percent_signs(grid)
     _read_words(grid, parsed)
-    _marks(grid)
+    _drop_marks(grid)
 
 
 def _grouped_notice(grid: Grid) -> None:
@@ -55,7 +55,7 @@ def _percent_signs(grid: Grid) -> None:
             grid.notices.append(f"fields of column {heading.text!r} end in a percent sign: taken as percent")
 
 
-def _marks(grid: Grid) -> None:
+def _drop_marks(grid: Grid) -> None:
     """Remove numbers by which loggers mark a missing reading: all nines, or huge, and far from every
     other."""
     for column in range(grid.values.shape[1]):

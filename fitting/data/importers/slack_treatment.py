@@ -4,8 +4,8 @@ import numpy as np
 
 from ..recordings import schema
 from ..recordings.table import refuse
+from ..slack import Slack, find_slack, noise_of_steps, rest_at_zero
 from .making import Making
-from .slack import Slack, find_slack, noise_of_steps, rest_at_zero
 
 TWICE, LEAST_ZERO = 2.0, 0.01
 """Standard deviation of a zero for fits, as a multiple of its estimate; its minimum as part of the largest
@@ -23,11 +23,11 @@ def slack_of(drive: np.ndarray, force: np.ndarray, making: Making) -> Slack | No
     if not isinstance(stated, float):
         return find_slack(drive, force)
     start = stated if largest(drive) >= 0.0 else -stated
-    there = np.isfinite(drive) & np.isfinite(force)
-    stroke = there & (np.arange(len(drive)) <= int(np.nanargmax(np.abs(drive))))
+    finite = np.isfinite(drive) & np.isfinite(force)
+    stroke = finite & (np.arange(len(drive)) <= int(np.nanargmax(np.abs(drive))))
     before = stroke & (np.abs(drive) <= abs(start))
     rise = float(np.ptp(force[before])) if before.any() else 0.0
-    if rise > max(FLAT_PART * float(np.ptp(force[there])), NOISY * noise_of_steps(force[there])):
+    if rise > max(FLAT_PART * float(np.ptp(force[finite])), NOISY * noise_of_steps(force[finite])):
         making.warn(
             f"up to {start:.4g}, as --slack states, the reading is not flat but changes by {rise:.4g}: was"
             " the specimen slack there?"
@@ -35,7 +35,7 @@ def slack_of(drive: np.ndarray, force: np.ndarray, making: Making) -> Slack | No
     return Slack(start, float(np.mean(force[before])) if before.any() else 0.0, int(before.sum()))
 
 
-def _words(slack: Slack, pair: tuple[str, str], making: Making) -> str:
+def _text(slack: Slack, pair: tuple[str, str], making: Making) -> str:
     answer, unit = pair[1].rsplit("_", 1)
     drive = "strain" if pair[0] == "strain" else "elongation"
     length = "" if drive == "strain" else " mm"
@@ -46,8 +46,8 @@ def _words(slack: Slack, pair: tuple[str, str], making: Making) -> str:
 def offer(slack: Slack, pair: tuple[str, str], making: Making) -> None:
     """Report detected slack and the options for it."""
     making.warn(
-        f"{_words(slack, pair, making)} and rises from there: slack, and the load cell's zero. --slack auto"
-        " starts there and"
+        f"{_text(slack, pair, making)} and rises from there: slack, and the load cell's zero. --slack auto"
+        " starts finite and"
         " takes the zero off; --slack keep leaves it"
         + ("; --slack fit leaves both to the fits, with their uncertainty" if pair[1] == "stress_kPa" else "")
     )
@@ -66,16 +66,16 @@ def leave_to_fit(columns: dict[str, np.ndarray], pair: tuple[str, str], making: 
         )  # fmt: skip
     drive, force = (columns[name] for name in pair)
     slack = slack_of(drive, force, making)
-    there = np.isfinite(drive) & np.isfinite(force)
-    first = rest_at_zero(drive[there], force[there]) if there.any() else 0.0
-    seen = (slack.start, slack.zero) if slack else (0.0, first)
-    for name, values, size in zip(pair, (drive, force), seen, strict=True):
+    finite = np.isfinite(drive) & np.isfinite(force)
+    first = rest_at_zero(drive[finite], force[finite]) if finite.any() else 0.0
+    estimates = (slack.start, slack.zero) if slack else (0.0, first)
+    for name, values, size in zip(pair, (drive, force), estimates, strict=True):
         least = LEAST_ZERO * float(np.nanmax(np.abs(values)))
         making.zero[name] = float(f"{max(TWICE * abs(size), least):.2g}")
     stated = ", ".join(f"{name} = {sd:g}" for name, sd in making.zero.items())
     none = f"no slack was found; stress is {first:.4g} kPa at strain 0"
-    said = _words(slack, pair, making) if slack else none
-    making.say(f"{said}: both zeros are left to every fit, with standard deviations of [zero] {stated}")
+    text = _text(slack, pair, making) if slack else none
+    making.say(f"{text}: both zeros are left to every fit, with standard deviations of [zero] {stated}")
 
 
 def start_at(
@@ -90,8 +90,8 @@ def start_at(
     drive, force = pair
     sign = 1.0 if slack.start >= 0.0 else -1.0
     raw = columns[drive]
-    kept = ~(sign * raw < sign * slack.start)
-    left = int(np.sum(kept & np.isfinite(raw) & np.isfinite(columns[force])))
+    keep = ~(sign * raw < sign * slack.start)
+    left = int(np.sum(keep & np.isfinite(raw) & np.isfinite(columns[force])))
     if left < LEAST_LEFT:
         word, unit = ("strain", "") if drive == "strain" else ("elongation", " mm")
         percent = ", and a fraction, so that 5 % is 0.05" if drive == "strain" else ""
@@ -109,11 +109,11 @@ def start_at(
     columns[force] = columns[force] - slack.zero
     answer, unit = force.rsplit("_", 1)
     making.say(
-        f"{_words(slack, pair, making)}: {int((~kept).sum())} slack rows left out, {how}; {slack.zero:.4g}"
+        f"{_text(slack, pair, making)}: {int((~keep).sum())} slack rows left out, {how}; {slack.zero:.4g}"
         f" {unit} taken off"
         f" {answer} (--slack)"
     )
-    return kept
+    return keep
 
 
 def largest(values: np.ndarray) -> float:

@@ -4,10 +4,10 @@ import numpy as np
 
 from ..recordings.table import refuse
 from .channels import in_unit
-from .compression import About, ask_whether_pressed, source_of, turn
+from .compression import About, ask_about_compression, make_compression_negative, source_quantity
 from .making import Channel, Making
-from .starts import speak_of_start
-from .taut import largest, leave_to_fit, offer, slack_of, start_at
+from .slack_treatment import largest, leave_to_fit, offer, slack_of, start_at
+from .starts import notice_start
 
 ATMOSPHERE_KPA = 101.325
 WEATHER_KPA = (90.0, 108.0)
@@ -18,7 +18,7 @@ OPPOSED = 0.2
 STEADY_K = 5.0
 """Maximum range of temperature of a test at one temperature [K]."""
 
-# Columns of what drives a test and of what answers, by kind.
+# Driving and responding column of a test, by kind.
 _PAIRS = {
     "elastomer": ("strain", "stress_kPa"),
     "wire": ("strain", "stress_MPa"),
@@ -62,7 +62,7 @@ def gauge_pressure(making: Making) -> None:
         )
 
 
-def straighten(columns: dict[str, np.ndarray], making: Making, about: About) -> np.ndarray:
+def correct_signs_and_zeros(columns: dict[str, np.ndarray], making: Making, about: About) -> np.ndarray:
     """Correct signs, and begin where the specimen became taut. The columns are changed in place.
 
     Args:
@@ -78,42 +78,42 @@ def straighten(columns: dict[str, np.ndarray], making: Making, about: About) -> 
             signs, or if a stated slack leaves no test.
     """
     rows = len(next(iter(columns.values())))
-    kept = np.ones(rows, bool)
+    keep = np.ones(rows, bool)
     pair = _PAIRS.get(making.kind)
     if pair is None or not set(pair) <= columns.keys():
-        return kept
-    decided = "" if making.kind == "spring" else turn(columns, pair, making, about)
-    steady = making.kind == "elastomer" or _steady(columns, making.kind)
+        return keep
+    decided = "" if making.kind == "spring" else make_compression_negative(columns, pair, making, about)
+    steady = making.kind == "elastomer" or _is_isothermal(columns, making.kind)
     if making.kind == "spring":
         _ask_opposed(columns, pair, making, steady)
     elif steady:
         _refuse_opposed(columns, pair, making)
-        _refuse_beyond_nothing(columns, pair, making)
-    if making.kind == "wire" and not steady:  # what is flat there is the alloy's own doing
+        _refuse_below_minus_one(columns, pair, making)
+    if making.kind == "wire" and not steady:  # a flat part is then a property of the alloy
         if making.options.slack == "keep":
             making.use("--slack")
-        return kept
+        return keep
     if making.options.slack is not None:
         making.use("--slack")
     if making.options.slack == "fit":
         leave_to_fit(columns, pair, making)
     if making.options.slack in ("keep", "fit"):
-        return kept
+        return keep
     slack = slack_of(*(columns[name] for name in pair), making)
     if slack is None:
-        speak_of_start(columns, pair, making)
+        notice_start(columns, pair, making)
     elif making.options.slack is None:
         offer(slack, pair, making)
     else:
-        kept = start_at(slack, columns, pair, making)
+        keep = start_at(slack, columns, pair, making)
     if making.kind == "elastomer" and decided != "stated":
-        ask_whether_pressed(
-            columns["strain"][kept], columns["stress_kPa"][kept], slack, making, decided == "line"
+        ask_about_compression(
+            columns["strain"][keep], columns["stress_kPa"][keep], slack, making, decided == "line"
         )
-    return kept
+    return keep
 
 
-def _steady(columns: dict[str, np.ndarray], kind: str) -> bool:
+def _is_isothermal(columns: dict[str, np.ndarray], kind: str) -> bool:
     """True if a wire or spring stayed in one phase, as far as was recorded: no heat, no current.
 
     A resistance does not tell: strain changes it as much as the phase does.
@@ -147,14 +147,14 @@ def _opposed(x: np.ndarray, y: np.ndarray) -> int | None:
 def _refuse_opposed(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
     """Refuse stress and strain of opposite signs at the largest of either."""
     strain, stress = columns["strain"], columns[pair[1]]
-    there = np.flatnonzero(np.isfinite(strain) & np.isfinite(stress))
-    if there.size < 3 or not np.ptp(stress[there]) > 0.0 or strain[there].min() <= -1.0:
-        return  # nothing to compare, or numbers that are refused as they are
-    strain, stress = strain[there], stress[there]
+    finite = np.flatnonzero(np.isfinite(strain) & np.isfinite(stress))
+    if finite.size < 3 or not np.ptp(stress[finite]) > 0.0 or strain[finite].min() <= -1.0:
+        return  # nothing to compare, or numbers that another check refuses
+    strain, stress = strain[finite], stress[finite]
     at = _opposed(strain, stress)
     if at is None:
         return
-    sources = [source_of(making, family) for family in ("strain", "stress")]
+    sources = [source_quantity(making, family) for family in ("strain", "stress")]
     unit = pair[1].rpartition("_")[2]
     raise refuse(
         making.place, f"stress goes to {stress[at]:.4g} {unit} while strain goes to"
@@ -167,8 +167,8 @@ def _refuse_opposed(columns: dict[str, np.ndarray], pair: tuple[str, str], makin
 def _ask_opposed(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making, steady: bool) -> None:
     """Refuse a spring's force that is opposed to its elongation in one phase; ask about one under heat."""
     elongation, force = (columns[name] for name in pair)
-    there = np.isfinite(elongation) & np.isfinite(force)
-    x, y = elongation[there], force[there]
+    finite = np.isfinite(elongation) & np.isfinite(force)
+    x, y = elongation[finite], force[finite]
     if x.size < 3 or not np.ptp(y) > 0.0:
         return
     at = _opposed(x, y)
@@ -187,11 +187,11 @@ def _ask_opposed(columns: dict[str, np.ndarray], pair: tuple[str, str], making: 
         )
 
 
-def _refuse_beyond_nothing(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
+def _refuse_below_minus_one(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
     """Refuse a strain of -1 and less with negative stress: a pull that is counted with the wrong sign."""
     least, stress = float(np.nanmin(columns["strain"])), largest(columns[pair[1]])
     if least <= -1.0 and stress < 0.0 and making.channels["strain"].made:
-        elongation, force = source_of(making, "strain"), source_of(making, "stress")
+        elongation, force = source_quantity(making, "strain"), source_quantity(making, "stress")
         raise refuse(
             making.place, f"strain goes to {least:.4g} and stress to {stress:.4g}: nothing can be pressed to"
             " less than no length. If it was pulled, both are counted the other way: --scale"
