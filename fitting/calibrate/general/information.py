@@ -135,10 +135,10 @@ def cannot_tell(
 def held_back(name: str) -> dict[str, Any]:
     """An entry of `cannot_tell` for a constant that no recording shows, so that it was held."""
     text = (
-        f"{name} was held at the value it started from, since no recording takes the load off, which alone "
-        "would show it; its error is the prior's."
+        f"{name} is still at the value it started from: it was held, since no recording takes the load off, "
+        "which alone would show it; its error is the prior's."
     )
-    return {"kind": "held", "parameters": [name], "posterior_over_prior": 1.0, "text": text}
+    return {"kind": "at_start", "parameters": [name], "posterior_over_prior": 1.0, "text": text}
 
 
 def _bound(name: str, absent: str | None = None) -> dict[str, Any]:
