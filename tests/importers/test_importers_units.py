@@ -164,3 +164,27 @@ def test_two_sizes_that_agree_are_no_matter_and_a_stated_one_decides(put):
     lines = "Gauge length: 25 mm\nGauge length: 50 mm\nArea: 18 mm2\n\n"
     stated = make_options(kind="elastomer", dimensions=["gauge_length_mm=25"])
     assert not checks(import_file(put("b.csv", lines + PRESS), stated))
+
+
+@pytest.mark.parametrize(
+    ("head", "far", "named"),
+    [("Position (mm),Load (N),Temperature (degC)", 110.0, {"dimensions": ["gauge_length_mm=25", "diameter_mm=0.5"]}), ("Strain (-),Stress (MPa),Temperature (degC)", 3.0, {}), ("Strain (%),Stress (MPa),Temperature (degC)", 120.0, {})],
+)  # fmt: skip
+def test_a_wire_whose_strain_is_counted_from_elsewhere_is_one_and_asked_about(put, follow, head, far, named):
+    scale = {"Position (mm)": 25.0, "Strain (-)": 1.0, "Strain (%)": 100.0}[head.split(",")[0]]
+    path = put("a.csv", table(head, far + scale * 0.04 * STRAIN, 80 * STRAIN if named else 400 * STRAIN, WARM))
+    args = [arg for size in named.get("dimensions", ()) for arg in ("--dimension", size)]
+    message, _ = follow(path, *args)
+    assert "was it counted from another zero" in message
+    _, (mended,) = follow(path, *args, *follow.options_in(message))
+    assert mended.kind == "wire" and mended.columns["strain"].max() == pytest.approx(0.032, rel=1e-3)
+
+
+@pytest.mark.parametrize("mark", [1e20, -2147483648.0, -1e6])
+def test_a_stress_that_no_rubber_bears_is_asked_about(put, mark):
+    stress = STRESS.copy()
+    stress[3] = mark
+    recording = import_file(put("a.csv", table("Strain (%),Stress (kPa)", 100 * STRAIN, stress)))
+    assert any("more than any rubber bears" in check and "mark for a missing reading" in check for check in checks(recording))
+    wrong = import_file(put("b.csv", table("Strain (%),Stress (MPa)", 100 * STRAIN, STRESS)))
+    assert any("more than any rubber bears" in check and "mark" not in check for check in checks(wrong))

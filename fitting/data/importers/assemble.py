@@ -10,7 +10,7 @@ from ..recordings.nominal import nominal_geometry
 from ..recordings.table import refuse
 from .channels import UnitMissing, canonical, units_missing, with_options
 from .compression import About
-from .derive import CREDIBLE_STRESS_MPA, derive
+from .derive import derive, question_stress
 from .making import Channel, Making
 from .options import Options
 from .parts import Sample
@@ -105,12 +105,7 @@ def assemble(
             " it. State one that"
             " did not change with --constant temperature_degC=..."
         )
-    most = float(np.nanmax(np.abs(columns["stress_MPa"]))) if kind == "wire" else 0.0
-    if most > CREDIBLE_STRESS_MPA:
-        making.warn(
-            f"stress reaches {most:.0f} MPa, more than any nitinol bears: is the cross-section right, and the"
-            " wire of such an alloy?"
-        )
+    question_stress(columns, making)
     name, specimen = _names(sample, options, facts)
     recording = Recording(
         name=name,

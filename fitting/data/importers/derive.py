@@ -15,6 +15,8 @@ from .specimen_sizes import AREAS, area_mm2, gauge_length_mm
 CREDIBLE_STRESS_MPA = 1500.0
 """Maximum credible stress. Nitinol breaks near 1000 MPa, so a larger one indicates a wrong cross-section or
 another metal."""
+METAL_MPA = 60.0
+"""Minimum stress that no elastomer bears [MPa]: natural rubber, the strongest, breaks at 30 MPa."""
 LEAST = 0.2
 """Minimum part of the largest value at which a row's ratio is meaningful."""
 
@@ -114,6 +116,28 @@ def _derive_stress(making: Making) -> None:
         stretch = 1.0 + in_unit(channels["strain"], "1", "strain", place)
         made = f"{cauchy.label!r} ({cauchy.unit}) over the stretch (volume taken as constant)"
         _add(making, "stress", replace(cauchy, values=cauchy.values / stretch, made=made), "true_stress")
+
+
+def question_stress(columns: dict[str, np.ndarray], making: Making) -> None:
+    """Ask about a stress that no specimen of the kind bears."""
+    name, most, matter = {
+        "wire": ("stress_MPa", CREDIBLE_STRESS_MPA, "nitinol"),
+        "elastomer": ("stress_kPa", 1e3 * METAL_MPA, "rubber"),
+    }.get(making.kind, ("", 0.0, ""))
+    if name not in columns:
+        return
+    values = np.abs(columns[name])
+    farthest = float(np.nanmax(values))
+    if farthest <= most:
+        return
+    rows = int(np.sum(values > most))
+    mark = (
+        ", or is it a mark for a missing reading (leave such fields empty)" if 5 * rows < len(values) else ""
+    )
+    making.warn(
+        f"stress reaches {farthest:.4g} {name.rpartition('_')[2]} in {rows} rows, more than any {matter} bears:"
+        f" are its unit and the cross-section right{mark}?"
+    )
 
 
 def _ratio(above: np.ndarray, below: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:

@@ -13,6 +13,7 @@ from ..recordings.table import refuse
 from .assemble import Facts, assemble, slug
 from .channels import channels_of, in_unit, named_channels
 from .circuit import VOLTAGES, resistance_named
+from .derive import METAL_MPA
 from .format import Format
 from .making import Channel, Making
 from .options import Options
@@ -24,8 +25,6 @@ from .unmodelled import KINDS, unmodelled
 NAME = "named-columns"
 COIL_SIZES = ("active_coils", "mandrel_diameter_mm", "initial_pitch_mm", "free_length_mm")
 """Sizes that only a coiled spring has."""
-METAL_MPA = 60.0
-"""Minimum stress that no elastomer bears [MPa]: natural rubber, the strongest, breaks at 30 MPa."""
 METAL_MODULUS_MPA = 500.0
 """Minimum modulus of a metal [MPa]; above that of any elastomer (100 MPa) and below that of any nitinol (5
 GPa)."""
@@ -159,24 +158,27 @@ def _most_stress_MPa(sample: Sample, channels: dict[str, Channel], options: Opti
 
 
 def _farthest(sample: Sample, channels: dict[str, Channel], options: Options) -> float | None:
-    """Largest strain in size, as a fraction; None where no unit or gauge length states it."""
+    """Range of the strain, as a fraction; None where no unit or gauge length states it.
+
+    A position that is counted from the machine's zero is as good as an extension for that.
+    """
     strain, stretch, extension = (channels.get(name) for name in ("strain", "stretch", "elongation"))
     if strain is not None:
         stated = dimension(strain.unit) == "number"
-        return _largest(convert(strain.values, unit_name(str(strain.unit)), "1")) if stated else None
+        return _range(convert(strain.values, unit_name(str(strain.unit)), "1")) if stated else None
     if stretch is not None:
-        return _largest(stretch.values - 1.0)
+        return _range(stretch.values - 1.0)
     gauge = options.dimensions.get("gauge_length_mm")
     if gauge is None and "gauge_length_mm" in sample.sizes:
         gauge = sample.sizes["gauge_length_mm"].value
     if extension is None or gauge is None or dimension(extension.unit) != "length":
         return None
-    return _largest(convert(extension.values, unit_name(str(extension.unit)), "mm")) / gauge
+    return _range(convert(extension.values, unit_name(str(extension.unit)), "mm")) / gauge
 
 
-def _largest(values: np.ndarray) -> float:
-    finite = np.abs(values[np.isfinite(values)])
-    return float(finite.max()) if finite.size else 0.0
+def _range(values: np.ndarray) -> float:
+    finite = values[np.isfinite(values)]
+    return float(np.ptp(finite)) if finite.size else 0.0
 
 
 def _is_wire(sample: Sample, channels: dict[str, Channel], options: Options, held: set[str]) -> bool:

@@ -47,7 +47,7 @@ def offer(slack: Slack, pair: tuple[str, str], making: Making) -> None:
     """Report detected slack and the options for it."""
     making.warn(
         f"{_text(slack, pair, making)} and rises from there: slack, and the load cell's zero. --slack auto"
-        " starts finite and"
+        " starts there and"
         " takes the zero off; --slack keep leaves it"
         + ("; --slack fit leaves both to the fits, with their uncertainty" if pair[1] == "stress_kPa" else "")
     )

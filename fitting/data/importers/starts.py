@@ -55,13 +55,13 @@ def _crosses(x: np.ndarray, y: np.ndarray, pair: tuple[str, str], making: Making
     making.warn(
         f"strain and {answer} have opposite signs in {int(across.sum())} rows, so one of them was"
         f" counted from another zero; {answer} is nearest to none, {y[least]:.4g} {unit}, at strain"
-        f" {x[least]:.4g}. If the specimen was at rest finite: --subtract strain={x[least]:.4g}"
+        f" {x[least]:.4g}. If the specimen was at rest there: --subtract strain={x[least]:.4g}"
     )
     return True
 
 
 def _notice_rest(x: np.ndarray, y: np.ndarray, pair: tuple[str, str], making: Making) -> None:
-    """Report a stress or force where finite is no strain or elongation."""
+    """Report a stress or force where there is no strain or elongation."""
     rest = rest_at_zero(x, y)
     least = max(PRELOAD * float(np.ptp(y)), NOISES * noise_of_steps(y))
     if abs(x[0]) > AT_START * float(np.ptp(x)) or abs(rest) <= least:

@@ -91,12 +91,26 @@ def refuse_far_wire(making: Making) -> None:
     if channel is None or making.kind != "wire" or dimension(channel.unit) != "number":
         return
     farthest, reaches, stated = _reach(channel)
-    if farthest > WIRE_STRAIN_FRACTION_LIMIT:
-        other = "" if stated == "percent" else "; if these are percent: --unit strain=percent"
+    if farthest <= WIRE_STRAIN_FRACTION_LIMIT:
+        return
+    strain = convert(channel.values, stated, "1")
+    first = float(strain[np.isfinite(strain)][0])
+    change = float(np.nanmax(strain) - np.nanmin(strain))
+    if change <= WIRE_STRAIN_FRACTION_LIMIT:
         raise refuse(
-            making.place, f"{reaches} is further than any wire strains; if the specimen is of rubber: --kind"
-            f" elastomer{other}",
+            making.place, f"strain begins at {first:.4g}, further than any wire strains, and changes by"
+            f" {change:.4g}: was it counted from another zero? --subtract strain={first:.4g}",
         )  # fmt: skip
+    if channel.made:
+        raise refuse(
+            making.place, f"strain, which is {channel.made}, reaches {farthest:.4g}, further than any wire"
+            " strains; are units and sizes right? If the specimen is of rubber: --kind elastomer",
+        )  # fmt: skip
+    other = "" if stated == "percent" else "; if these are percent: --unit strain=percent"
+    raise refuse(
+        making.place, f"{reaches} is further than any wire strains; if the specimen is of rubber: --kind"
+        f" elastomer{other}",
+    )  # fmt: skip
 
 
 def _reach(channel: Channel) -> tuple[float, str, str]:
