@@ -128,15 +128,16 @@ def question_stress(columns: dict[str, np.ndarray], making: Making) -> None:
         return
     values = np.abs(columns[name])
     farthest = float(np.nanmax(values))
-    if farthest <= most:
-        return
+    asked = f"check: {making.channels['stress'].label!r} is " if "stress" in making.channels else "none"
+    if farthest <= most or any(text.startswith(asked) for text in making.notices):
+        return  # credible, or asked about beside a load
     rows = int(np.sum(values > most))
     mark = (
         ", or is it a mark for a missing reading (leave such fields empty)" if 5 * rows < len(values) else ""
     )
     making.warn(
-        f"stress reaches {farthest:.4g} {name.rpartition('_')[2]} in {rows} rows, more than any {matter} bears:"
-        f" are its unit and the cross-section right{mark}?"
+        f"stress reaches {farthest:.4g} {name.rpartition('_')[2]} in {rows} rows, more than any {matter}"
+        f" bears: are its unit and the cross-section right{mark}?"
     )
 
 
