@@ -24,7 +24,7 @@ from .unmodelled import KINDS, unmodelled
 
 NAME = "named-columns"
 COIL_SIZES = ("active_coils", "mandrel_diameter_mm", "initial_pitch_mm", "free_length_mm")
-"""Sizes that only a coiled spring has."""
+"""Dimensions that only a coiled spring has."""
 METAL_MODULUS_MPA = 500.0
 """Minimum modulus of a metal [MPa]; above that of any elastomer (100 MPa) and below that of any nitinol (5
 GPa)."""
@@ -84,8 +84,7 @@ def _available(channels: dict[str, Channel], options: Options, sample: Sample) -
 
 
 def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str:
-    """The one kind whose required quantities are all present or derivable; empty if there are several or
-    none."""
+    """The one kind whose required quantities are all present or derivable; an error if it is not unique."""
     available = _available(channels, options, sample)
     fits = []
     for kind in schema.KINDS.values():
@@ -119,7 +118,7 @@ def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str
 
 
 def _coiled(sample: Sample, options: Options) -> bool:
-    """Whether the file or the person speaks of a spring."""
+    """True if the file or the user mentions a spring."""
     words = f"{sample.title} {sample.head}".lower()
     sizes = {*options.dimensions, *sample.sizes}
     return bool(re.search(r"spring|feder|coil|ressort", words)) or bool(sizes & set(COIL_SIZES))
