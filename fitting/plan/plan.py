@@ -201,7 +201,7 @@ def plan_campaign(
         wanted=tuple(wanted),
         noise=sigma,
         misfit=misfit,
-        tellers=_tellers(table, pool, known.names),
+        tellers=_tellers(table, pool, prior.names),
     )
 
 
