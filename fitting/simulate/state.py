@@ -1,4 +1,4 @@
-"""One state of an actuator: from dimensions, pressure and what is known of the springs to a result."""
+"""One state of an actuator, from dimensions, pressure and the state of the springs."""
 
 import dataclasses
 import math
@@ -23,13 +23,13 @@ from .unmodelled import marked
 
 
 def read_geometry(path: str | Path) -> dict[str, Any]:
-    """The `[geometry]` table of a TOML file; a file that has nothing but its keys is one, too.
+    """The `[geometry]` table of a TOML file. A file that has nothing but its keys is one, too.
 
     Returns:
-        Canonical keys, numbers in the units that these name.
+        Numbers by canonical key, in the units of the keys.
 
     Raises:
-        InputError: if the file cannot be read, or a key, unit or number in it cannot be.
+        InputError: if the file cannot be read, or has a wrong key, unit or number.
     """
     path = Path(path)
     document = sidecar.read_toml(path)
@@ -43,20 +43,20 @@ def read_geometry(path: str | Path) -> dict[str, Any]:
 
 
 def described_actuator(geometry: str | Path | None, overrides: Mapping[str, Any]) -> Recording:
-    """An actuator as a recording would describe it, checked; see `described_specimen`."""
+    """A checked recording that describes an actuator; see `described_specimen`."""
     return described_specimen("actuator", geometry, overrides)
 
 
 def described_specimen(kind: str, geometry: str | Path | None, overrides: Mapping[str, Any]) -> Recording:
-    """A specimen as a recording would describe it, checked.
+    """A checked recording that describes a specimen.
 
     Args:
-        kind: of recording.
+        kind: kind of recording.
         geometry: TOML file with dimensions, or None for the nominal ones.
         overrides: keys of `[geometry]` that take precedence.
 
     Raises:
-        InputError: for anything that cannot be, naming the file or the command line.
+        InputError: for impossible input, naming the file or the command line.
     """
     stated = {} if geometry is None else read_geometry(geometry)
     stated |= sidecar.check_settings({"geometry": dict(overrides)}, sidecar.COMMAND_LINE, ("geometry",))[
@@ -75,15 +75,15 @@ def described_specimen(kind: str, geometry: str | Path | None, overrides: Mappin
 
 @dataclass
 class ActuatorState:
-    """A solved state, and how it was asked for.
+    """A solved state and its inputs.
 
     Attributes:
-        title: design, alloy and silicone.
-        actuator: what was solved.
-        found: the equilibrium, NumPy arrays; NaN where there is none.
-        given: what was said of each spring, `"given"`, `"from resistance"` or `"cold"`.
-        notices: in words, what to read with care.
-        seen: `curvature`, `bend_angle` and `length` as the instruments show them, where effects change them.
+        title: names of design, alloy and silicone.
+        actuator: solved actuator.
+        found: equilibrium as NumPy arrays; NaN where there is none.
+        given: origin of each spring's state: `"given"`, `"from resistance"` or `"cold"`.
+        notices: warnings in words.
+        seen: instrument readings of `curvature`, `bend_angle` and `length`, where effects change them.
     """
 
     title: str
@@ -95,12 +95,12 @@ class ActuatorState:
 
     @property
     def numbers(self) -> tuple[int, ...]:
-        """Of the springs that are there."""
+        """Numbers of the springs that the design has."""
         return self.actuator.spring_numbers
 
     @property
     def planar(self) -> bool:
-        """Whether it bends in one plane only."""
+        """True if it bends in one plane only."""
         return self.actuator.planar
 
     @property
@@ -115,11 +115,11 @@ class ActuatorState:
 
     @property
     def converged(self) -> bool:
-        """Whether there is a result."""
+        """True if there is a result."""
         return int(self.found.status) <= pj.Status.several_equilibria
 
     def quantities(self) -> list[tuple[str, float, str]]:
-        """What describes the configuration: key without unit, value, unit."""
+        """Quantities that describe the configuration: key without unit, value, unit."""
         found = self.found
         sides = {1: found.delta_1, 2: found.delta_2}
         if not self.planar and self.numbers:  # springs, whose places are the sides
@@ -135,7 +135,7 @@ class ActuatorState:
         return rows
 
     def contract(self) -> dict[str, Any]:
-        """The object of `simulate --json`; null for what is not there."""
+        """The object of `simulate --json`; null for missing values."""
         result: dict[str, Any] = {"status": self.status}
         for name, value, unit in self.quantities():
             result[f"{name}_{unit.replace('1/m', '1pm')}"] = _or_none(value)
@@ -168,12 +168,12 @@ def _or_none(value: float) -> float | None:
 
 @dataclass
 class Drive:
-    """What drives the springs of one actuator in one state.
+    """Drive of the springs of one actuator in one state.
 
     Attributes:
-        activations, states: one per spring.
-        given: what was said of each, for people.
-        notices: in words.
+        activations, states: activation and memory of each spring.
+        given: origin of each spring's state, for people.
+        notices: warnings in words.
     """
 
     activations: tuple[Any, ...]
@@ -188,10 +188,10 @@ def drive_of(
     """Activations and memories of a specimen's springs.
 
     Args:
-        specimen: the actuator, from `described_actuator`.
-        actuator: built from it.
-        given: `xi0_K` [1] or `resistance_K` [ohm] for spring K; a spring that nothing is said of is cold.
-        model: with numbers of its own.
+        specimen: recording from `described_actuator`.
+        actuator: actuator built from it.
+        given: `xi0_K` [1] or `resistance_K` [ohm] for spring K; other springs are cold.
+        model: model with constants of its own.
 
     Raises:
         InputError: for a resistance that the alloy cannot show.
@@ -201,9 +201,9 @@ def drive_of(
     for name in given:
         number = int(name.rpartition("_")[2])
         if number not in actuator.spring_numbers:
-            there = ", ".join(map(str, actuator.spring_numbers)) or "none"
+            available = ", ".join(map(str, actuator.spring_numbers)) or "none"
             design = _word(specimen, "design")
-            notices.append(f"{design} has no spring {number} (it has: {there}); {name} is left out")
+            notices.append(f"{design} has no spring {number} (it has: {available}); {name} is left out")
     for number in actuator.spring_numbers:
         if f"resistance_{number}" in given:
             activations.append(pj.Resistance(given[f"resistance_{number}"]))
@@ -222,13 +222,13 @@ def actuator_state(
     """Solve one state.
 
     Args:
-        specimen: the actuator, from `described_actuator`.
-        pressure: gauge [Pa].
-        given: as for `drive_of`.
-        model: used instead of the base model; its effects act as at the start of a recording.
+        specimen: recording from `described_actuator`.
+        pressure: gauge pressure [Pa].
+        given: spring inputs as for `drive_of`.
+        model: model in place of the base model; its effects act as at the start of a recording.
 
     Raises:
-        InputError: for a resistance that the alloy cannot show, or dimensions that cannot be.
+        InputError: for a resistance that the alloy cannot show, or impossible dimensions.
     """
     actuator = actuator_of(specimen, model)
     drive = drive_of(specimen, actuator, given, model)
@@ -242,7 +242,7 @@ def actuator_state(
     found, seen = jax.tree.map(lambda x: np.asarray(x)[0], (history.rows, history.seen))
     bent = () if actuator.planar else ("curvature", "bend_angle")
     drive.notices += marked(model, seen, "actuator", bent)[1]
-    if not actuator.planar:  # the instruments show the plane of sides 1 and 2; free bending has a size
+    if not actuator.planar:  # instruments read the plane of sides 1 and 2; free bending has a magnitude
         seen = {"length": seen["length"]}
     return described_state(specimen, actuator, found, drive, seen)
 
@@ -270,7 +270,7 @@ def _leaves(actuator: pj.Actuator, pressure: Any, activations: tuple, states: tu
 
 
 _solve_once = cached_program(_leaves, "one state of an actuator", {"xla_backend_optimization_level": 0})
-"""It takes milliseconds however it is compiled, and to optimise its program takes seconds."""
+"""Solving takes milliseconds without compiler optimisation, which would take seconds."""
 
 
 def described_state(
@@ -280,12 +280,12 @@ def described_state(
     drive: Drive,
     seen: dict[str, Any] | None = None,
 ) -> ActuatorState:
-    """A solved state with its words.
+    """A solved state with its texts.
 
     Args:
-        specimen, actuator, drive: what was solved.
-        found: NumPy arrays.
-        seen: see `ActuatorState`.
+        specimen, actuator, drive: specimen, actuator and drive that were solved.
+        found: equilibrium as NumPy arrays.
+        seen: instrument readings, see `ActuatorState`.
     """
     clearance = specimen.full_geometry().get("tip_to_base_clearance_deg")
     notices = drive.notices + actuator_cautions(actuator, found, clearance)

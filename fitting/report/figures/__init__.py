@@ -1,4 +1,4 @@
-"""The house's figures: one style, colours that colour-blind readers tell apart, every axis with its unit.
+"""Shared style of all figures: colours that colour-blind readers can distinguish, every axis with its unit.
 
 Figures are made from results and never fit anything. No global state of matplotlib is touched.
 """
@@ -69,6 +69,12 @@ def axis_label(column: str) -> str:
     return f"{quantity.replace('_', ' ')} [{unit}]" if quantity else column
 
 
+def unit_of(column: str) -> str:
+    """Unit of a canonical column in brackets, such as `[1/m]`; empty where its name has none."""
+    label = axis_label(column)
+    return label[label.rindex("[") :] if "[" in label else ""
+
+
 def png(figure: Figure) -> bytes:
     """The figure as PNG."""
     stream = io.BytesIO()
@@ -97,12 +103,12 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
 def panel_grid(
     count: int, width: float, height: float, margin: tuple[float, float] = (0.0, 0.0)
 ) -> tuple[Figure, list[Axes]]:
-    """A figure of equal panels, at most four in a row; places that are left over stay empty.
+    """A figure of equal panels, at most four in a row. Surplus places stay empty.
 
     Args:
         count: number of panels.
-        width, height: of one panel [inch].
-        margin: what the figure has beside the panels, across and along [inch].
+        width, height: width and height of one panel [inch].
+        margin: additional width and height of the figure beside the panels [inch].
     """
     columns = min(count, MOST_COLUMNS)
     lines = -(-count // columns)
@@ -119,19 +125,27 @@ def legend_above(axes: Axes, columns: int = 3) -> None:
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2)
 
 
+def shared_legend(figure: Figure) -> None:
+    """One legend above all panels, with every label once."""
+    known = {}
+    for axes in figure.axes:
+        known |= {text: line for line, text in zip(*axes.get_legend_handles_labels(), strict=True)}
+    figure.legend(known.values(), known, loc="outside upper left", ncols=len(known))
+
+
 def recording_figure(
     title: str,
     x: tuple[str, np.ndarray],
     outputs: Mapping[str, tuple[np.ndarray, np.ndarray]],
     noise: Mapping[str, float],
 ) -> Figure:
-    """Measured and predicted outputs of a recording over its driving quantity, and what is left between them.
+    """Figure of measured and predicted outputs of a recording over its driving quantity, with residuals.
 
     Args:
         title: name of the recording.
         x: canonical column and values of the horizontal axis.
         outputs: measurement and prediction by canonical column, in that column's unit, shape (rows,).
-        noise: 1-sigma of the instrument by canonical column, where it is known.
+        noise: standard deviation of the instrument's noise by canonical column, where it is known.
     """
     name, values = x
     with style():
@@ -145,7 +159,7 @@ def recording_figure(
             above.set_ylabel(axis_label(column))
             _residuals(below, values, measured - predicted, noise.get(column))
             below.set_xlabel(axis_label(name))
-            below.set_ylabel("recording - model " + axis_label(column)[axis_label(column).rindex("[") :])
+            below.set_ylabel("recording - model " + unit_of(column))
         figure.align_ylabels()
     return figure
 
