@@ -95,7 +95,7 @@ def chain(count, unreachable, seed):
     }
 
 
-def bent_lumen(name, bends, diameter=18e-3, length=230e-3):
+def bent_lumen(name, bends, diameter=30e-3, length=230e-3):
     """A lumen along a smooth curve: two angles that swing along it."""
     s = np.linspace(0.0, 1.0, 200)
     across, up = bends[0] * np.sin(np.pi * s) ** 2, bends[1] * np.sin(2.0 * np.pi * s) * s

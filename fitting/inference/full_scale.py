@@ -17,6 +17,13 @@ UNLIKELY = 1e-3
 ABRUPT = 1.5
 """Maximum ratio of the last stretches of equal readings before a stop. In a trend that levels off they
 double."""
+LEVELS = 0.45
+"""Minimum ratio of slopes, of the second half of the way to a stop over the first. A trend that levels off by
+itself has less. It is 0.6 for any parabola that is cut off, and at most 0.33 for an exponential rounded to
+its end."""
+LAST_WAY = 40.0
+"""Number of steps, or of standard deviations, of the last way to a stop, on which slopes are compared. The
+way is at most as long as the stop."""
 NEAR, AROUND = 3.0, 7
 """Number of standard deviations below full scale within which noise is clipped on one side; number of rows of
 a running median."""
@@ -55,7 +62,9 @@ def saturated(
         chance = len(values) * still ** (count - len(stops))
         clear = step * (AFTER if chance < UNLIKELY else SMOOTH * AFTER)
         known_stop = known is not None and sign * top == known and count > 0
-        if known_stop or count >= LONG and any(_is_stop(sign * values, moving, run, clear) for run in stops):
+        if known_stop or count >= LONG and any(
+            _is_stop(sign * values, moving, run, clear, step, spread) for run in stops
+        ):
             level = sign * top
             found |= _with_neighbours(sign * values, top, top - NEAR * step)
     return found, level
@@ -68,7 +77,12 @@ def runs(mask: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _is_stop(
-    values: np.ndarray, moving: Sequence[tuple[np.ndarray, float]], run: tuple[int, int], clear: float
+    values: np.ndarray,
+    moving: Sequence[tuple[np.ndarray, float]],
+    run: tuple[int, int],
+    clear: float,
+    step: float,
+    spread: float,
 ) -> bool:
     """True if a trend that rose to its extreme would have continued by more than `clear`, as other channels
     did.
@@ -78,6 +92,8 @@ def _is_stop(
         moving: other channels, shape (n,), each with the smallest move beyond its noise.
         run: first row at the extreme, and the one after the last.
         clear: minimum continuation, in the unit of `values`.
+        step: noise of a reading or its resolution, the larger one, in the unit of `values`.
+        spread: standard deviation of a reading, in the unit of `values`.
     """
     for flip in (1, -1):  # forwards before the stop, and backwards after it
         y = values[::flip]
@@ -87,9 +103,28 @@ def _is_stop(
             continue
         slope = (y[a] - y[first]) / (a - first)
         further = max((_rows_after_stop(x[::flip], noise, first, a, b) for x, noise in moving), default=0.0)
-        if slope * further > clear and _is_abrupt(y, first, a, b):
+        goes_on = slope * further > clear and _is_abrupt(y, first, a, b)
+        if goes_on and not _levels_off(y[first:a], step, spread):
             return True
     return False
+
+
+def _levels_off(y: np.ndarray, step: float, spread: float) -> bool:
+    """True if a trend clearly flattens on its last way to its extreme, so that it ends there by itself.
+
+    Args:
+        y: readings before the stop, in their order, shape (n,).
+        step: noise of one of them or its resolution, the larger one.
+        spread: standard deviation of one of them.
+    """
+    far = np.flatnonzero(y < y[-1] - LAST_WAY * step)
+    y = y[min(far[-1] if len(far) else 0, max(len(y) - LONG, 0)) :]
+    half = (len(y) + 1) // 2
+    if half < 2:
+        return False
+    slopes = [np.polyfit(np.arange(half), part, 1)[0] for part in (y[:half], y[-half:])]
+    error = spread / np.sqrt(np.sum((np.arange(half) - (half - 1) / 2.0) ** 2))
+    return bool(slopes[1] + 2.0 * error < LEVELS * (slopes[0] - 2.0 * error))
 
 
 def _rows_after_stop(x: np.ndarray, noise: float, first: int, a: int, b: int) -> float:

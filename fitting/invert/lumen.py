@@ -29,7 +29,7 @@ from .search import Box
 POINTS = 12
 """Number of points on every segment that are held clear: 5 mm apart on a segment of 56 mm."""
 STARTS = 8
-ENDS = Ends(precision=1e-5, steps=40)
+ENDS = Ends(precision=1e-5)
 """When a search ends. The objective is a mean square distance in radii of the tube, so 1e-5 is 0.02 mm for a
 tube of 10 mm. Smallest distances have kinks, on which an exact search goes to and fro."""
 PICKED = 8_000

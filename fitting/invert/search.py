@@ -87,6 +87,7 @@ def search(
     begin: Array,
     memories: Memories,
     guess: Array,
+    most: Array | int = MOST_STEPS,
 ) -> Found:
     """One inverse problem from one start.
 
@@ -98,6 +99,7 @@ def search(
         begin: place in the box, shape (drives,).
         memories: of the springs.
         guess: unknowns of a state near the start.
+        most: maximum of steps.
     """
     scale, count = sizes(goals), begin.size
     cost = jnp.concatenate([jnp.full(1, COLD_PRESSURE), jnp.ones(count - 1)])
@@ -139,7 +141,7 @@ def search(
         still = jnp.where(better, moved < STILL, damping > 1e6) & faint
         damping = jnp.where(better, jnp.maximum(0.1 * damping, 1e-12), 10.0 * jnp.maximum(damping, 1e-6))
         damping = jnp.where(near & ~faint, 1e-6, damping)
-        done = (small & faint) | still | (steps + 1 >= MOST_STEPS)
+        done = (small & faint) | still | (steps + 1 >= most)
         weight = jnp.where(near, LAST_WEIGHT, weight)
         return place, seen, damping, weight, steps + 1, done
 
@@ -162,7 +164,8 @@ def search_all(
     begin: Array,
     memories: Memories,
     guess: Array,
+    most: Array,
 ) -> Found:
-    """Many searches; all arrays but the memories have a leading axis of searches."""
-    one = lambda row: search(body, goals, *row[:3], memories, row[3])  # noqa: E731
+    """Many searches; all arrays but the memories and the number of steps have a leading axis of searches."""
+    one = lambda row: search(body, goals, *row[:3], memories, row[3], most)  # noqa: E731
     return jax.lax.map(one, (boxes, wanted, begin, guess), batch_size=BLOCK)

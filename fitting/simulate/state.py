@@ -79,7 +79,7 @@ class ActuatorState:
 
     Attributes:
         title: names of design, alloy and silicone.
-        actuator: what was solved.
+        actuator: solved actuator.
         found: equilibrium as NumPy arrays; NaN where there is none.
         given: origin of each spring's state: `"given"`, `"from resistance"` or `"cold"`.
         notices: warnings in words.

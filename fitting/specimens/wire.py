@@ -1,7 +1,8 @@
 """Forward model of straight wires: temperature and stress (or strain) in, strain (or stress) out.
 
 The phase follows the temperature on one reversible curve (the base law), without hysteresis or shift by
-stress. Of strain and stress the steadier one drives the wire, the other is predicted.
+stress. A residual strain may draw a loop all the same: heating takes it away, cooling under load sets it
+again. Of strain and stress the steadier one drives the wire, the other is predicted.
 """
 
 import dataclasses
@@ -176,7 +177,8 @@ class StraightWire(Specimen):
     letter = "W"
     noun = "wire"
     law = (
-        "the reversible base law (one curve of the phase over temperature: no hysteresis, no shift by stress)"
+        "the reversible base law (its phase has one curve over temperature, without hysteresis or shift by "
+        "stress)"
     )
     over = "temperature"
     tables = ("alloy", "actuator")

@@ -238,6 +238,33 @@ def held(time):
     return np.interp(time, [0.0, 20.0, 130.0, 149.0], [0.0, 0.8, 0.8, 0.0])
 
 
+@pytest.mark.parametrize("digits", [3, 4, 5])
+@pytest.mark.parametrize("width", [2.0, 4.0, 9.0])
+@pytest.mark.parametrize("shape", ["sigmoid", "exponential", "gaussian"])
+def test_a_course_without_noise_that_levels_off_is_not_at_full_scale(shape, width, digits):
+    """Printed digits make an exact plateau of every smooth end."""
+    rows = np.arange(240.0)
+    rise = {
+        "sigmoid": 1.0 / (1.0 + np.exp(-(rows - 80.0) / width)),
+        "exponential": 1.0 - np.exp(-rows / (2.0 * width)),
+        "gaussian": 1.0 - np.exp(-0.5 * (rows / (4.0 * width)) ** 2),
+    }[shape]
+    for values in (rise, 1.0 - rise, rise[::-1]):
+        told = readings_of(coupon(np.linspace(0.0, 1.0, 240), 50.0 * np.round(values, digits)), "stress")
+        assert told.saturated == 0 and told.counted.sum() > 200
+
+
+@pytest.mark.parametrize("at", [0.5, 0.8, 0.9])
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+@pytest.mark.parametrize("shape", ["ramp", "sine", "parabola", "bend"])
+def test_a_course_that_is_cut_off_is_at_full_scale(shape, noise, at):
+    part = np.linspace(0.0, 1.0, 400)
+    values = {"ramp": part, "sine": np.sin(np.pi * part), "parabola": 4.0 * part * (1.0 - part), "bend": part**0.6}[shape]
+    values = values + noise * np.random.default_rng(3).standard_normal(400)
+    told = readings_of(coupon(2.0 * part, 50.0 * np.minimum(values, at)), "stress")
+    assert told.level == pytest.approx(5e4 * at)
+
+
 @pytest.mark.parametrize(
     ("driver", "values"),
     [

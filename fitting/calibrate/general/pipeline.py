@@ -24,7 +24,7 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.precision import require_float64
 from pneusma_jax.units import to_si
 
-from .fit import GeneralFit, fit_campaign, gone_on, missed
+from .fit import GeneralFit, fit_campaign, gone_on
 from .information import Repeat, cannot_tell, held_back, informed, repeats
 from .profiles import profiles
 from .scores import Score, scores
@@ -117,7 +117,11 @@ class GeneralCharacterisation(Characterisation):
         """The model on disk with the numbers found; None for the base model."""
         if self.model is None:
             return None
-        return refitted(self.model, self.campaign, self.fitted, f"Fitted to {self.title}")
+        errors = {
+            name: to_si(estimate.sd, estimate.unit, difference=True)
+            for name, estimate in self.parameters.items()
+        }
+        return refitted(self.model, self.campaign, self.fitted, f"Fitted to {self.title}", errors)
 
 
 def characterise_general(
@@ -281,7 +285,7 @@ def characterise_specimen(
     }
     found = characterise_general(campaign, specimen, **common, **tables)
     plain, words = specimen.simpler(campaign, **tables)
-    if plain and missed(found.fit.result):
+    if plain and found.fit.misses:
         progress(words)
         found = characterise_general(campaign, specimen, **common, **{**tables, **plain})
     return found

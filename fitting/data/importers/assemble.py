@@ -9,14 +9,15 @@ from ..recordings import NOT_STATED, Recording, check_recording, schema
 from ..recordings.nominal import nominal_geometry
 from ..recordings.table import refuse
 from .channels import UnitMissing, canonical, units_missing, with_options
-from .derive import CREDIBLE_STRESS_MPA, derive
+from .compression import About
+from .derive import derive, question_stress
 from .making import Channel, Making
 from .options import Options
 from .parts import Sample
 from .provenance import Provenance, find_provenance
 from .raw import RawFile
 from .signs_and_zeros import correct_signs_and_zeros, gauge_pressure, subtract
-from .strain_unit import settle_strain_unit
+from .strain_unit import refuse_far_wire, say_far, settle_strain_unit
 from .unused import explain, mark_used
 
 LOGGED_CLOCK = "clock_as_logged"
@@ -77,6 +78,7 @@ def assemble(
         gauge_pressure(making)
         settle_strain_unit(making)
         derive(making)
+        say_far(making)
         subtract(making)
         columns = canonical(making)
     except UnitMissing:
@@ -86,7 +88,7 @@ def assemble(
     _notice_engineering_stress(columns, making)
     _notice_preload(sample, making)
     columns = {name: values[keep] for name, values in columns.items()}
-    columns, rows = _drop_empty(columns, np.array(grid.rows)[keep], making.notices)
+    columns, rows = _drop_empty(columns, np.array(grid.rows)[keep], making)
     columns = _with_clock(columns, rows, making)
     provenance = find_provenance(raw.path, options.citation, options.licence, facts.provenance)
     making.notices += provenance.notices
@@ -103,12 +105,7 @@ def assemble(
             " it. State one that"
             " did not change with --constant temperature_degC=..."
         )
-    most = float(np.nanmax(np.abs(columns["stress_MPa"]))) if kind == "wire" else 0.0
-    if most > CREDIBLE_STRESS_MPA:
-        making.warn(
-            f"stress reaches {most:.0f} MPa, more than any nitinol bears: is the cross-section right, and the"
-            " wire of such an alloy?"
-        )
+    question_stress(columns, making)
     name, specimen = _names(sample, options, facts)
     recording = Recording(
         name=name,
@@ -123,17 +120,20 @@ def assemble(
         columns=columns,
         notices=making.notices,
     )
+    refuse_far_wire(making)
     check_recording(recording, [int(row) for row in rows])
     explain(making, columns)
     recording.source["notes"] = list(making.notices)
     return recording
 
 
-def _loading_texts(sample: Sample, making: Making) -> str:
+def _loading_texts(sample: Sample, making: Making) -> About:
     """Texts that may mention the loading: headings of strain and stress, the preamble, the sheet's name."""
     labels = [making.channels[name].label for name in ("strain", "stress") if name in making.channels]
-    lines = [" ".join(row) for row in sample.require_grid().preamble]
-    return "\n".join([*labels, *lines, sample.title, sample.sheet])
+    lines = [
+        "; ".join(cell.strip() for cell in row if cell.strip()) for row in sample.require_grid().preamble
+    ]
+    return About(labels, lines, [sample.title, sample.sheet])
 
 
 def _notice_engineering_stress(columns: dict[str, np.ndarray], making: Making) -> None:
@@ -219,16 +219,26 @@ def slug(text: str) -> str:
 
 
 def _drop_empty(
-    columns: dict[str, np.ndarray], rows: np.ndarray, notices: list[str]
+    columns: dict[str, np.ndarray], rows: np.ndarray, making: Making
 ) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """Remove columns without a number, and rows in which only the clock was recorded."""
+    """Remove columns without a number, and rows in which only the clock was recorded.
+
+    Raises:
+        InputError: if a required column has no number, or no row is left.
+    """
+    notices = making.notices
+    needed = schema.KINDS[making.kind].columns.required
     for name in [name for name, values in columns.items() if np.isnan(values).all()]:
+        if name in needed:
+            raise refuse(making.place, f"{name} has no number in it; name its column with --map")
         notices.append(f"{name} has no number in it and was left out")
         del columns[name]
     data = [values for name, values in columns.items() if name != "time_s"]
     empty = np.all([np.isnan(values) for values in data], axis=0)
     if "time_s" in columns:
         empty = empty | np.isnan(columns["time_s"])
+    if empty.all():
+        raise refuse(making.place, "no row has a time and a value; is a column named that holds no numbers?")
     if empty.any():
         notices.append(
             f"{int(empty.sum())} rows without a time or without any value dropped (row {rows[empty][0]})"

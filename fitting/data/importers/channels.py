@@ -77,6 +77,7 @@ def _channel(grid: Grid, column: int) -> Channel:
         label=heading.text if heading else f"column {column + 1}",
         zero=heading.zero if heading else "",
         trouble=grid.troubles.get(column, ""),
+        by_row=column in grid.by_row,
     )
 
 
@@ -100,7 +101,13 @@ def channels_of(sample: Sample, options: Options, notices: list[str]) -> dict[st
             for quantity in (q for q in aside if family.index(q) < first):
                 notices.append(f"{recognised[quantity].label!r} set aside for what --map names")
                 del recognised[quantity]
-    return {**recognised, **mapped}
+    found = {**recognised, **mapped}
+    for quantity in (q for q in options.units if q in found and found[q].by_row):
+        raise refuse(
+            sample.raw.path, f"--unit {quantity}: the file states the unit of {found[quantity].label!r} row"
+            " by row; leave the option out",
+        )  # fmt: skip
+    return found
 
 
 def mapped_channels(sample: Sample, options: Options) -> dict[str, Channel]:

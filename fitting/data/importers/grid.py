@@ -20,6 +20,7 @@ class Grid:
         notices: sentences about delimiter, decimal mark and dropped rows.
         cells: the fields of each row as text.
         troubles: reason why a column's numbers are doubtful, by column; a sentence without subject.
+        by_row: columns whose unit a column beside them stated row by row.
     """
 
     headings: list[Heading]
@@ -29,6 +30,7 @@ class Grid:
     notices: list[str] = field(default_factory=list)
     cells: list[list[str]] = field(default_factory=list)
     troubles: dict[int, str] = field(default_factory=dict)
+    by_row: set[int] = field(default_factory=set)
 
     def part(self, rows: Sequence[int] | slice, columns: Sequence[int] | None = None) -> "Grid":
         """Some rows and columns, as a table of their own."""
@@ -41,5 +43,6 @@ class Grid:
             preamble=self.preamble,
             notices=list(self.notices),
             cells=[[self.cells[i][c] if c < len(self.cells[i]) else "" for c in chosen] for i in picked],
+            by_row={k for k, c in enumerate(chosen) if c in self.by_row},
             troubles={k: self.troubles[c] for k, c in enumerate(chosen) if c in self.troubles},
         )

@@ -19,6 +19,7 @@ class Channel:
         zero: reference of a pressure: `"absolute"`, `"gauge"`, or empty where unstated.
         trouble: reason why its numbers are doubtful, a sentence; empty where there is none.
         made: derivation from other quantities, in words; empty for a column of the file.
+        by_row: true if the file stated its unit row by row.
     """
 
     values: np.ndarray
@@ -27,6 +28,7 @@ class Channel:
     zero: str = ""
     trouble: str = ""
     made: str = ""
+    by_row: bool = False
 
 
 @dataclass

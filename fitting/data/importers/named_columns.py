@@ -8,23 +8,23 @@ import numpy as np
 
 from ..recordings import Recording, schema
 from ..recordings.columns import convert
+from ..recordings.kinds import WIRE_STRAIN_FRACTION_LIMIT, WIRE_STRAIN_LIMIT
 from ..recordings.table import refuse
 from .assemble import Facts, assemble, slug
 from .channels import channels_of, in_unit, named_channels
 from .circuit import VOLTAGES, resistance_named
-from .derive import area_mm2
+from .derive import METAL_MPA
 from .format import Format
 from .making import Channel, Making
 from .options import Options
 from .parts import Sample, stated_specimen
+from .specimen_sizes import area_mm2
 from .spelling import dimension, unit_name
 from .unmodelled import KINDS, unmodelled
 
 NAME = "named-columns"
 COIL_SIZES = ("active_coils", "mandrel_diameter_mm", "initial_pitch_mm", "free_length_mm")
-"""Sizes that only a coiled spring has."""
-METAL_MPA = 60.0
-"""Minimum stress that no elastomer bears [MPa]: natural rubber, the strongest, breaks at 30 MPa."""
+"""Dimensions that only a coiled spring has."""
 METAL_MODULUS_MPA = 500.0
 """Minimum modulus of a metal [MPa]; above that of any elastomer (100 MPa) and below that of any nitinol (5
 GPa)."""
@@ -44,7 +44,11 @@ def read(sample: Sample, options: Options) -> Recording:
     if not options.kind:
         notices.append(f"taken as kind {kind} from its columns (--kind to correct)")
     used = {channel.label for channel in channels.values()}
-    aside = [heading.text for heading in grid.headings if heading.text.strip() and heading.text not in used]
+    aside = [
+        heading.text
+        for column, heading in enumerate(grid.headings)
+        if heading.text.strip() and heading.text not in used and column - 1 not in grid.by_row
+    ]
     if aside:
         notices.append(
             f"columns left aside: {', '.join(repr(text) for text in aside)} (--map QUANTITY=COLUMN takes one)"
@@ -80,8 +84,7 @@ def _available(channels: dict[str, Channel], options: Options, sample: Sample) -
 
 
 def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str:
-    """The one kind whose required quantities are all present or derivable; empty if there are several or
-    none."""
+    """The one kind whose required quantities are all present or derivable; an error if it is not unique."""
     available = _available(channels, options, sample)
     fits = []
     for kind in schema.KINDS.values():
@@ -91,13 +94,9 @@ def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str
         if needed <= available and (not choice or choice & available):
             fits.append(kind.name)
     if {"wire", "elastomer"} <= set(fits):
-        fits.remove(
-            "elastomer"
-            if available & {"temperature", "resistance"} or _metal(sample, channels, options)
-            else "wire"
-        )
-    if {"spring", "wire"} <= set(fits) and not _coiled(sample, options):
-        fits.remove("spring")  # a gauge length and a cross-section are those of a straight wire
+        fits.remove("elastomer" if _is_wire(sample, channels, options, available) else "wire")
+    if "spring" in fits and {"wire", "elastomer"} & set(fits) and not _coiled(sample, options):
+        fits.remove("spring")  # a gauge length and a cross-section are those of a straight specimen
     if {"tube", "actuator"} <= set(fits):
         fits.remove(
             "tube" if available & {"curvature", "bend_angle", "resistance_1", "resistance_2"} else "actuator"
@@ -119,7 +118,7 @@ def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str
 
 
 def _coiled(sample: Sample, options: Options) -> bool:
-    """Whether the file or the person speaks of a spring."""
+    """True if the file or the user mentions a spring."""
     words = f"{sample.title} {sample.head}".lower()
     sizes = {*options.dimensions, *sample.sizes}
     return bool(re.search(r"spring|feder|coil|ressort", words)) or bool(sizes & set(COIL_SIZES))
@@ -157,18 +156,46 @@ def _most_stress_MPa(sample: Sample, channels: dict[str, Channel], options: Opti
     return float(np.nanmax(np.abs(in_unit(force, "N", "force", sample.raw.path)))) / area
 
 
-def _metal(sample: Sample, channels: dict[str, Channel], options: Options) -> bool:
-    """True if stress over strain is that of a metal."""
-    most = _most_stress_MPa(sample, channels, options)
-    strain = channels.get("strain")
-    if most is None:
+def _farthest(sample: Sample, channels: dict[str, Channel], options: Options) -> float | None:
+    """Range of the strain, as a fraction; None where no unit or gauge length states it.
+
+    A position that is counted from the machine's zero is as good as an extension for that.
+    """
+    strain, stretch, extension = (channels.get(name) for name in ("strain", "stretch", "elongation"))
+    if strain is not None:
+        stated = dimension(strain.unit) == "number"
+        return _range(convert(strain.values, unit_name(str(strain.unit)), "1")) if stated else None
+    if stretch is not None:
+        return _range(stretch.values - 1.0)
+    gauge = options.dimensions.get("gauge_length_mm")
+    if gauge is None and "gauge_length_mm" in sample.sizes:
+        gauge = sample.sizes["gauge_length_mm"].value
+    if extension is None or gauge is None or dimension(extension.unit) != "length":
+        return None
+    return _range(convert(extension.values, unit_name(str(extension.unit)), "mm")) / gauge
+
+
+def _range(values: np.ndarray) -> float:
+    finite = values[np.isfinite(values)]
+    return float(np.ptp(finite)) if finite.size else 0.0
+
+
+def _is_wire(sample: Sample, channels: dict[str, Channel], options: Options, held: set[str]) -> bool:
+    """True for strain and stress of a wire, false for those of a coupon.
+
+    Their sizes decide first: no wire strains as far as a rubber, and no rubber bears the stress of a metal.
+    Where both are possible, a temperature or a resistance tells a wire.
+    """
+    most, far = _most_stress_MPa(sample, channels, options), _farthest(sample, channels, options)
+    if far is not None and far > WIRE_STRAIN_FRACTION_LIMIT:
         return False
-    if most > METAL_MPA:
+    if most is not None and most > METAL_MPA:
         return True
-    if strain is None or dimension(strain.unit) != "number":
+    if most is not None and far is not None and far > WIRE_STRAIN_LIMIT:
         return False
-    far = float(np.nanmax(np.abs(convert(strain.values, unit_name(str(strain.unit)), "1"))))
-    return far > 0.0 and most / far > METAL_MODULUS_MPA
+    if held & {"temperature", "resistance"}:
+        return True
+    return most is not None and bool(far) and most / far > METAL_MODULUS_MPA
 
 
 FORMAT = Format(

@@ -234,6 +234,10 @@ def _amounts(option: str, texts: Iterable[str]) -> dict[str, tuple[float, str]]:
             names = sorted({column for kind in schema.KINDS.values() for column in kind.columns.known})
             raise InputError(f"{option} {text}: {name!r} is not known here, {nearest(name, names)}")
         quantity, _ = schema.quantity_and_unit(canonical)
+        if quantity == "time" and option == "--constant":
+            raise InputError(
+                f"{option} {text}: a time goes on; state the seconds between rows with --interval"
+            )
         try:
             unit = written_unit(name, canonical)
         except InputError as error:

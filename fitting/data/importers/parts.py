@@ -11,6 +11,7 @@ from .sizes import Sizes, may_hold_sizes, sizes_in, sizes_in_a_name, table_of_si
 from .spelling import plain
 from .splits import split
 from .tables import find_grids
+from .unit_columns import with_units_of_rows
 from .words import SPECIMEN_WORDS
 
 _LABEL = re.compile(
@@ -144,7 +145,7 @@ def _sheet_description(page: Page, sizes: Sizes, table: dict[str, Sizes], select
 
 def _tests_on(raw: RawFile, page: Page) -> list[Sample]:
     """Tests on one page: its tables, each split where it holds several specimens or a test restarts."""
-    grids = find_grids(page)
+    grids = [with_units_of_rows(grid) for grid in find_grids(page)]
     texts = [[[h.text for h in grid.headings], *grid.cells] for grid in grids]
     tables = [
         table_of_sizes(rows) if grid.headings and may_hold_sizes(len(grid.rows)) else {}

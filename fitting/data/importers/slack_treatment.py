@@ -4,12 +4,17 @@ import numpy as np
 
 from ..recordings import schema
 from ..recordings.table import refuse
-from ..slack import Slack, find_slack
+from ..slack import Slack, find_slack, noise_of_steps, rest_at_zero
 from .making import Making
 
-TWICE, LEAST_ZERO, FIRST = 2.0, 0.01, 5
+TWICE, LEAST_ZERO = 2.0, 0.01
 """Standard deviation of a zero for fits, as a multiple of its estimate; its minimum as part of the largest
-value; number of rows that show a zero of stress. Load cells and grips are set better than the minimum."""
+value. Load cells and grips are set better than the minimum."""
+FLAT_PART, NOISY = 0.02, 6.0
+"""Change of a reading over a stated slack, as part of its range and in standard deviations of its noise,
+above which it was not flat. Noise alone changes by less."""
+LEAST_LEFT = 3
+"""Minimum number of rows beyond a slack. Two points are no test."""
 
 
 def slack_of(drive: np.ndarray, force: np.ndarray, making: Making) -> Slack | None:
@@ -21,6 +26,12 @@ def slack_of(drive: np.ndarray, force: np.ndarray, making: Making) -> Slack | No
     finite = np.isfinite(drive) & np.isfinite(force)
     stroke = finite & (np.arange(len(drive)) <= int(np.nanargmax(np.abs(drive))))
     before = stroke & (np.abs(drive) <= abs(start))
+    rise = float(np.ptp(force[before])) if before.any() else 0.0
+    if rise > max(FLAT_PART * float(np.ptp(force[finite])), NOISY * noise_of_steps(force[finite])):
+        making.warn(
+            f"up to {start:.4g}, as --slack states, the reading is not flat but changes by {rise:.4g}: was"
+            " the specimen slack there?"
+        )
     return Slack(start, float(np.mean(force[before])) if before.any() else 0.0, int(before.sum()))
 
 
@@ -56,13 +67,13 @@ def leave_to_fit(columns: dict[str, np.ndarray], pair: tuple[str, str], making: 
     drive, force = (columns[name] for name in pair)
     slack = slack_of(drive, force, making)
     finite = np.isfinite(drive) & np.isfinite(force)
-    first = float(np.mean(force[finite][:FIRST])) if finite.any() else 0.0
+    first = rest_at_zero(drive[finite], force[finite]) if finite.any() else 0.0
     estimates = (slack.start, slack.zero) if slack else (0.0, first)
     for name, values, size in zip(pair, (drive, force), estimates, strict=True):
         least = LEAST_ZERO * float(np.nanmax(np.abs(values)))
         making.zero[name] = float(f"{max(TWICE * abs(size), least):.2g}")
     stated = ", ".join(f"{name} = {sd:g}" for name, sd in making.zero.items())
-    none = f"no slack was found; the first stress is {first:.4g} kPa"
+    none = f"no slack was found; stress is {first:.4g} kPa at strain 0"
     text = _text(slack, pair, making) if slack else none
     making.say(f"{text}: both zeros are left to every fit, with standard deviations of [zero] {stated}")
 
@@ -71,11 +82,24 @@ def start_at(
     slack: Slack, columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making
 ) -> np.ndarray:
     """Count strain from the point where the specimen became taut. A coupon that hung slack was longer than
-    its grips' gap."""
+    its grips' gap.
+
+    Raises:
+        InputError: if hardly any row lies beyond that point.
+    """
     drive, force = pair
     sign = 1.0 if slack.start >= 0.0 else -1.0
     raw = columns[drive]
     keep = ~(sign * raw < sign * slack.start)
+    left = int(np.sum(keep & np.isfinite(raw) & np.isfinite(columns[force])))
+    if left < LEAST_LEFT:
+        word, unit = ("strain", "") if drive == "strain" else ("elongation", " mm")
+        percent = ", and a fraction, so that 5 % is 0.05" if drive == "strain" else ""
+        raise refuse(
+            making.place, f"--slack {making.options.slack}: {left} rows lie beyond it; {word} goes from"
+            f" {np.nanmin(raw):.4g} to {np.nanmax(raw):.4g}{unit} here, and the slack is its first part"
+            f"{percent}",
+        )  # fmt: skip
     if drive == "strain":
         columns[drive] = (raw - slack.start) / (1.0 + slack.start)
         how = f"strain is counted from there, as (strain - {slack.start:.4g}) / (1 + {slack.start:.4g})"

@@ -18,9 +18,10 @@ def mark_used(making: Making, columns: dict) -> None:
         if name in schema.KINDS[making.kind].columns.known
     }
     raw = (sources & making.raw) | making.sources
+    derived = sources & making.channels.keys()  # a constant is no channel, and nothing scales it
     for option, table, used in (
         ("--map", making.options.columns, raw), ("--unit", making.options.units, raw),
-        ("--scale", making.options.scales, raw | sources),
+        ("--scale", making.options.scales, raw | derived),
     ):  # fmt: skip
         for name in table:
             if name in used:
@@ -38,6 +39,8 @@ def _why(making: Making, option: str, name: str, columns: dict) -> str:
     text = f"{option} {name}".strip()
     channels, kind = making.channels, making.kind
     if option in ("--unit", "--scale", "--map"):
+        if name in making.options.constants:
+            return f"{text}: {name} is what --constant states, in its unit; state the right number there"
         made = channels[name].made if name in channels and name not in making.raw else ""
         source = next((q for q in _MADE_OF.get(name, ()) if q in making.sources), None)
         if made and source:
@@ -59,6 +62,8 @@ def _why(making: Making, option: str, name: str, columns: dict) -> str:
     if option == "--constant":
         names = ", ".join(schema.KINDS[kind].columns.known)
         return f"{text}: a recording of kind {kind} has no {name}; it has {names}"
+    if option == "--subtract" and name in making.options.constants:
+        return f"{text}: {name} is what --constant states; state the right number there"
     if option == "--subtract":
         names = ", ".join(sorted(channels))
         return f"{text}: nothing in this file is read as {name}; read are {names}"
@@ -69,12 +74,20 @@ def _why(making: Making, option: str, name: str, columns: dict) -> str:
         )
     if option == "--interval":
         return f"{text}: the file has a clock of its own, or needs none; leave the option out"
+    if option == "--slack" and kind == "wire":
+        return (
+            f"{text}: the temperature of this wire changes, so that a flat start may be the alloy's own"
+            " doing; take off a known zero with --subtract strain=... or --subtract stress_MPa=..."
+        )
     if option == "--slack":
         return (
             f"{text}: a recording of kind {kind} has no stroke that could begin slack (elastomer, wire and"
             " spring have)"
         )
-    return f"{text}: it turns strain and stress of a coupon (kind elastomer), and this is of kind {kind}"
+    return (
+        f"{text}: it turns strain and stress of a coupon or wire, and this is of kind {kind}; turn a sign"
+        " with --scale QUANTITY=-1"
+    )
 
 
 def _why_dimension(making: Making, text: str, name: str) -> str:

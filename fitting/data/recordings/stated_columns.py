@@ -1,13 +1,16 @@
 """Tables of a sidecar about columns: constant columns, noise, zeros that a fit finds."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from pneusma_jax.errors import InputError, nearest
 
 from . import schema
 from .columns import convert, written_unit
+from .recording import Recording
 from .sidecar import finite_number
 from .table import refuse
 
@@ -67,6 +70,60 @@ def constants(
             seen.add(canonical)
             found[canonical] = float(convert(value, unit, schema.quantity_and_unit(canonical)[1]))
     return found
+
+
+def check_shared(campaign: Mapping[str, Any], where: Path | str) -> None:
+    """Check that the [constant] and [zero] of a campaign name columns that some kind of recording has.
+
+    Args:
+        campaign: checked settings of a campaign.
+        where: file that messages name.
+
+    Raises:
+        InputError: for a column that no kind has, or a unit that is not its own.
+    """
+    kinds = schema.KINDS.values()
+    known = {
+        "constant": tuple(dict.fromkeys(name for kind in kinds for name in kind.columns.known)),
+        "zero": tuple(dict.fromkeys(name for kind in kinds for name in kind.zeros)),
+    }
+    for section, names in known.items():
+        for key in campaign.get(section, {}):
+            _column_of(key, names, section, where)
+
+
+def unused(campaign: Mapping[str, Any], recordings: Sequence[Recording]) -> list[str]:
+    """Sentences about the [constant] and [zero] of a campaign that none of its recordings uses.
+
+    Args:
+        campaign: checked settings of a campaign.
+        recordings: recordings of the campaign, read with these settings.
+    """
+    said = []
+    for key, value in campaign.get("constant", {}).items():
+        if not any(_is_constant(recording, key, value) for recording in recordings):
+            said.append(
+                f"[constant] {key}: no recording uses it; each has a column of it, or is of a kind without"
+            )
+    for key in campaign.get("zero", {}):
+        if not any(
+            key == name or key.startswith(f"{schema.quantity_and_unit(name)[0]}_")
+            or key == schema.quantity_and_unit(name)[0]
+            for recording in recordings
+            for name in recording.zero
+        ):  # fmt: skip
+            kinds = ", ".join(schema.with_zeros())
+            said.append(f"[zero] {key}: no recording uses it; fits find zeros of recordings of kind {kinds}")
+    return said
+
+
+def _is_constant(recording: Recording, key: str, value: float) -> bool:
+    """True if a recording has a column with this stated value in every row."""
+    found = constants({}, recording.kind, recording.name, {key: value})
+    return any(
+        name in recording.columns and np.all(recording.columns[name] == stated)
+        for name, stated in found.items()
+    )
 
 
 def _column_of(key: str, columns: tuple[str, ...], section: str, where: Path | str) -> tuple[str, str]:

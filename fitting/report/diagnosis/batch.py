@@ -1,4 +1,4 @@
-"""The report of many diagnoses: one table of verdicts, which physics is named how often, what failed."""
+"""The report of many diagnoses: a table of verdicts, the frequency of each physics, and failed cases."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -22,7 +22,7 @@ SCHEMA = "pneusma-diagnosis-batch/1"
 def present(
     conclusion: Conclusion, title: str, command: str, seed: int, start: AugmentedModel | None
 ) -> tuple[Sequence[str], Mapping[str, bytes]]:
-    """Sentences and documents of one diagnosis, as `fitting.diagnose.batch.Present` wants them."""
+    """Sentences and documents of one diagnosis, in the form of `fitting.diagnose.batch.Present`."""
     report = diagnosis_report(conclusion, title, command, seed, start)
     documents = render.documents(report).items()
     whole = {name: body.encode() if isinstance(body, str) else body for name, body in documents}
@@ -102,7 +102,7 @@ def _content(result: Diagnoses) -> dict[str, Any]:
 
 
 def report_of(result: Diagnoses) -> Report:
-    """Everything that is said about the campaigns together."""
+    """The report of the campaigns together."""
     notes = [f"{member.name}: {note}." for member in result.members for note in member.notes]
     return Report(
         title=f"{len(result.members)} diagnoses",

@@ -1,6 +1,6 @@
 """Sentences on tests of wires, tubes and actuators, for the laboratory."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from typing import Any
 
 import numpy as np
@@ -152,7 +152,7 @@ def _unit(column: str) -> str:
 def warnings(result: GeneralCharacterisation) -> list[str]:
     """Warnings: bounds, parameters that never moved, fits that did not end well."""
     sentences = [*wires.warnings(result)] if result.specimen is WIRE else []
-    sentences += _grouped_warnings(result.identifiability)
+    sentences += _grouped_warnings(result.identifiability, set(result.unseen))
     if not result.fit.result.success:
         sentences.append(f"The fit did not end well. {result.fit.result.status.value}")
     ends = [x for x in result.fit.starts if x == x]
@@ -171,20 +171,34 @@ TOGETHER = {
         "They have no errors, and the other errors hold if they are truly there."
     ),
     "at_start": "are still at the values they started from: these recordings do not show them.",
+    "held": (
+        "are still at the values they started from: they were held, since no recording takes the load off, "
+        "which alone would show them."
+    ),
+    "absent": "",
 }
-"""Sentences about several parameters with the same status."""
+"""Sentences about several parameters with the same status; empty where each has its own."""
 
 
-def _grouped_warnings(entries: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Warnings about single parameters, with one sentence for all of the same status."""
+def _grouped_warnings(entries: Sequence[Mapping[str, Any]], held: Set[str] = frozenset()) -> list[str]:
+    """Warnings about single parameters, with one sentence for all of the same status.
+
+    Args:
+        entries: entries of `GeneralCharacterisation.identifiability`.
+        held: names of the parameters that were held because no recording shows them.
+    """
     sentences = []
-    for kind in ("at_bound", "at_start", "absent"):
-        same_kind = [e for e in entries if e["kind"] == kind]
-        names = [name for e in same_kind for name in e["parameters"]]
-        if kind in TOGETHER and len(names) > 1:
-            sentences.append(f"{', '.join(names[:-1])} and {names[-1]} {TOGETHER[kind]}")
+    for status in TOGETHER:
+        kind = "at_start" if status == "held" else status
+        of_kind = [e for e in entries if e["kind"] == kind]
+        same_status = [
+            e for e in of_kind if kind != "at_start" or (set(e["parameters"]) <= held) == (status == "held")
+        ]
+        names = [name for e in same_status for name in e["parameters"]]
+        if TOGETHER[status] and len(names) > 1:
+            sentences.append(f"{', '.join(names[:-1])} and {names[-1]} {TOGETHER[status]}")
         else:
-            sentences += [e["text"] for e in same_kind]
+            sentences += [e["text"] for e in same_status]
     return sentences
 
 

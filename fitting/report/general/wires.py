@@ -86,10 +86,22 @@ def _loops(result: GeneralCharacterisation) -> list[str]:
         if up and down and abs(np.mean(up) - np.mean(down)) > LOOP:
             sentences.append(
                 f"In {score.name} the fitted law draws a loop of {abs(np.mean(up) - np.mean(down)):.2g} K "
-                "between heating and cooling. The base law has no hysteresis: its residual strain (gR_*) "
-                "stands in for one here, and its constants mean little."
+                "between heating and cooling, although its phase has one curve: heating takes the residual "
+                f"strain (gR_*) away, and cooling under load sets it again.{_loop_means(result)}"
             )
     return sentences
+
+
+def _loop_means(result: GeneralCharacterisation) -> str:
+    """Sentence on the constants of the residual strain that follow from a loop."""
+    if result.fit.misses:
+        return (
+            " The recordings are missed all the same, so it may stand in for a hysteresis of the phase; then "
+            "its constants mean little."
+        )
+    if AMPLITUDE in result.unseen:
+        return " These constants were held at the table's values, and the recordings agree with them."
+    return ""
 
 
 def _over_temperature(result: GeneralCharacterisation) -> list[Score]:

@@ -193,7 +193,7 @@ def fractions_of(heat: np.ndarray, xi0: np.ndarray) -> np.ndarray:
 
 
 def modelled_actuator(design: str, alloy: Any, silicone: Any, model: AugmentedModel) -> pj.Actuator:
-    """A design with a model's numbers.
+    """A design with a model's constants.
 
     Raises:
         InputError: for a table that cannot be used, or impossible dimensions.
@@ -207,7 +207,7 @@ def modelled_actuator(design: str, alloy: Any, silicone: Any, model: AugmentedMo
 
 
 def branches_of(actuator: pj.Actuator) -> np.ndarray:
-    """Which springs are heated together, and how much, shape (branches, springs)."""
+    """Share of the activation that each spring gets in each branch, shape (branches, springs)."""
     count = len(actuator.springs)
     if not count:
         return np.zeros((1, 0))
@@ -231,7 +231,7 @@ def _in_chunks(
     effects: tuple[Effect, ...],
     progress: Callable[[int], object],
 ) -> tuple[pj.Equilibrium, dict[str, Any]]:
-    """Every row, lot by lot through one compiled program; the last lot is filled up with its last row."""
+    """All rows, in chunks through one compiled program. The last chunk is padded with its last row."""
     size = min(CHUNK, len(pressure))
     found = []
     for start in range(0, len(pressure), size):
@@ -250,7 +250,8 @@ def _in_chunks(
 def _at_rest(
     actuator: pj.Actuator, pressure: Any, given: tuple, effects: tuple[Effect, ...]
 ) -> tuple[pj.Equilibrium, dict[str, Any]]:
-    """Rows of a batch, each as the first of a recording under a model's effects; what remainders add."""
+    """Rows of a batch, each as the first of a recording under a model's effects; and the model
+    discrepancies."""
 
     def one(pressure: Any, given: tuple) -> tuple[pj.Equilibrium, dict[str, Any]]:
         history = pj.simulate_history(actuator, pressure[None], given, time=np.zeros(1), effects=effects)
@@ -261,7 +262,7 @@ def _at_rest(
 
 
 def join_columns(workspaces: Sequence[Workspace]) -> dict[str, np.ndarray]:
-    """Columns of all workspaces below each other; NaN where one has not what another has."""
+    """Columns of all workspaces below each other; NaN where a workspace lacks a column."""
     tables = [workspace.columns() for workspace in workspaces]
     names = list(dict.fromkeys(name for table in tables for name in table))
     names.sort(key=lambda name: (name != "design", name != "pressure_kPa", not name.startswith("xi0_")))
