@@ -244,8 +244,11 @@ def _with_clock(
     """A non-decreasing clock. It is made where there is none, set aside where it was reset, interpolated
     where it is coarse."""
     needed, notices = "time_s" in schema.KINDS[making.kind].columns.required, making.notices
+    if len(rows) > 1 and "time_s" in columns and not np.ptp(columns["time_s"]) > 0.0:
+        making.warn(f"the clock stands still at {columns['time_s'][0]:g} s in every row and was left out")
+        columns = {name: values for name, values in columns.items() if name != "time_s"}
     if "time_s" not in columns:
-        if not needed:
+        if not needed and making.options.interval_s is None:
             return columns
         step = making.options.interval_s or DEFAULT_INTERVAL_S
         making.use("--interval")

@@ -187,7 +187,8 @@ def canonical(making: Making) -> dict[str, np.ndarray]:
         if quantity not in channels:
             continue
         channel = channels[quantity]
-        if channel.trouble and name in rules.optional and np.isnan(channel.values).all():
+        spared = name in rules.optional or (name == "time_s" and making.options.interval_s is not None)
+        if channel.trouble and spared and np.isnan(channel.values).all():
             continue  # a column of words beside the numbers, such as `Cycle: loading`
         columns[name] = in_unit(channel, unit, quantity, making.place) + 0.0  # no -0
         making.say(_origin(name, unit, channel))

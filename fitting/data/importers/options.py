@@ -234,6 +234,8 @@ def _amounts(option: str, texts: Iterable[str]) -> dict[str, tuple[float, str]]:
             names = sorted({column for kind in schema.KINDS.values() for column in kind.columns.known})
             raise InputError(f"{option} {text}: {name!r} is not known here, {nearest(name, names)}")
         quantity, _ = schema.quantity_and_unit(canonical)
+        if option == "--constant" and quantity == "time":
+            raise InputError(f"{option} {text}: a clock runs; state the step between rows with --interval")
         try:
             unit = written_unit(name, canonical)
         except InputError as error:

@@ -4,7 +4,8 @@ import math
 import re
 from typing import NamedTuple
 
-from .numerals import decimal_evidence, like_a_clock, like_a_number, to_number
+from .clocks import like_a_clock
+from .numerals import decimal_evidence, like_a_number, to_number
 from .raw import Page
 
 LEAST_ROWS = 3  # fewer rows of numbers are not a table
