@@ -216,7 +216,7 @@ def _apart(moment: tuple[datetime, float] | None, first: tuple[datetime, float] 
 
 
 def _moment(row: re.Match[str], order: str) -> tuple[datetime, float] | None:
-    """Date and time of a field in one order of day, month and year, and seconds to add; None if it is none."""
+    """Date and time of a field in one order of day, month and year, and seconds to add; None if none."""
     date = _date_in(row, order)
     if date is None:
         return None
