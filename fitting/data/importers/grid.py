@@ -20,6 +20,8 @@ class Grid:
         notices: sentences about delimiter, decimal mark and dropped rows.
         cells: the fields of each row as text.
         troubles: reason why a column's numbers are doubtful, by column; a sentence without subject.
+        doubt: reason why no column can be told from another; empty where there is none.
+        breaks: lines of text between the rows, by the position of the row below them.
     """
 
     headings: list[Heading]
@@ -29,6 +31,8 @@ class Grid:
     notices: list[str] = field(default_factory=list)
     cells: list[list[str]] = field(default_factory=list)
     troubles: dict[int, str] = field(default_factory=dict)
+    doubt: str = ""
+    breaks: dict[int, list[list[str]]] = field(default_factory=dict)
 
     def part(self, rows: Sequence[int] | slice, columns: Sequence[int] | None = None) -> "Grid":
         """Some rows and columns, as a table of their own."""
@@ -42,4 +46,5 @@ class Grid:
             notices=list(self.notices),
             cells=[[self.cells[i][c] if c < len(self.cells[i]) else "" for c in chosen] for i in picked],
             troubles={k: self.troubles[c] for k, c in enumerate(chosen) if c in self.troubles},
+            doubt=self.doubt,
         )

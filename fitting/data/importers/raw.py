@@ -3,6 +3,7 @@
 import csv
 import hashlib
 import io
+import re
 import warnings
 import zipfile
 from collections.abc import Iterable
@@ -113,7 +114,7 @@ class RawFile:
         text = _decode(self.content)
         if "\0" in text:
             raise refuse(self.path, "this is neither text nor an Excel workbook; export it as .csv")
-        return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+        return _joined(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
 
 
 def open_raw(path: str | Path) -> RawFile:
@@ -153,6 +154,31 @@ def _decode(content: bytes) -> str:
     if any(word in chinese for word in _CHINESE):
         return chinese
     return content.decode("cp1252", errors="replace")
+
+
+_LONGEST_FIELD = 8  # lines that one quoted field may have
+_OPENS = re.compile(r'(?:^|[,;\t|])\s*"(?:[^"]|"")*$')
+_CLOSES = re.compile(r'^(?:[^"]|"")*"\s*(?:$|[,;\t|])')
+
+
+def _joined(lines: list[str]) -> list[str]:
+    """Lines in which a quoted field that holds line breaks is on one line; its further lines become empty.
+
+    A field is joined where a quotation mark opens it at a delimiter and the next one, a few lines below,
+    closes it at another. A stray mark, such as that of inches, does neither.
+    """
+    done = list(lines)
+    i = 0
+    while i < len(done):
+        while _OPENS.search(done[i]) and done[i].count('"') % 2:
+            below = range(i + 1, min(i + _LONGEST_FIELD, len(lines)))
+            end = next((k for k in below if '"' in done[k]), None)
+            if end is None or not _CLOSES.match(done[end]):
+                break
+            done[i] = " ".join(part.strip() for part in done[i : end + 1] if part.strip())
+            done[i + 1 : end + 1] = [""] * (end - i)
+        i += 1
+    return done
 
 
 def split_line(line: str, delimiter: str) -> list[str]:

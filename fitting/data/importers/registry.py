@@ -21,11 +21,11 @@ from . import (
 from .assemble import slug
 from .channels import named_channels
 from .format import Format
+from .no_table import few_numbers, words_for_numbers
 from .options import Options
 from .parts import Sample, samples_of
 from .raw import formulas_without_values, open_raw
 from .refused import RECORDING as recording_format
-from .tables import few_numbers, words_for_numbers
 from .unmodelled import unmodelled
 
 FORMATS: tuple[Format, ...] = (
@@ -122,6 +122,7 @@ def _tests_of(path: str | Path, options: Options) -> list[tuple[Recording, Optio
     formats: list[Format | InputError] = [_format_or_error(sample, options) for sample in samples]
     known = [found for found in formats if isinstance(found, Format) and not found.refuses]
     if not known:
+        _refuse_doubtful(samples)
         first = formats[0]
         if isinstance(first, InputError):
             raise first
@@ -133,11 +134,20 @@ def _tests_of(path: str | Path, options: Options) -> list[tuple[Recording, Optio
             # Beside tests that are read, a sheet of results or notes is no reason to refuse the file.
             aside.append(f"{sample.title!r} was left out: {_columns_of(sample)} fit no known format")
             continue
+        _refuse_doubtful([sample])
         own = options.alone()
         made.append((found.read(sample, own), own))
     for recording, _ in made:
         _add_notices(recording, [*aside, *_others(recording, made)])
     return made
+
+
+def _refuse_doubtful(samples: list[Sample]) -> None:
+    """Refuse tables whose columns cannot be told from each other."""
+    for sample in samples:
+        if sample.grid is not None and sample.grid.doubt:
+            place = f"{sample.raw.path} ({sample.title})" if sample.title else sample.raw.path
+            raise refuse(place, sample.grid.doubt)
 
 
 def _picked(samples: list[Sample], options: Options) -> tuple[list[Sample], Options]:
