@@ -267,7 +267,7 @@ def _with_clock(
         )  # fmt: skip
     if back.size:
         where = ", ".join(str(rows[i + 1]) for i in back[:5])
-        notices.append(
+        making.warn(
             f"the clock goes back {back.size} time{'s' * (back.size > 1)} (row {where}): kept as"
             f" {LOGGED_CLOCK}, which nothing uses; the order of rows is taken as the order of time"
         )

@@ -48,3 +48,11 @@ class Grid:
             troubles={k: self.troubles[c] for k, c in enumerate(chosen) if c in self.troubles},
             doubt=self.doubt,
         )
+
+    def cut(self, rows: Sequence[int] | slice, columns: Sequence[int] | None = None) -> "Grid":
+        """Rows and columns of one of several tests. Its first notice says how many rows of all these are."""
+        part = self.part(rows, columns)
+        part.notices = [
+            f"{len(part.rows)} of {text}" if k == 0 else text for k, text in enumerate(part.notices)
+        ]
+        return part

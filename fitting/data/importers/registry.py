@@ -38,6 +38,8 @@ FORMATS: tuple[Format, ...] = (
     *refused.FORMATS,
     named_columns.FORMAT,
 )
+MOST_TITLES = 12
+"""Number of tests of a file whose names a notice lists."""
 RAW_ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".prn", ".tra", ".xlsx", ".xlsm")
 
 
@@ -190,7 +192,8 @@ def _others(recording: Recording, made: list[tuple[Recording, Options]]) -> list
     """Notice that a file holds several tests, with their names."""
     if len(made) < 2:
         return []
-    titles = ", ".join(repr(other.source["raw_part"]) for other, _ in made)
+    titles = ", ".join(repr(other.source["raw_part"]) for other, _ in made[:MOST_TITLES])
+    titles += ", ..." if len(made) > MOST_TITLES else ""
     own = recording.source["raw_part"]
     return [
         f"one of {len(made)} tests in this file ({titles}), here {own!r}; --sheet or --specimen picks one"

@@ -122,6 +122,8 @@ TEST_WORDS = (
     "nr",
     "cycle test",
 )
+# What else heads a column that tells specimens apart.
+LOT_WORDS = ("material", "batch", "lot", "prüfling", "prüfkörper", "probekörper", "muster", "lot de matière")
 _SPECIMEN = "|".join(SPECIMEN_WORDS)
 _TAGGED = "|".join((*SPECIMEN_WORDS, *TEST_WORDS))
 _TAG_PATTERNS = (
