@@ -11,6 +11,7 @@ from pneusma_jax.units import find_unit
 from ..recordings import schema
 from ..recordings.columns import convert
 from ..recordings.table import refuse
+from .clock_columns import refuse_several_clocks
 from .grid import Grid
 from .making import Channel, Making
 from .options import Options
@@ -66,6 +67,8 @@ def _channel(grid: Grid, column: int) -> Channel:
         label=heading.text if heading else f"column {column + 1}",
         zero=heading.zero if heading else "",
         trouble=grid.troubles.get(column, ""),
+        column=column,
+        unit_by_row=column in grid.unit_columns,
     )
 
 
@@ -75,12 +78,15 @@ def channels_of(sample: Sample, options: Options, notices: list[str]) -> dict[st
     A strain or stress that the user names in any form replaces the one that headings name.
 
     Raises:
-        InputError: if a named column is not there; the ones that exist are listed.
+        InputError: if a named column is not there (the ones that exist are listed), or if the table has
+            clocks that run differently.
     """
     grid = sample.require_grid()
     mapped = mapped_channels(sample, options)
-    taken = {channel.label for channel in mapped.values()}
-    recognised = {q: c for q, c in named_channels(grid).items() if c.label not in taken}
+    notices += refuse_several_clocks(sample, {q: c.column for q, c in mapped.items()})
+    taken = {channel.column for channel in mapped.values()}
+    recognised = {q: c for q, c in named_channels(grid).items() if c.column not in taken}
+    _refuse_other_unit(sample, {**recognised, **mapped}, options)
     for family in FAMILIES:
         if any(quantity in mapped for quantity in family):
             aside = [q for q in family if q in recognised and q not in mapped]
@@ -90,6 +96,19 @@ def channels_of(sample: Sample, options: Options, notices: list[str]) -> dict[st
                 notices.append(f"{recognised[quantity].label!r} set aside for what --map names")
                 del recognised[quantity]
     return {**recognised, **mapped}
+
+
+def _refuse_other_unit(sample: Sample, channels: dict[str, Channel], options: Options) -> None:
+    """Refuse a stated unit for a column whose rows have units of their own."""
+    for quantity, unit in options.units.items():
+        channel = channels.get(quantity)
+        if channel is not None and channel.unit_by_row and unit_name(str(channel.unit)) != unit:
+            grid = sample.require_grid()
+            by = grid.headings[grid.unit_columns[channel.column]].text
+            raise refuse(
+                sample.raw.path,
+                f"--unit {quantity}={unit}: column {by!r} states the unit of each row; leave the option out",
+            )
 
 
 def mapped_channels(sample: Sample, options: Options) -> dict[str, Channel]:

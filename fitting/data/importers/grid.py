@@ -21,6 +21,7 @@ class Grid:
         cells: the fields of each row as text.
         troubles: reason why a column's numbers are doubtful, by column; a sentence without subject.
         doubt: reason why no column can be told from another; empty where there is none.
+        unit_columns: column that states the unit of each row, by the column that it belongs to.
         breaks: lines of text between the rows, by the position of the row below them.
     """
 
@@ -32,6 +33,7 @@ class Grid:
     cells: list[list[str]] = field(default_factory=list)
     troubles: dict[int, str] = field(default_factory=dict)
     doubt: str = ""
+    unit_columns: dict[int, int] = field(default_factory=dict)
     breaks: dict[int, list[list[str]]] = field(default_factory=dict)
 
     def part(self, rows: Sequence[int] | slice, columns: Sequence[int] | None = None) -> "Grid":
@@ -47,6 +49,11 @@ class Grid:
             cells=[[self.cells[i][c] if c < len(self.cells[i]) else "" for c in chosen] for i in picked],
             troubles={k: self.troubles[c] for k, c in enumerate(chosen) if c in self.troubles},
             doubt=self.doubt,
+            unit_columns={
+                chosen.index(c): chosen.index(u) if u in chosen else -1
+                for c, u in self.unit_columns.items()
+                if c in chosen
+            },
         )
 
     def cut(self, rows: Sequence[int] | slice, columns: Sequence[int] | None = None) -> "Grid":

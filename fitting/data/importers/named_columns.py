@@ -9,6 +9,7 @@ from ..recordings.table import refuse
 from .assemble import Facts, assemble
 from .channels import channels_of, in_unit, named_channels
 from .circuit import VOLTAGES, resistance_named
+from .columns_aside import say_aside
 from .derive import area_mm2
 from .format import Format
 from .making import Channel, Making
@@ -38,12 +39,7 @@ def read(sample: Sample, options: Options) -> Recording:
     kind = options.kind or _kind(sample, channels, options)
     if not options.kind:
         notices.append(f"taken as kind {kind} from its columns (--kind to correct)")
-    taken = {channel.label for channel in channels.values()}
-    aside = [heading.text for heading in grid.headings if heading.text.strip() and heading.text not in taken]
-    if aside:
-        notices.append(
-            f"columns left aside: {', '.join(repr(text) for text in aside)} (--map QUANTITY=COLUMN takes one)"
-        )
+    notices += say_aside(grid, channels)
     if grid.preamble:
         notices.append(
             f"{len(grid.preamble)} lines before the table were left aside, but for sizes that are named here"

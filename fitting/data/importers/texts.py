@@ -8,6 +8,7 @@ from .clocks import DAY_S, Clock, read_clock
 from .grid import Grid
 from .numerals import like_a_number
 from .spelling import Heading
+from .unit_columns import take_unit_columns
 from .words import meaning
 
 SERIAL = (36526.0, 73050.0)
@@ -27,6 +28,7 @@ def read_texts(grid: Grid, parsed: list[list[float | None]]) -> None:
     """
     _grouped_notice(grid)
     _percent_signs(grid)
+    take_unit_columns(grid)
     _read_words(grid, parsed)
     _marks(grid)
     _serial_dates(grid)
@@ -98,7 +100,7 @@ def _read_words(grid: Grid, parsed: list[list[float | None]]) -> None:
             for row, cells, numbers in zip(grid.rows, grid.cells, parsed, strict=True)
             if column < len(numbers) and numbers[column] is None
         ]
-        if not texts:
+        if not texts or column in grid.unit_columns.values():
             continue
         label = repr(grid.headings[column].text) if grid.headings else str(column + 1)
         if not grid.headings or _may_be_clock(grid.headings[column]):
