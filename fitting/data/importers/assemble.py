@@ -7,20 +7,20 @@ import numpy as np
 
 from ..recordings import NOT_STATED, Recording, check_recording, schema
 from ..recordings.nominal import nominal_geometry
-from ..recordings.table import refuse
 from .channels import UnitMissing, canonical, units_missing, with_options
 from .derive import CREDIBLE_STRESS_MPA, derive
 from .making import Channel, Making
+from .mode_of_loading import compression_in
 from .options import Options
 from .parts import Sample
 from .provenance import Provenance, find_provenance
 from .raw import RawFile
+from .running_clock import with_clock
 from .straighten import gauge_pressure, straighten, subtract
 from .strain_unit import settle_strain_unit
+from .taut import largest
 from .unused import explain, mark_used
-
-LOGGED_CLOCK = "clock_as_logged"
-DEFAULT_INTERVAL_S = 1.0
+from .words import COMPRESS
 
 
 @dataclass(frozen=True)
@@ -82,12 +82,15 @@ def assemble(
     except UnitMissing:
         raise units_missing(making) from None
     mark_used(making, columns)
-    kept = straighten(columns, making, _words_of(sample, making))
+    about, doubtful = _words_of(sample, making)
+    kept = straighten(columns, making, about)
     _say_engineering(columns, making)
     _say_preload(sample, making)
     columns = {name: values[kept] for name, values in columns.items()}
+    if not COMPRESS.search(about):
+        _ask_about_compression(columns, making, doubtful)
     columns, rows = _drop_empty(columns, np.array(grid.rows)[kept], making.notices)
-    columns = _with_clock(columns, rows, making)
+    columns = with_clock(columns, rows, making)
     provenance = find_provenance(raw.path, options.citation, options.licence, facts.provenance)
     making.notices += provenance.notices
     absent = [key for key in ("citation", "licence") if not getattr(provenance, key)]
@@ -129,11 +132,23 @@ def assemble(
     return recording
 
 
-def _words_of(sample: Sample, making: Making) -> str:
-    """Texts that may mention the loading: headings of strain and stress, the preamble, the sheet's name."""
+def _words_of(sample: Sample, making: Making) -> tuple[str, str]:
+    """Texts that state the mode of loading (headings of strain and stress, lines above the table, the sheet's
+    name), and a line that may state it."""
     labels = [making.channels[name].label for name in ("strain", "stress") if name in making.channels]
-    lines = [" ".join(row) for row in sample.require_grid().preamble]
-    return "\n".join([*labels, *lines, sample.title, sample.sheet])
+    said, doubtful = compression_in([*sample.require_grid().preamble, [sample.title], [sample.sheet]])
+    return "\n".join([*labels, *said]), doubtful
+
+
+def _ask_about_compression(columns: dict[str, np.ndarray], making: Making, doubtful: str) -> None:
+    """Ask if a test was one of compression, where a line of the file may say so and strain is positive."""
+    if doubtful and making.kind == "elastomer" and making.options.compression is None:
+        if largest(columns["strain"]) > 0.0:
+            making.warn(
+                f"a line speaks of compression ({doubtful[:60]!r}), but not as the kind of test, so the"
+                " specimen was taken as pulled; if it was pressed: --compression (--tension if it was pulled,"
+                " and this line goes)"
+            )
 
 
 def _say_engineering(columns: dict[str, np.ndarray], making: Making) -> None:
@@ -234,60 +249,3 @@ def _drop_empty(
             f"{int(empty.sum())} rows without a time or without any value dropped (row {rows[empty][0]})"
         )
     return {name: values[~empty] for name, values in columns.items()}, rows[~empty]
-
-
-def _with_clock(
-    columns: dict[str, np.ndarray],
-    rows: np.ndarray,
-    making: Making,
-) -> dict[str, np.ndarray]:
-    """A non-decreasing clock. It is made where there is none, set aside where it was reset, interpolated
-    where it is coarse."""
-    needed, notices = "time_s" in schema.KINDS[making.kind].columns.required, making.notices
-    if len(rows) > 1 and "time_s" in columns and not np.ptp(columns["time_s"]) > 0.0:
-        making.warn(f"the clock stands still at {columns['time_s'][0]:g} s in every row and was left out")
-        columns = {name: values for name, values in columns.items() if name != "time_s"}
-    if "time_s" not in columns:
-        if not needed and making.options.interval_s is None:
-            return columns
-        step = making.options.interval_s or DEFAULT_INTERVAL_S
-        making.use("--interval")
-        notices.append(
-            f"the file has no clock: time_s counts the rows, {step:g} s apart (--interval states the true"
-            " step); nothing that depends on rate can be judged from it"
-        )
-        return {"time_s": step * np.arange(len(rows), dtype=float), **columns}
-    time = columns["time_s"]
-    back = np.flatnonzero(np.diff(time) < 0.0)
-    if back.size and needed:
-        raise refuse(
-            making.place, f"the clock goes back from {time[back[0]]:g} to {time[back[0] + 1]:g} s; cut the"
-            " file there, and import the pieces",
-            int(rows[back[0] + 1]), "time",
-        )  # fmt: skip
-    if back.size:
-        where = ", ".join(str(rows[i + 1]) for i in back[:5])
-        making.warn(
-            f"the clock goes back {back.size} time{'s' * (back.size > 1)} (row {where}): kept as"
-            f" {LOGGED_CLOCK}, which nothing uses; the order of rows is taken as the order of time"
-        )
-        others = {name: values for name, values in columns.items() if name != "time_s"}
-        return {**others, LOGGED_CLOCK: time}
-    return {**columns, "time_s": _spread(time, notices)}
-
-
-def _spread(time: np.ndarray, notices: list[str]) -> np.ndarray:
-    """Spread the samples of one tick of a coarse clock evenly over that tick (its resolution at most)."""
-    steps = np.diff(time)
-    repeats = int(np.sum(steps == 0.0))
-    if repeats == 0 or not (steps > 0.0).any():
-        return time
-    resolution = float(steps[steps > 0.0].min())
-    ticks, first, counts = np.unique(time, return_index=True, return_counts=True)
-    width = np.append(np.minimum(np.diff(ticks), resolution), resolution)
-    offset = np.arange(len(time)) - np.repeat(first, counts)
-    notices.append(
-        f"{repeats} rows repeat the time before them (the clock steps by {resolution:g} s): spread evenly"
-        " over a step"
-    )
-    return time + np.repeat(width / counts, counts) * offset
