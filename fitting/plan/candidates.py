@@ -9,13 +9,14 @@ from jaxtyping import Array
 
 from fitting.calibrate.spring.reach import HOT_STEPS, STEPS
 
-SHARES = tuple(k / 8.0 for k in range(1, 8))  # of the way from the hot to the cold resistance at rest
-HOT_SHARE = 0.45  # below it a spring whose resistance is held may be heated through at high strain
-LEG_ROWS = 12  # readings of a pull or a return that are taken to be independent
-LATENT_ROWS = 4  # readings that share one unknown deviation of the phase
+SHARES = tuple(k / 8.0 for k in range(1, 8))  # Held resistances, from the hot (0) to the cold one (1) at rest
+HOT_SHARE = 0.45  # Share of the held resistance below which a spring may be fully heated at high strain
+LEG_ROWS = 12  # Number of independent readings of a pull or a return
+LATENT_ROWS = 4  # Number of readings that share one unknown deviation of the phase
 COLD, HOT, HELD, HEATED = range(4)
 HOLDS = ("cold", "hot", "resistance", "heated at length")
-PHASE_SD = (0.003, 0.01, 0.3, 0.3)  # 1-sigma of the martensite fraction by hold, before resistance is read
+PHASE_SD = (0.003, 0.01, 0.3, 0.3)
+"""Standard deviation of the martensite fraction by hold, before resistance is read."""
 
 
 @dataclass(frozen=True)
@@ -78,11 +79,11 @@ def candidates(steps: tuple[float, ...] = STEPS, shares: Sequence[float] = SHARE
 def published_campaign(steps: tuple[float, ...] = STEPS) -> list[Candidate]:
     """The source's seven tests of one spring: cold, hot, and five resistances between."""
     hot, full = steps[:HOT_STEPS], (*steps, steps[-1])
-    held = [k / 6.0 for k in range(1, 6)]
+    shares = [k / 6.0 for k in range(1, 6)]
     return [
         Candidate(COLD, full),
         Candidate(HOT, hot),
-        *(Candidate(HELD, hot if s < HOT_SHARE else full, s) for s in held),
+        *(Candidate(HELD, hot if s < HOT_SHARE else full, s) for s in shares),
     ]
 
 

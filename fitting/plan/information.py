@@ -38,9 +38,9 @@ def held_phase(alloy: pj.Alloy, gamma: Array, share: Array) -> Array:
 
 def phase_course(alloy: pj.Alloy, gamma: Array, test: Courses) -> Array:
     """Martensite fraction over one test, shape (rows,)."""
-    held = held_phase(alloy, gamma, test.share)
+    at_setpoint = held_phase(alloy, gamma, test.share)
     fixed = jnp.where(test.hold == COLD, 1.0, 0.0)
-    course = jnp.where((test.hold == COLD) | (test.hold == HOT), fixed, held)
+    course = jnp.where((test.hold == COLD) | (test.hold == HOT), fixed, at_setpoint)
     return jnp.where(test.hold == HEATED, 1.0 - test.warmth, course)
 
 
@@ -98,15 +98,15 @@ def _information(
     sigma = jnp.hypot(noise[0], misfit * force), jnp.hypot(noise[1], misfit * contrast)
 
     def outputs(shift: Array, deviation: Array) -> Array:
-        moved = {name: constants[name] + scale[k] * shift[k] for k, name in enumerate(names)}
-        spring = pj.Spring(geometry, pj.Alloy(**{**constants, **moved}), geometry.free_length)
+        perturbed = {name: constants[name] + scale[k] * shift[k] for k, name in enumerate(names)}
+        spring = pj.Spring(geometry, pj.Alloy(**{**constants, **perturbed}), geometry.free_length)
         xi0 = course + jnp.repeat(deviation, LATENT_ROWS)[:rows]
         found = pj.simulate_spring(spring, elongation, pj.MartensiteFraction(xi0)).rows
         return jnp.concatenate([test.mask * found.force / sigma[0], test.mask * found.resistance / sigma[1]])
 
     at = jnp.zeros(len(names)), jnp.zeros(rows // LATENT_ROWS)
     by_constants, by_phase = jax.jacfwd(outputs, argnums=(0, 1))(*at)
-    known = by_phase.T @ by_phase + jnp.eye(by_phase.shape[1]) / test.phase_sd**2
+    precision = by_phase.T @ by_phase + jnp.eye(by_phase.shape[1]) / test.phase_sd**2
     mixed = by_phase.T @ by_constants
-    told = by_constants.T @ by_constants - mixed.T @ jnp.linalg.solve(known, mixed)
-    return 0.5 * (told + told.T)
+    fisher = by_constants.T @ by_constants - mixed.T @ jnp.linalg.solve(precision, mixed)
+    return 0.5 * (fisher + fisher.T)

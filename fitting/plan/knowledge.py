@@ -56,16 +56,16 @@ class Knowledge:
         """
         random = np.random.default_rng(seed)
         nominal = self.nominal
-        kept = [self.mean[None]]
+        batches = [self.mean[None]]
         for _ in range(MOST_BATCHES):
-            if sum(map(len, kept)) >= count:
+            if sum(map(len, batches)) >= count:
                 break
             batch = self.mean + self.sd * random.standard_normal((BATCH, len(self.mean)))
             inside = np.all((batch >= self.bounds[:, 0]) & (batch <= self.bounds[:, 1]), axis=1)
             values = {name: np.full(BATCH, nominal[name]) for name in CONSTANTS}
             values |= {name: np.clip(batch[:, k], *self.bounds[k]) for k, name in enumerate(self.names)}
-            kept.append(batch[inside & np.asarray(_possible(values))])
-        found = np.concatenate(kept)[:count]
+            batches.append(batch[inside & np.asarray(_possible(values))])
+        found = np.concatenate(batches)[:count]
         if len(found) < count:
             raise InputError(
                 f"{self.table.name}: of the alloys that its priors allow next to none can exist (stress must"

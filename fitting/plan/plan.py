@@ -28,7 +28,7 @@ DRAWS = 8
 MOST_REPEATS = 3
 MISFIT = 0.02
 MOST_TESTS = 9
-KNOWN = 0.25  # relative 1-sigma up to which a constant counts as identified
+KNOWN = 0.25  # Maximum relative standard deviation of an identified constant
 
 
 @dataclass(frozen=True)
@@ -139,41 +139,41 @@ def plan_campaign(
     _check(tests, wanted, noise or {}, misfit, draws)
     stated = dict(geometry or {})
     dimensions = _dimensions(stated)
-    known = knowledge_of(alloy, float(dimensions.wire_diameter))
-    spring = pj.Spring(dimensions, pj.Alloy(**known.nominal, name=known.table.name), dimensions.free_length)
+    prior = knowledge_of(alloy, float(dimensions.wire_diameter))
+    spring = pj.Spring(dimensions, pj.Alloy(**prior.nominal, name=prior.table.name), dimensions.free_length)
     sigma = tuple({**NOISE, **(noise or {})}[key] for key in ("force_N", "resistance_ohm"))
     steps = steps_of(dimensions)
     pool, source = candidates(steps), published_campaign(steps)
     rates = choose_rates(spring, [*pool, *source], seed, sigma[1])
     rates, source_rates = rates[: len(pool)], rates[len(pool) :]
     progress("rates")
-    alloys = known.draws(draws, seed)
+    alloys = prior.draws(draws, seed)
     progress("alloys")
 
     values = {name: jnp.asarray(column) for name, column in alloys.items()}
 
-    def told(what: Sequence[Candidate], repeats: int) -> np.ndarray:
+    def information_of(batch: Sequence[Candidate], repeats: int) -> np.ndarray:
         numbers = (jnp.asarray(x, float) for x in (sigma, misfit, repeats))
-        scale = jnp.asarray(known.sd)
-        return np.asarray(information(values, known.names, scale, dimensions, courses(what), *numbers))
+        scale = jnp.asarray(prior.sd)
+        return np.asarray(information(values, prior.names, scale, dimensions, courses(batch), *numbers))
 
-    table = np.stack([told(pool, r) for r in range(1, MOST_REPEATS + 1)], axis=2)
+    table = np.stack([information_of(pool, r) for r in range(1, MOST_REPEATS + 1)], axis=2)
     progress("information")
     times = np.array([minutes(test, rate) for test, rate in zip(pool, rates, strict=True)])
-    chosen = choose(table, times, known.names, wanted, tests)
+    chosen = choose(table, times, prior.names, wanted, tests)
     indices = [choice.index for choice in chosen]
     progress("choice")
-    source_sd = expected_sd(told(source, 1)[:, :, None], range(len(source)))[-1]
+    source_sd = expected_sd(information_of(source, 1)[:, :, None], range(len(source)))[-1]
     progress("comparison")
     merged = _merged(pool, rates, indices, [choice.gain for choice in chosen])
     merged.append(_validation(pool, rates, indices, steps))
     final = covariances(table, indices)[-1, 0]
-    units = [known.table.quantities[name].unit for name in known.names]
+    units = [prior.table.quantities[name].unit for name in prior.names]
     factor = np.array([from_si(1.0, unit, difference=True) for unit in units])
-    scale = factor * known.sd
-    loose = identifiability(known.names, factor * known.mean, final * np.outer(scale, scale))
+    scale = factor * prior.sd
+    loose = identifiability(prior.names, factor * prior.mean, final * np.outer(scale, scale))
     return Plan(
-        knowledge=known,
+        knowledge=prior,
         spring=spring,
         geometry=stated,
         steps=steps,
@@ -193,7 +193,7 @@ def _dimensions(stated: Mapping[str, Any]) -> pj.SpringGeometry:
     """Dimensions of a spring on a stand.
 
     Raises:
-        InputError: if they cannot be.
+        InputError: if they are impossible.
     """
     geometry = geometry_of(Recording(name="spring", path=None, kind="spring", geometry=dict(stated)))
     names = ("wire_diameter", "mandrel_diameter", "initial_pitch", "active_coils", "free_length")
@@ -241,7 +241,7 @@ def _check(tests: int, wanted: Sequence[str], noise: Mapping[str, float], misfit
         if not 0.0 < value < np.inf:
             raise InputError(f"--noise {name}={value:g}: must be more than 0")
 
-    known = [name for name in CONSTANTS if name not in NOT_SEEN]
+    names = [name for name in CONSTANTS if name not in NOT_SEEN]
     for name in wanted:
-        if name not in known:
-            raise InputError(f"--for {name}: no constant that such tests show, {nearest(name, known)}")
+        if name not in names:
+            raise InputError(f"--for {name}: no constant that such tests show, {nearest(name, names)}")

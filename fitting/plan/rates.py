@@ -21,13 +21,13 @@ from fitting.synthesise.spring import COLD_WIDTHS
 from .candidates import HEATED, HELD, Candidate
 from .information import held_phase
 
-SECONDS = (4.0, 8.0, 16.0, 32.0)  # for a pull to the first step, of the rates that are compared
-LOST = 0.02  # of the contrast at rest: an error of the held resistance that still counts as held
-MOST_LOST = 0.1  # share of the time in which it may be larger
+SECONDS = (4.0, 8.0, 16.0, 32.0)  # Candidate durations of a pull to the first step
+LOST = 0.02  # Maximum error of a held resistance, as part of the contrast at rest
+MOST_LOST = 0.1  # Maximum share of the time with a larger error
 REST_S = 20.0
-READ_S = 0.5  # between the readings that are judged
-SETUP_MIN = 5.0  # to mount, cool and settle a spring before a test
-HEATING_S = 120.0  # of a test that heats at constant length, there and back
+READ_S = 0.5  # Interval between the judged readings
+SETUP_MIN = 5.0  # Time to mount, cool and settle a spring before a test
+HEATING_S = 120.0  # Duration of heating and cooling at constant length
 
 
 def minutes(test: Candidate, rate: float) -> float:
@@ -49,9 +49,9 @@ def choose_rates(spring: pj.Spring, tests: Sequence[Candidate], seed: int, read_
         seed: seed of the controller's readings.
         read_noise: standard deviation of these readings [ohm].
     """
-    held = [test for test in tests if test.hold == HELD]
-    shares = sorted({test.share for test in held})
-    longest = [max((t for t in held if t.share == share), key=_travel) for share in shares]
+    held_tests = [test for test in tests if test.hold == HELD]
+    shares = sorted({test.share for test in held_tests})
+    longest = [max((t for t in held_tests if t.share == share), key=_travel) for share in shares]
     rates = dict(zip(shares, _held_rates(spring, longest, seed, read_noise), strict=True))
     usual = float(np.median(list(rates.values()))) if rates else _rates(tests)[1]
     return [rates[test.share] if test.hold == HELD else usual for test in tests]
@@ -89,8 +89,8 @@ def _held_rates(spring: pj.Spring, tests: list[Candidate], seed: int, read_noise
     rows = slice(steps_of(REST_S), None, steps_of(READ_S))
     share = jnp.asarray([test.share for test, _ in cases])
     ideal = np.asarray(_ideal_phase(spring, jnp.asarray(elongation[:, rows]), share))
-    there = np.arange(longest)[rows] < np.array([len(travel) for travel in travels])[:, None]
-    possible = there & (ideal > 0.0) & (ideal < 1.0)
+    in_test = np.arange(longest)[rows] < np.array([len(travel) for travel in travels])[:, None]
+    possible = in_test & (ideal > 0.0) & (ideal < 1.0)
     error = np.abs(np.asarray(resistance)[:, rows] - setpoints[:, None]) / abs(cold - hot)
     lost = np.sum(possible & (error > LOST), axis=1) / np.maximum(possible.sum(axis=1), 1)
     good = (lost <= MOST_LOST).reshape(len(tests), len(speeds))

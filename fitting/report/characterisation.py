@@ -1,4 +1,4 @@
-"""What reports on every characterised specimen share: parameters as table, CSV and JSON."""
+"""Shared parts of the reports on all characterised specimens: parameters as table, CSV and JSON."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -20,12 +20,12 @@ MOST_NAMES = 12
 def parameter_table(
     parameters: Mapping[str, Estimate], start: Mapping[str, float], share: Mapping[str, float | None]
 ) -> Table:
-    """Parameters with their errors.
+    """Table of parameters with their errors.
 
     Args:
-        parameters: by name.
-        start: where each began, in the unit of files.
-        share: standard error over the prior's 1-sigma, where there is one.
+        parameters: parameters by name.
+        start: start value by name, in the unit of files.
+        share: standard error over the prior's standard deviation by name, where there is a prior.
     """
     rows = [
         [
@@ -38,28 +38,28 @@ def parameter_table(
 
 
 def estimate_text(estimate: Estimate) -> str:
-    """Value and standard error; a value that stopped at a bound usually has none."""
+    """Value and standard error. A value at its bound usually has none."""
     without = estimate.at_bound and not math.isfinite(estimate.sd)
     return with_error(estimate.value, None if without else estimate.sd)
 
 
 def remark(estimate: Estimate) -> str:
-    """What is to be known about an estimate beside its numbers."""
+    """Remark on an estimate beside its numbers."""
     return "at bound" if estimate.at_bound else ""
 
 
 def estimate_json(estimate: Estimate) -> dict[str, Any]:
-    """An estimate as `report.json` has it."""
+    """An estimate for `report.json`."""
     return {"value": estimate.value, "sd": estimate.sd, "unit": estimate.unit, "at_bound": estimate.at_bound}
 
 
 def estimates_json(parameters: Mapping[str, Estimate]) -> dict[str, dict[str, Any]]:
-    """Estimates by name as `report.json` has them."""
+    """Estimates by name for `report.json`."""
     return {name: estimate_json(estimate) for name, estimate in parameters.items()}
 
 
 def estimate_cells(estimate: Estimate) -> list[object]:
-    """Value, standard error, unit and bound of an estimate, as CSV files have them."""
+    """Value, standard error, unit and bound of an estimate for CSV files."""
     return [estimate.value, estimate.sd, estimate.unit, "yes" if estimate.at_bound else "no"]
 
 
@@ -80,7 +80,7 @@ def content(
     seed: int,
     more: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """The content of `report.json`: what all kinds have, around what is special to one (`more`)."""
+    """The content of `report.json`: entries of all kinds, around those of one kind (`more`)."""
     return {
         "schema": SCHEMA,
         "kind": kind,
@@ -95,13 +95,13 @@ def content(
 
 
 def subtitle(what: str, recordings: str, fitted: Sequence[str], held_out: Sequence[str]) -> str:
-    """What was fitted to which recordings.
+    """Subtitle: specimen and fitted recordings.
 
     Args:
-        what: the specimen, `"Wire"`.
-        recordings: such recordings in words, `"test"`; the plural is made with an s.
-        fitted: names of those that were fitted.
-        held_out: names of those that only score.
+        what: name of the specimen, `"Wire"`.
+        recordings: word for such recordings, `"test"`; the plural is made with an s.
+        fitted: names of the fitted recordings.
+        held_out: names of the recordings that only score.
     """
     plural = "" if len(fitted) == 1 else "s"
     rest = f", {len(held_out)} held out ({_names(held_out)})" if held_out else ""
@@ -114,5 +114,5 @@ def _names(names: Sequence[str]) -> str:
 
 
 def footer(seed: int) -> str:
-    """What made the report."""
+    """Footer with program and version."""
     return f"pneusma characterise, seed {seed}"

@@ -1,4 +1,4 @@
-"""Profile likelihoods as every report shows them: a figure, what they say in words, their numbers."""
+"""Profile likelihoods in every report: a figure, sentences, numbers."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
@@ -21,7 +21,7 @@ CAPTION = (
 
 
 class Profiled(Protocol):
-    """What is read of a result: profiles by parameter, SI, and estimates in the unit of files."""
+    """Inputs from a result: profiles by parameter, SI, and estimates in the unit of files."""
 
     profiles: Mapping[str, Profile]
     parameters: Mapping[str, Estimate]
@@ -53,31 +53,31 @@ def figure(result: Profiled) -> Figure:
 
 
 def warnings(result: Profiled) -> list[str]:
-    """Where profiles say that the fit is not at its end, or that standard errors mislead.
+    """Warnings where profiles show that the fit is not at its minimum, or that standard errors mislead.
 
-    Parameters of which the same is to be said share a sentence.
+    Parameters with the same finding share a sentence.
     """
-    found, said = result.profiles, []
+    found, sentences = result.profiles, []
     lower = [name for name, profile in found.items() if profile.below > ALIKE]
     if lower:
         below = max(found[name].below for name in lower)
-        said.append(
+        sentences.append(
             f"Where {_or(lower)} is held elsewhere the others reach a chi-square lower by {below:.2g}. "
             "The fit is not at its end: trust neither its values nor its errors."
         )
     curved = [name for name, profile in found.items() if profile.curved]
     if curved:
-        said.append(
+        sentences.append(
             f"Over {_or(curved)} the misfit does not rise as the standard error says. That error spans other "
             f"fits, or takes the misfit for a parabola. The profile says {_intervals(result, curved)}."
         )
     unsure = [name for name, profile in found.items() if profile.unsure]
     if unsure:
-        said.append(
+        sentences.append(
             f"Where {_or(unsure)} is held elsewhere the others stop at kinks of the misfit. Whether the "
             f"standard error holds is not known. The profile leaves at least {_intervals(result, unsure)}."
         )
-    return said
+    return sentences
 
 
 def _or(names: Sequence[str]) -> str:
@@ -91,7 +91,7 @@ def _intervals(result: Profiled, names: Sequence[str]) -> str:
 
 
 def interval(result: Profiled, name: str) -> str:
-    """What a profile leaves of a parameter, in its unit of files."""
+    """Interval of a parameter from its profile, in its unit of files."""
     unit = result.parameters[name].unit
     low, high = (float(_in_file(end, unit)) for end in result.profiles[name].interval())
     shown = "" if unit == "1" else f" {unit}"
@@ -103,7 +103,7 @@ def interval(result: Profiled, name: str) -> str:
 
 
 def document(result: Profiled) -> dict[str, Any]:
-    """Numbers of every profile, as `report.json` has them."""
+    """Numbers of every profile, for `report.json`."""
     return {
         name: {"value_SI": list(p.value), "rise": list(p.rise), "interval_68_SI": list(p.interval()),
                "stopped": [bool(x) for x in p.stopped], "curved": p.curved, "below_the_fit": p.below}

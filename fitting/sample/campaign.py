@@ -92,10 +92,10 @@ def sample_problem(
 
 def _check_settings(given: Mapping[str, Any]) -> None:
     """Refuse a mistyped setting before any computation."""
-    known = [field.name for field in fields(Settings)]
+    names = [field.name for field in fields(Settings)]
     for name in given:
-        if name not in (*known, "file", "resume", "progress"):
-            raise InputError(f"there is no setting {name!r} of a posterior, {nearest(name, known)}")
+        if name not in (*names, "file", "resume", "progress"):
+            raise InputError(f"there is no setting {name!r} of a posterior, {nearest(name, names)}")
 
 
 register_sampler(Characterisation, posterior_of)

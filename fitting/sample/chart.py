@@ -16,10 +16,10 @@ from jaxtyping import Float, Int
 from .laplace import Laplace
 from .target import Evaluator, Target
 
-CLEAR = 4.0  # standard errors between the mode and zero, for a logarithm to be considered
+CLEAR = 4.0  # Minimum distance of the mode from zero for a logarithm, in standard errors
 PROBES = 64
-WORTH = 0.9  # a bend must shrink at least to this fraction for another coordinate
-WORST = 1e6  # difference of log-densities of a probe that is not possible at all
+WORTH = 0.9  # Maximum ratio of the new to the old distance from a Gaussian for another coordinate
+WORST = 1e6  # Difference of log-densities that stands for an impossible probe
 
 
 class Chart:

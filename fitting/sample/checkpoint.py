@@ -7,12 +7,14 @@ renamed when it is complete.
 import json
 import os
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import h5py
 
+from fitting.data import hdf5, sealed
 from pneusma_jax.errors import InputError
 from pneusma_jax.files import replacing
 
@@ -56,26 +58,37 @@ def write(path: Path, header: Header, fill: Callable[[h5py.File], None]) -> None
             file.attrs["counters"] = json.dumps(header.counters)
             fill(file)
             file.flush()
+        sealed.seal_file(draft)
         with open(draft, "rb") as file:
             os.fsync(file.fileno())
+
+
+def opened(path: Path) -> AbstractContextManager[h5py.File]:
+    """A chain file, open for reading; whatever fails in the `with` block ends in one line.
+
+    Raises:
+        FileNotFoundError: if there is none.
+        InputError: if it was damaged or is no chain.
+    """
+    again = "; start over in another folder, or replace it with --force"
+    return hdf5.opened(path, str(path), "a chain", again)
 
 
 def header_of(path: Path) -> Header:
     """Metadata of a chain file.
 
     Raises:
-        InputError: if the file is no chain.
+        InputError: if the file is no chain, or was damaged.
     """
     try:
-        with h5py.File(path, "r") as file:
+        with opened(path) as file:
             if file.attrs.get("schema") != SCHEMA:
                 raise InputError(f"{path}: this is no chain of `pneusma posterior`; start in another folder")
             settings = {SAMPLER: "emcee", **json.loads(file.attrs["settings"])}
-            return Header(str(file.attrs["fingerprint"]), settings, json.loads(file.attrs["counters"]))
+            counters = {name: int(count) for name, count in json.loads(file.attrs["counters"]).items()}
+            return Header(str(file.attrs["fingerprint"]), settings, counters)
     except FileNotFoundError:
         raise InputError(f"{path}: there is no chain to resume; run once without --resume") from None
-    except (OSError, KeyError) as error:
-        raise InputError(f"{path}: cannot be read as a chain ({error})") from None
 
 
 def settings_of(path: Path) -> dict[str, Any]:

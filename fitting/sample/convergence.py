@@ -16,7 +16,7 @@ R_HAT = 1.01
 EFFECTIVE = 1000.0
 """Minimum number of effective samples: the probability beyond a 5 % quantile is then known to 0.7 %."""
 BURN_LENGTHS = 5.0
-MOST_PER_HALF = 4000  # samples of half a chain that R-hat ranks
+MOST_PER_HALF = 4000  # Maximum number of samples of half a chain that R-hat ranks
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,7 @@ def problem_of(fit: "ElastomerCharacterisation", model: Calibration | None = Non
         density = -0.5 * jnp.sum(residual(values, data) ** 2)
         return jnp.where(in_order(values), density, -jnp.inf)
 
-    in_order = _ordered(law, parameters)
+    in_order = _keeps_order(law, parameters)
     return Problem(
         title=fit.title,
         kind="elastomer",
@@ -101,7 +101,7 @@ def _priors(model: Calibration, law: CurveLaw) -> dict[str, Prior]:
     return {name: model.quantities[name].prior for name in law.names if model.quantities[name].prior}
 
 
-def _ordered(law: CurveLaw, parameters: Parameters) -> Callable[[dict[str, Array]], Array]:
+def _keeps_order(law: CurveLaw, parameters: Parameters) -> Callable[[dict[str, Array]], Array]:
     """True if Ogden's exponents keep the order of the fit. Terms in another order are the same law twice."""
     exponents = [name for name in law.names if name.startswith("alpha_")] if law.law == "ogden" else []
     exponents.sort(key=lambda name: parameters[name].value)

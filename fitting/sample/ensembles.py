@@ -19,7 +19,7 @@ from .starts import dispersed_ball
 from .target import Evaluator, Target
 from .tempered import PARTICLES, temper
 
-SAME_MODEL = 1e-6  # relative difference of log-probabilities beyond which a stored chain is of another model
+SAME_MODEL = 1e-6  # Maximum relative difference of log-probabilities for a stored chain of the same model
 
 
 class Ensembles(Chains):
@@ -79,15 +79,15 @@ class Ensembles(Chains):
         checkpoint.same_chain(self.file, stored, self.target.fingerprint(), self.settings.chain_identity())
         self.evaluator.evaluations = stored.counters["evaluations"]
         self.evaluator.failures = stored.counters["failures"]
-        with h5py.File(self.file, "r") as file:
+        with checkpoint.opened(self.file) as file:
             self.chart = Chart(np.asarray(file.attrs["logarithm"], int))
             self._evidence = [float(value) for value in file.attrs.get("log_evidence", [])]
+            backends = [_read(self.file, f"ensemble_{k}") for k in range(1, self.settings.ensembles + 1)]
         density = self.chart.density(Evaluator(self.target, self.settings.walkers // 2))
-        for k in range(1, self.settings.ensembles + 1):
-            backend = _read(self.file, f"ensemble_{k}")
+        for backend in backends:
             self._add(backend, backend.get_last_sample())
-            known, again = backend.log_prob[-1], density(backend.chain[-1])
-            if not np.allclose(known, again, rtol=SAME_MODEL, atol=SAME_MODEL):
+            on_file, again = backend.log_prob[-1], density(backend.chain[-1])
+            if not np.allclose(on_file, again, rtol=SAME_MODEL, atol=SAME_MODEL):
                 raise InputError(checkpoint.other_model(self.file))
 
     def _add(self, backend: emcee.backends.Backend, state: emcee.State) -> None:

@@ -147,13 +147,13 @@ class HamiltonianChains(Chains):
         def one(job: tuple[int, _Chain]) -> _Chain:
             k, chain = job
             key = jax.random.fold_in(jax.random.fold_in(self._key, k), 2)
-            state, parts, left = chain.state, [chain.draws], steps
+            state, parts, remaining = chain.state, [chain.draws], steps
             done = len(chain.draws.energy)
-            while left > 0:
-                count = min(left, self.settings.chunk)
+            while remaining > 0:
+                count = min(remaining, self.settings.chunk)
                 state, new = programs.advance(leaves, key, state, chain.step, chain.metric, done, count)
                 parts.append(Draws(*(np.asarray(column)[:count] for column in new)))
-                done, left = done + count, left - count
+                done, remaining = done + count, remaining - count
             draws = Draws(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
             return _Chain(state, chain.step, chain.metric, chain.warm_up, draws)
 
@@ -236,7 +236,7 @@ class HamiltonianChains(Chains):
         """Continue the chains of the file."""
         header = checkpoint.header_of(self.file)
         checkpoint.same_chain(self.file, header, self.target.fingerprint(), self.settings.chain_identity())
-        with h5py.File(self.file, "r") as file:
+        with checkpoint.opened(self.file) as file:
             maps = (jnp.asarray(file[f"maps/{name}"][()]) for name in Unbounded.__dataclass_fields__)
             self._maps = Unbounded(*maps)
             self._chains = [_read(file[f"chain_{k}"]) for k in range(1, self.settings.ensembles + 1)]
@@ -293,13 +293,13 @@ def _programs(
             blackjax.nuts, lambda p: density(p, leaves), adaptation_info_fn=keep,
             max_rank=min(10, z.size), gradient_based_init=True, target_acceptance_rate=ACCEPTANCE,
         )  # fmt: skip
-        found, told = adapt.run(key, z, num_steps=warm_up_steps)
-        last = jax.tree.map(lambda column: column[-1], told.state)
+        found, adaptation = adapt.run(key, z, num_steps=warm_up_steps)
+        last = jax.tree.map(lambda column: column[-1], adaptation.state)
         return (
             last,
             found.parameters["step_size"],
             found.parameters["inverse_mass_matrix"],
-            jnp.sum(told.info.num_integration_steps),
+            jnp.sum(adaptation.info.num_integration_steps),
         )
 
     @jax.jit
@@ -309,13 +309,13 @@ def _programs(
 
         def one(i: Array, carry: tuple) -> tuple:
             state, rows = carry
-            state, told = kernel(
+            state, info = kernel(
                 jax.random.fold_in(key, done + i), state, lambda p: density(p, leaves), step, metric
             )
             u = maps.coordinates(state.position)
             row = Draws(
-                u, state.logdensity - maps.log_slope(state.position), told.energy,
-                told.num_integration_steps, told.is_divergent, told.acceptance_rate,
+                u, state.logdensity - maps.log_slope(state.position), info.energy,
+                info.num_integration_steps, info.is_divergent, info.acceptance_rate,
             )  # fmt: skip
             return state, jax.tree.map(lambda column, value: column.at[i].set(value), rows, row)
 

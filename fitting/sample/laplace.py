@@ -152,16 +152,16 @@ def _slopes(target: Target, mode: np.ndarray) -> dict[str, Array]:
 def _inverse(precision: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Covariance of the determined free coordinates, and their mask. Others are held at their values."""
     covariance, known = np.zeros_like(precision), np.zeros(len(precision), bool)
-    kept = np.flatnonzero(free & (np.diag(precision) > 0.0))
-    if not len(kept):
+    indices = np.flatnonzero(free & (np.diag(precision) > 0.0))
+    if not len(indices):
         return covariance, known
-    norm = np.sqrt(np.diag(precision)[kept])
-    eigenvalues, axes = np.linalg.eigh(precision[np.ix_(kept, kept)] / np.outer(norm, norm))
-    seen = eigenvalues > NEGLIGIBLE * eigenvalues[-1]
-    scaled = axes[:, seen] / np.sqrt(eigenvalues[seen])
-    known[kept] = np.linalg.norm(axes[:, ~seen], axis=1) < 1e-6
-    root = np.where(known[kept, None], scaled / norm[:, None], 0.0)
-    covariance[np.ix_(kept, kept)] = root @ root.T
+    norm = np.sqrt(np.diag(precision)[indices])
+    eigenvalues, axes = np.linalg.eigh(precision[np.ix_(indices, indices)] / np.outer(norm, norm))
+    determined = eigenvalues > NEGLIGIBLE * eigenvalues[-1]
+    scaled = axes[:, determined] / np.sqrt(eigenvalues[determined])
+    known[indices] = np.linalg.norm(axes[:, ~determined], axis=1) < 1e-6
+    root = np.where(known[indices, None], scaled / norm[:, None], 0.0)
+    covariance[np.ix_(indices, indices)] = root @ root.T
     return covariance, known
 
 

@@ -108,18 +108,18 @@ def _unit(column: str) -> str:
 
 def _curve(recording: Recording, rows: Rows, quantity: str) -> Curve:
     column, weight = _column(recording.kind, quantity), np.asarray(rows.weight[quantity])
-    held = weight > 0.0
+    counted = weight > 0.0
     over = next((name for name in HORIZONTAL if name in rows.inputs), None)
     x_column = "time_s" if over is None else _column(recording.kind, over)
     x = np.asarray(rows.time if over is None else rows.inputs[over])
     measured = from_si(np.asarray(rows.measured[quantity]), _unit(column))
-    sigma = from_si(1.0 / np.where(held, weight, 1.0), _unit(column), difference=True)
+    sigma = from_si(1.0 / np.where(counted, weight, 1.0), _unit(column), difference=True)
     return Curve(
         recording=recording.name,
         role=recording.role,
         x_column=x_column,
         y_column=column,
         x=np.asarray(from_si(x, _unit(x_column))),
-        measured=np.where(held, measured, np.nan),
-        sigma=np.where(held, sigma, np.nan),
+        measured=np.where(counted, measured, np.nan),
+        sigma=np.where(counted, sigma, np.nan),
     )

@@ -35,7 +35,7 @@ class SamplingBar:
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self._bar.close()
 
-    def moved(self, steps: int) -> None:
+    def advance_to(self, steps: int) -> None:
         """Record the number of steps of all ensembles."""
         self._lines.say(f"{steps} steps of at most {self._budget}{self._judged}")
         self._bar.total = max(self._bar.total, steps)
@@ -50,10 +50,10 @@ class SamplingBar:
             expected = min(int((LENGTHS + BURN_LENGTHS) * state.kept / state.lengths) + 1, self._budget)
         self._bar.total = max(expected, state.steps)
         pace = (time.monotonic() - self._began) / max(state.steps - self._first, 1)
-        left = pace * max(expected - state.steps, 0)
-        told = (
+        remaining = pace * max(expected - state.steps, 0)
+        status = (
             f"{state.effective.min():.0f} effective samples, {state.lengths:.0f} of {LENGTHS:.0f} "
-            f"autocorrelation times, R-hat {state.r_hat.max():.3f}, about {duration(left)} left"
+            f"autocorrelation times, R-hat {state.r_hat.max():.3f}, about {duration(remaining)} left"
         )
-        self._judged = f"; when last judged: {told}"
-        self._bar.set_postfix_str(told)
+        self._judged = f"; when last judged: {status}"
+        self._bar.set_postfix_str(status)

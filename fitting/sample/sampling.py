@@ -25,7 +25,7 @@ from .result import Posterior
 from .settings import Settings
 from .target import Target
 
-GROWTH = 1.1  # between two judgements of convergence
+GROWTH = 1.1  # Factor on the number of steps between two judgements of convergence
 CHAINS = {"emcee": Ensembles, "tempered": Ensembles, "nuts": HamiltonianChains}
 
 
@@ -78,7 +78,7 @@ def sample(
                 continue
             while chains.steps < goal:
                 chains.advance(min(settings.chunk, goal - chains.steps))
-                bar.moved(chains.steps)
+                bar.advance_to(chains.steps)
             state = assess(chains.judged)
             bar.judged(state)
             if state.converged:
@@ -105,11 +105,12 @@ def _chains(
     """New or continued chains, and a sentence about the choice of the sampler. It is that of a stored chain,
     the requested one, or the one that a pilot chooses."""
     if resume:
-        known = settings_of(file)["sampler"]
-        asked = known if settings.sampler == "auto" else settings.sampler  # another one is refused on reading
-        chains = CHAINS[asked](target, replace(settings, sampler=asked), file)
+        stored = settings_of(file)["sampler"]
+        # another sampler than the stored one is refused on reading
+        wanted = stored if settings.sampler == "auto" else settings.sampler
+        chains = CHAINS[wanted](target, replace(settings, sampler=wanted), file)
         chains.resume()
-        return chains, f"{known}, with which these chains were begun."
+        return chains, f"{stored}, with which these chains were begun."
     if settings.sampler == "auto":
         choice = pilot(target, found, settings)
         if choice.chains is not None:

@@ -157,8 +157,8 @@ def _program(functions: tuple, static: Any, structure: Any, dimension: int, part
             batch_size=BATCH,
         )
         root = SCALE / jnp.sqrt(dimension) * _root(state.particles)
-        state, told = kernel(key, state, MOVES * dimension + 10, {"root": root[None]})
-        return state, told.log_likelihood_increment
+        state, info = kernel(key, state, MOVES * dimension + 10, {"root": root[None]})
+        return state, info.log_likelihood_increment
 
     @jax.jit
     def likelihoods(leaves: list[Array], points: Array) -> Array:

@@ -127,8 +127,8 @@ def with_gradient(density: Callable[..., Array], how: Literal["reverse", "forwar
             slope = jax.vmap(forward)(jnp.eye(z.size, dtype=z.dtype))
         return value, (jnp.where(jnp.isfinite(slope), slope, 0.0), rest)
 
-    def back(kept: tuple, cotangent: Array) -> tuple:
-        slope, rest = kept
+    def back(saved: tuple, cotangent: Array) -> tuple:
+        slope, rest = saved
         return (cotangent * slope, *jax.tree.map(_no_tangent, rest))
 
     safe.defvjp(forth, back)

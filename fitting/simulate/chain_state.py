@@ -76,11 +76,11 @@ class ChainState:
     @property
     def notices(self) -> list[str]:
         """Warnings, with the segments that they concern."""
-        told: dict[str, list[int]] = {}
+        whose: dict[str, list[int]] = {}
         for number, segment in enumerate(self.segments, 1):
             for sentence in segment.notices:
-                told.setdefault(sentence, []).append(number)
-        named = {s: "all segments" if len(k) == len(self.segments) else _listed(k) for s, k in told.items()}
+                whose.setdefault(sentence, []).append(number)
+        named = {s: "all segments" if len(k) == len(self.segments) else _listed(k) for s, k in whose.items()}
         sentences = [f"{where}: {sentence}" for sentence, where in named.items()]
         if self.converged and not self.stable:
             sentences.append(
@@ -119,7 +119,7 @@ def chain_specimens(design: ChainDesign, overrides: Mapping[str, Any]) -> dict[s
         overrides: keys of `[geometry]` that hold for all segments, such as `alloy`.
 
     Raises:
-        InputError: for anything that cannot be.
+        InputError: for impossible input.
     """
     names = dict.fromkeys(design.designs)
     return {name: described_actuator(None, {**overrides, "design": name}) for name in names}
@@ -169,7 +169,7 @@ def chain_state(
         model: model with constants of its own.
 
     Raises:
-        InputError: for what cannot be.
+        InputError: for impossible input.
     """
     specimens = chain_specimens(design, overrides)
     chain = build_chain(design, specimens, model)

@@ -79,8 +79,8 @@ def signature(slug: str, kind: str | None = None, values: Mapping[str, float] | 
     kind = kind or effect.kinds[0]
     specimen = by_letter(kind)
     if kind not in effect.kinds:
-        known = ", ".join(named_by(effect.kinds))
-        raise pj.InputError(f"{slug} does not concern recordings of kind {specimen.kind}, only: {known}")
+        kinds_text = ", ".join(named_by(effect.kinds))
+        raise pj.InputError(f"{slug} does not concern recordings of kind {specimen.kind}, only: {kinds_text}")
     parameters = chosen(slug, kind, values or {})
     drive, simulate = typical(specimen)
     plain, present = simulate(()), simulate((effect(**parameters),))

@@ -63,16 +63,16 @@ def fractions_behind(
     noise = np.array([max(robust_noise(time, r), LEAST_NOISE * np.median(r)) for r in read.T])
     begun = np.stack([np.broadcast_to(np.asarray(given[k].value), rows) for k in wired], axis=1)
     starts = [begun]
-    for column in range(len(wired)):  # noise may have led a spring astray that is cold throughout
+    for column in range(len(wired)):  # noise may have heated a spring that is cold throughout
         cold = begun.copy()
         cold[:, column] = 1.0
         starts += [cold] if np.min(begun[:, column]) < 1.0 - CLOSE else []
-    tried = [_followed(actuator, time, pressure, read, noise, x, wired, given, states) for x in starts]
+    tried = [_smoothed(actuator, time, pressure, read, noise, x, wired, given, states) for x in starts]
     best, _ = max(tried, key=lambda one: one[1])
-    return list(_with(given, wired, np.clip(best, 0.0, 1.0)))
+    return list(_with_fractions(given, wired, np.clip(best, 0.0, 1.0)))
 
 
-def _followed(
+def _smoothed(
     actuator: pj.Actuator,
     time: np.ndarray,
     pressure: np.ndarray,
@@ -86,9 +86,9 @@ def _followed(
     """Fractions of the measured springs from a start, shape (rows, wired), and their log-likelihood."""
     wander, likelihood = None, -np.inf
     for _ in range(ROUNDS):
-        held = _with(given, wired, np.clip(x, 0.0, 1.0))
-        history = pj.simulate_history(actuator, pressure, held, states)
-        found = _read_off(actuator, pressure, held, states, history, tuple(wired))
+        fractions = _with_fractions(given, wired, np.clip(x, 0.0, 1.0))
+        history = pj.simulate_history(actuator, pressure, fractions, states)
+        found = _predicted_resistances(actuator, pressure, fractions, states, history, tuple(wired))
         ohms, slope = (np.asarray(part) for part in found)
         good = np.all(np.isfinite(slope), axis=(1, 2)) & np.all(np.isfinite(ohms), axis=1)
         ohms, slope = np.where(good[:, None], ohms, read), np.where(good[:, None, None], slope, 0.0)
@@ -97,7 +97,7 @@ def _followed(
         target = read - ohms + np.einsum("tij,tj->ti", slope, x)
         slope, target = slope / noise[:, None], target / noise
         if wander is None:
-            wander = _wander_of(time, target, slope)
+            wander = _process_noise_of(time, target, slope)
         after, likelihood = _smooth(time, target, slope, wander)
         step = np.clip(after - x, -LONGEST, LONGEST)
         x = x + step
@@ -106,18 +106,18 @@ def _followed(
     return x, likelihood
 
 
-def _with(
+def _with_fractions(
     given: Sequence[pj.MartensiteFraction], wired: Sequence[int], x: np.ndarray
 ) -> tuple[pj.MartensiteFraction, ...]:
     """Activations with the fractions of the measured springs replaced."""
-    held = list(given)
+    fractions = list(given)
     for column, k in enumerate(wired):
-        held[k] = pj.MartensiteFraction(x[:, column])
-    return tuple(held)
+        fractions[k] = pj.MartensiteFraction(x[:, column])
+    return tuple(fractions)
 
 
 @eqx.filter_jit
-def _read_off(
+def _predicted_resistances(
     actuator: pj.Actuator,
     pressure: Array,
     given: tuple[pj.MartensiteFraction, ...],
@@ -131,22 +131,22 @@ def _read_off(
     begun = lambda first, later: jnp.concatenate([jnp.broadcast_to(first, (1,)), later[:-1]])  # noqa: E731
     before = jax.tree.map(begun, states, history.states)
 
-    def ohms_at(moved: Array, row: tuple) -> Array:
+    def ohms_at(followed: Array, row: tuple) -> Array:
         pressure, fractions, states, root = row
-        fractions = fractions.at[jnp.asarray(wired)].set(moved)
+        fractions = fractions.at[jnp.asarray(wired)].set(followed)
         activations = tuple(pj.MartensiteFraction(x) for x in fractions)
         problem = Problem(actuator, pressure, activations, states)
         responses = spring_responses(problem, *configuration(actuator, attached(problem, root)))
         return jnp.stack([responses[k].resistance for k in wired])
 
     def one(row: tuple) -> tuple[Array, Array]:
-        moved = row[1][jnp.asarray(wired)]
-        return ohms_at(moved, row), jax.jacfwd(ohms_at)(moved, row)
+        followed = row[1][jnp.asarray(wired)]
+        return ohms_at(followed, row), jax.jacfwd(ohms_at)(followed, row)
 
     return jax.vmap(one)((jnp.asarray(pressure), whole, before, history.rows.unknowns))
 
 
-def _wander_of(time: np.ndarray, target: np.ndarray, slope: np.ndarray) -> np.ndarray:
+def _process_noise_of(time: np.ndarray, target: np.ndarray, slope: np.ndarray) -> np.ndarray:
     """Most likely variance of each fraction's change [1/s], one spring after the other, twice."""
     count = target.shape[1]
     wander = np.full(count, 1e-4)

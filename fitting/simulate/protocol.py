@@ -75,7 +75,7 @@ def run_protocol(protocol: Protocol, specimen: Recording, model: AugmentedModel 
         model: model in place of the base model.
 
     Raises:
-        InputError: for a channel of a spring that is not there, or a specimen that cannot be.
+        InputError: for a channel of a missing spring, or an impossible specimen.
     """
     check_resistances(protocol, specimen)
     course = _run(specimen_of(protocol.kind), protocol, specimen, model)
@@ -194,12 +194,12 @@ def _check_springs(protocol: Protocol, actuators: Sequence[pj.Actuator]) -> None
         segment, _, rest = name.rpartition(".")
         stem, _, number = rest.partition("_")
         if segment and int(segment) > len(actuators):
-            there = f"there are {len(actuators)} segments" if len(actuators) > 1 else "this is no chain"
-            raise InputError(f"{protocol.path}: channel {name!r}, but {there}")
+            available = f"there are {len(actuators)} segments" if len(actuators) > 1 else "this is no chain"
+            raise InputError(f"{protocol.path}: channel {name!r}, but {available}")
         bodies = [actuators[int(segment) - 1]] if segment else list(actuators)
-        there = sorted({n for body in bodies for n in body.spring_numbers})
-        if stem in PHASE and int(number) not in there:
-            listed = ", ".join(map(str, there)) or "none"
+        available = sorted({n for body in bodies for n in body.spring_numbers})
+        if stem in PHASE and int(number) not in available:
+            listed = ", ".join(map(str, available)) or "none"
             raise InputError(
                 f"{protocol.path}: channel {name!r}, but the springs that are there are: {listed}"
             )
@@ -240,7 +240,7 @@ def run_chain_protocol(
         specimens: recordings that describe the segments.
 
     Raises:
-        InputError: for a channel of a spring or segment that is not there.
+        InputError: for a channel of a missing spring or segment.
     """
     if specimen_of(protocol.kind) is not ACTUATOR:
         raise InputError(f"{protocol.path}: this protocol is for a {protocol.kind}, not for a chain")
@@ -260,8 +260,8 @@ def run_chain_protocol(
     states: dict[str, np.ndarray] = {}
     notices = []
     for k, (body, part) in enumerate(zip(chain.segments, history.segments, strict=True), 1):
-        told, known = _described(body, part, f"segment_{k}_")
-        outputs, states = outputs | told, states | known
+        segment_outputs, segment_states = _described(body, part, f"segment_{k}_")
+        outputs, states = outputs | segment_outputs, states | segment_states
         notices += [f"segment {k}: {sentence}" for sentence in actuator_cautions(body, part.rows)]
     title = f"{protocol.name}: {name}"
     return Course(title, _inputs(protocol), outputs, states, notices, (chain, history), pressure)

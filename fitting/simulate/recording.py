@@ -62,9 +62,9 @@ def predict(recording: Recording, denoise: bool = True, model: AugmentedModel = 
         raise pj.InputError(f"{place(recording)}: no row has all of {', '.join(drivers)}")
     prediction = _predicted(specimen, recording, complete, denoise, model)
     outputs = {name: prediction.outputs[name] for name in recording.outputs if name in prediction.outputs}
-    prediction.outputs = {name: _spread(values, complete) for name, values in outputs.items()}
-    prediction.states = {name: _spread(values, complete) for name, values in prediction.states.items()}
-    prediction.marks = {name: _spread(values, complete) for name, values in prediction.marks.items()}
+    prediction.outputs = {name: _at_all_rows(values, complete) for name, values in outputs.items()}
+    prediction.states = {name: _at_all_rows(values, complete) for name, values in prediction.states.items()}
+    prediction.marks = {name: _at_all_rows(values, complete) for name, values in prediction.marks.items()}
     if not complete.all():
         gaps = f"{int(np.sum(~complete))} of {len(complete)} rows lack one of {', '.join(drivers)}"
         prediction.notices.append(f"{gaps}: they are passed over")
@@ -105,13 +105,13 @@ def _read_by_effects(
     found = {}
     for name in names:
         values = recording.si(name)[complete]
-        held = np.isfinite(values)
-        if name not in inputs and held.any():
-            found[name] = np.interp(inputs["time"], inputs["time"][held], values[held])
+        finite = np.isfinite(values)
+        if name not in inputs and finite.any():
+            found[name] = np.interp(inputs["time"], inputs["time"][finite], values[finite])
     return found
 
 
-def _spread(values: np.ndarray, complete: np.ndarray) -> np.ndarray:
+def _at_all_rows(values: np.ndarray, complete: np.ndarray) -> np.ndarray:
     """Values of the complete rows at their positions; NaN, or an empty word, in the others."""
     values = np.asarray(values)
     words = values.dtype.kind == "U"
@@ -189,14 +189,14 @@ def _denoised_history(
     begun = []
     for k, activation in enumerate(activations):
         xi0 = np.asarray(read.springs[k].xi0)
-        known = np.isfinite(xi0)
+        finite = np.isfinite(xi0)
         if k in measured:
             rows = np.arange(len(xi0))
-            xi0 = np.interp(rows, rows[known], xi0[known]) if known.any() else np.ones(len(xi0))
+            xi0 = np.interp(rows, rows[finite], xi0[finite]) if finite.any() else np.ones(len(xi0))
             activation = pj.MartensiteFraction(xi0)
         begun.append(activation)
-    given = fractions_behind(actuator, time, pressure, measured, begun, states)
-    return pj.simulate_history(actuator, pressure, tuple(given), states).rows, read
+    fractions = fractions_behind(actuator, time, pressure, measured, begun, states)
+    return pj.simulate_history(actuator, pressure, tuple(fractions), states).rows, read
 
 
 @_predicted.register

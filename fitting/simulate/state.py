@@ -1,21 +1,22 @@
 """One state of an actuator, from dimensions, pressure and the state of the springs."""
 
-import functools
+import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import equinox as eqx
 import jax
 import numpy as np
 
 import pneusma_jax as pj
 from fitting.data.recordings import Recording, check_recording, resistance_range, schema, sidecar
+from fitting.inference.program_cache import cached_program
 from fitting.specimens.cautions import actuator_cautions
 from fitting.specimens.model_objects import BASE, actuator_of, full_geometry, gravity_of, place
 from fitting.specimens.saved_models import AugmentedModel
+from pneusma_jax.nitinol import SpringResponse
 from pneusma_jax.units import from_si
 
 from .unmodelled import marked
@@ -28,7 +29,7 @@ def read_geometry(path: str | Path) -> dict[str, Any]:
         Numbers by canonical key, in the units of the keys.
 
     Raises:
-        InputError: if the file cannot be read, or a key, unit or number in it cannot be.
+        InputError: if the file cannot be read, or has a wrong key, unit or number.
     """
     path = Path(path)
     document = sidecar.read_toml(path)
@@ -55,7 +56,7 @@ def described_specimen(kind: str, geometry: str | Path | None, overrides: Mappin
         overrides: keys of `[geometry]` that take precedence.
 
     Raises:
-        InputError: for anything that cannot be, naming the file or the command line.
+        InputError: for impossible input, naming the file or the command line.
     """
     stated = {} if geometry is None else read_geometry(geometry)
     stated |= sidecar.check_settings({"geometry": dict(overrides)}, sidecar.COMMAND_LINE, ("geometry",))[
@@ -200,9 +201,9 @@ def drive_of(
     for name in given:
         number = int(name.rpartition("_")[2])
         if number not in actuator.spring_numbers:
-            there = ", ".join(map(str, actuator.spring_numbers)) or "none"
+            available = ", ".join(map(str, actuator.spring_numbers)) or "none"
             design = _word(specimen, "design")
-            notices.append(f"{design} has no spring {number} (it has: {there}); {name} is left out")
+            notices.append(f"{design} has no spring {number} (it has: {available}); {name} is left out")
     for number in actuator.spring_numbers:
         if f"resistance_{number}" in given:
             activations.append(pj.Resistance(given[f"resistance_{number}"]))
@@ -227,13 +228,12 @@ def actuator_state(
         model: model in place of the base model; its effects act as at the start of a recording.
 
     Raises:
-        InputError: for a resistance that the alloy cannot show, or dimensions that cannot be.
+        InputError: for a resistance that the alloy cannot show, or impossible dimensions.
     """
     actuator = actuator_of(specimen, model)
     drive = drive_of(specimen, actuator, given, model)
     if not model.added:
-        solved = _solve_once(actuator, np.asarray(pressure), drive.activations, drive.states)
-        found = jax.tree.map(np.asarray, solved)  # JAX would compile every small conversion that follows
+        found = _solved(actuator, np.asarray(pressure), drive.activations, drive.states)
         return described_state(specimen, actuator, found, drive)
     history = pj.simulate_history(
         actuator, np.array([pressure]), drive.activations, drive.states,
@@ -242,15 +242,35 @@ def actuator_state(
     found, seen = jax.tree.map(lambda x: np.asarray(x)[0], (history.rows, history.seen))
     bent = () if actuator.planar else ("curvature", "bend_angle")
     drive.notices += marked(model, seen, "actuator", bent)[1]
-    if not actuator.planar:  # the instruments show the plane of sides 1 and 2; free bending has a size
+    if not actuator.planar:  # instruments read the plane of sides 1 and 2; free bending has a magnitude
         seen = {"length": seen["length"]}
     return described_state(specimen, actuator, found, drive, seen)
 
 
-@functools.partial(eqx.filter_jit, compiler_options={"xla_backend_optimization_level": 0})
-def _solve_once(actuator: pj.Actuator, pressure: Any, activations: tuple, states: tuple) -> pj.Equilibrium:
-    """One state. Solving takes milliseconds without compiler optimisation, which would take seconds."""
-    return pj.solve(actuator, pressure, activations, states, throw=False)
+def _solved(actuator: pj.Actuator, pressure: Any, activations: tuple, states: tuple) -> pj.Equilibrium:
+    """One state, as NumPy arrays: JAX would compile every small conversion that follows."""
+    leaves = _solve_once(actuator, pressure, activations, states)
+    response = SpringResponse(**dict.fromkeys(_names(SpringResponse), 0.0))
+    apart = ("springs", "validity", "side_direction")
+    others = {name: 0.0 for name in _names(pj.Equilibrium) if name not in apart}
+    like = pj.Equilibrium(
+        **others, springs=(response,) * len(actuator.springs), validity=pj.Validity(0.0, 0.0, 0.0),
+        side_direction=tuple(float(x) for x in actuator.side_direction),
+    )  # fmt: skip
+    return jax.tree.unflatten(jax.tree.structure(like), [np.asarray(leaf) for leaf in leaves])
+
+
+def _names(module: type) -> list[str]:
+    return [field.name for field in dataclasses.fields(module)]
+
+
+def _leaves(actuator: pj.Actuator, pressure: Any, activations: tuple, states: tuple) -> list[Any]:
+    """Arrays of the equilibrium, in the order of its fields."""
+    return jax.tree.leaves(pj.solve(actuator, pressure, activations, states, throw=False))
+
+
+_solve_once = cached_program(_leaves, "one state of an actuator", {"xla_backend_optimization_level": 0})
+"""Solving takes milliseconds without compiler optimisation, which would take seconds."""
 
 
 def described_state(

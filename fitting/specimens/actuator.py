@@ -48,15 +48,15 @@ class BendingActuator(Specimen):
     starts_with_model = 1
     element = "actuator"
     wall_drivers = ("time", "current_1", "current_2", "current_3")
-    most_rows_with_effects = 128  # every one is an equilibrium
+    most_rows_with_effects = 128  # every row is an equilibrium
     compiler_options = COMPILER_OPTIONS
     explained = EXPLAINED
     latent = SpringPhases()
 
     def drivers(self, recording: Recording) -> tuple[str, ...]:
         """Pressure, and the resistances of the springs that the design has."""
-        there = pj.layout(recording.full_geometry()["design"]).spring_numbers
-        return ("pressure", *(f"resistance_{n}" for n in there if recording.has(f"resistance_{n}")))
+        springs = pj.layout(recording.full_geometry()["design"]).spring_numbers
+        return ("pressure", *(f"resistance_{n}" for n in springs if recording.has(f"resistance_{n}")))
 
     def influences(self, recording: Recording) -> tuple[str, ...]:
         """Pressure, resistances, currents and air temperature, as far as the recording has them."""
@@ -101,12 +101,12 @@ class BendingActuator(Specimen):
         law, identify = silicones.law_of(campaign, material)
         table = silicones.table_name(campaign, material)
         parameters.update(silicones.material_parameters(campaign, law, identify, table))
-        seen = {silicones.FACTOR, *(GEOMETRY_KEYS if layout.spring_numbers else TUBE)}
-        known = {
-            specimen: {name: value for name, value in dimensions(members[0]).items() if name in seen}
+        free_names = {silicones.FACTOR, *(GEOMETRY_KEYS if layout.spring_numbers else TUBE)}
+        sizes = {
+            specimen: {name: value for name, value in dimensions(members[0]).items() if name in free_names}
             for specimen, members in campaign.specimens().items()
         }
-        own = priors.geometry_parameters(campaign, known, silicones.UNITS, silicones.always_open(identify))
+        own = priors.geometry_parameters(campaign, sizes, silicones.UNITS, silicones.always_open(identify))
         parameters.update(own)
         return parameters
 

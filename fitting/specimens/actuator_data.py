@@ -96,15 +96,15 @@ def _rows_of(
     specimen: int,
     options: RowOptions,
 ) -> Rows:
-    there = [f"resistance_{n}" for n in wired if recording.has(f"resistance_{n}")]
-    columns, block = columns_of(recording, ("pressure", *there), OUTPUTS, options)
+    recorded = [f"resistance_{n}" for n in wired if recording.has(f"resistance_{n}")]
+    columns, block = columns_of(recording, ("pressure", *recorded), OUTPUTS, options)
     measured, weight = measured_and_weight(recording, OUTPUTS, columns, block, options)
     inputs = {"pressure": smooth(columns, "pressure", options)}
     noise = {}
     for name in (f"resistance_{n}" for n in wired):
         inputs[name] = columns.get(name, np.ones(len(columns["time"])))
         noise[f"noise_{name}"] = np.asarray(0.0)  # not measured: taken as cold
-        if name in there:
+        if name in recorded:
             sigma = recording.noise_si(name) or noise_found(recording, name)
             noise[f"noise_{name}"] = np.asarray(max(sigma, 1e-12) / np.sqrt(block))
     base = dimensions(recording) | dict(common)
@@ -134,8 +134,8 @@ def _recorded(recording: Recording, rows: Rows, names: list[str]) -> dict[str, n
         column = np.full(len(rows.mask), nominal)
         if recording.has(name):
             values, time = recording.si(name), recording.si("time")
-            held = np.isfinite(values) & np.isfinite(time)
-            if held.any():
-                column = np.interp(np.asarray(rows.time), time[held], values[held])
+            finite = np.isfinite(values) & np.isfinite(time)
+            if finite.any():
+                column = np.interp(np.asarray(rows.time), time[finite], values[finite])
         found[f"recorded_{name}"] = column
     return found

@@ -78,28 +78,28 @@ def settled(recordings: list[Rows], evaluate: Callable[[list[Rows]], dict[str, n
     if not wired:
         return recordings
     slopes: dict[int, np.ndarray] = {}
-    held = [
+    fixed = [
         replaced(rows, gain=tuple(0.0 * np.asarray(g) for g in rows.extra["gain"])) for rows in recordings
     ]
     for _ in range(ROUNDS):
-        here = evaluate(held)
+        base = evaluate(fixed)
         for k, n in wired:
-            there = evaluate([_moved(rows, k) for rows in held])
-            slope = (there[f"ohms_{n}"] - here[f"ohms_{n}"]) / (there[f"xi0_{n}"] - here[f"xi0_{n}"])
-            held = [_read(rows, k, n, here[f"ohms_{n}"][j], slope[j]) for j, rows in enumerate(held)]
+            perturbed = evaluate([_perturbed(rows, k) for rows in fixed])
+            slope = (perturbed[f"ohms_{n}"] - base[f"ohms_{n}"]) / (perturbed[f"xi0_{n}"] - base[f"xi0_{n}"])
+            fixed = [_smoothed(rows, k, n, base[f"ohms_{n}"][j], slope[j]) for j, rows in enumerate(fixed)]
             slopes[k] = slope
-    here = evaluate(held)
+    base = evaluate(fixed)
     found = []
-    for j, rows in enumerate(held):
+    for j, rows in enumerate(fixed):
         count = len(rows.mask)
-        told = {
-            name: tuple(np.nan_to_num(here[f"{name}_{n}"][j, :count]) for n in layout.spring_numbers)
+        reading = {
+            name: tuple(np.nan_to_num(base[f"{name}_{n}"][j, :count]) for n in layout.spring_numbers)
             for name in ("ohms", "gamma")
         }
         gain = [np.zeros(count) for _ in layout.spring_numbers]
         for k, n in wired:
-            gain[k] = _gain(rows, k, n, told["gamma"][k], np.nan_to_num(slopes[k][j, :count]))
-        found.append(replaced(rows, gain=tuple(gain), **told))
+            gain[k] = _gain(rows, k, n, reading["gamma"][k], np.nan_to_num(slopes[k][j, :count]))
+        found.append(replaced(rows, gain=tuple(gain), **reading))
     return found
 
 
@@ -118,14 +118,14 @@ def _gain(rows: Rows, k: int, number: int, gamma: np.ndarray, total: np.ndarray)
     return trust / np.where(partial == 0.0, np.inf, partial)
 
 
-def _moved(rows: Rows, k: int) -> Rows:
+def _perturbed(rows: Rows, k: int) -> Rows:
     """The recording with the martensite fraction of spring k shifted by `NUDGE`."""
     xi0 = [np.asarray(x) for x in rows.extra["xi0"]]
     xi0[k] = xi0[k] + np.where(xi0[k] > 0.5, -NUDGE, NUDGE)
     return replaced(rows, xi0=tuple(xi0))
 
 
-def _read(rows: Rows, k: int, number: int, ohms: np.ndarray, slope: np.ndarray) -> Rows:
+def _smoothed(rows: Rows, k: int, number: int, ohms: np.ndarray, slope: np.ndarray) -> Rows:
     """One round of smoothing of spring k's fraction. Rows without an equilibrium keep their fraction."""
     if not float(rows.extra[f"noise_resistance_{number}"]) > 0.0:
         return rows

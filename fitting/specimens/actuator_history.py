@@ -55,7 +55,7 @@ def _hidden(rows: Rows, recording: Recording) -> Rows:
     read = {name: np.asarray(x) for name, x in rows.inputs.items() if name in READINGS}
     noise = {name: float(rows.extra[f"noise_{name}"]) for name in read}
     weight = {name: _counted(rows, recording, name) / sd if sd > 0.0 else still for name, sd in noise.items()}
-    own = extra.pop("clean", rows.weight)  # without what an uncertain phase adds
+    own = extra.pop("clean", rows.weight)  # without the variance of an uncertain phase
     return eqx.tree_at(
         lambda r: (r.extra, r.measured, r.weight), rows, (extra, rows.measured | read, dict(own) | weight)
     )
@@ -63,17 +63,17 @@ def _hidden(rows: Rows, recording: Recording) -> Rows:
 
 def _counted(rows: Rows, recording: Recording, name: str) -> np.ndarray:
     """One in rows whose resistance is a measurement, zero in the others."""
-    there = np.isfinite(recording.si("time"))
+    finite = np.isfinite(recording.si("time"))
     measured = np.isfinite(measurements(recording, name))
-    return np.isin(np.asarray(rows.time), recording.si("time")[there & measured]).astype(float)
+    return np.isin(np.asarray(rows.time), recording.si("time")[finite & measured]).astype(float)
 
 
 def with_effects(
     values: Mapping[str, Array], rows: Rows, effects: tuple[Effect, ...]
 ) -> tuple[dict[str, Array], dict[str, Any]]:
     """All outputs under effects; see `Specimen.answer`."""
-    known = numbers(values, rows)
-    body = body_of(known, rows)
+    parameters = numbers(values, rows)
+    body = body_of(parameters, rows)
     extra = rows.extra
     if "gain" in extra:
         following = zip(extra["xi0"], extra["ohms"], extra["gain"], extra["gamma"], strict=True)
@@ -81,7 +81,7 @@ def with_effects(
     else:
         phases = tuple(MartensiteFraction(x) for x in extra["xi0"])
     one = jnp.ones(())
-    states = tuple(SpringState(known["prestrain"], one) for _ in body.springs)
+    states = tuple(SpringState(parameters["prestrain"], one) for _ in body.springs)
     pressure = rows.inputs["pressure"]
     known_rows = {"gravity": jnp.broadcast_to(extra["gravity"], (pressure.size, 3))}
     currents = {

@@ -80,24 +80,24 @@ def decided(values: Mapping[str, float], recordings: Sequence[Rows]) -> list[Row
     values = {name: jnp.asarray(float(value)) for name, value in values.items()}
     numbers_ = recordings[0].extra["layout"].spring_numbers
     wired = [k for k, n in enumerate(numbers_) if f"resistance_{n}" in recordings[0].inputs]
-    found = [_begun(rows, wired) for rows in recordings]
+    found = [_with_start(rows, wired) for rows in recordings]
     if not wired:
         return found
     for _ in range(ROUNDS):
-        stacked = _held(stack(found))
-        here = jax.device_get(_solve(values, stacked))
-        slopes = [_slopes(values, stacked, here, k) for k in wired]
+        stacked = _without_gains(stack(found))
+        current = jax.device_get(_solve(values, stacked))
+        slopes = [_slopes(values, stacked, current, k) for k in wired]
         change = 0.0
         for k, (_, slope) in zip(wired, slopes, strict=True):
             for number, rows in enumerate(found):
-                found[number], moved = _smoothed(rows, k, here.ohms[number][k], slope[number])
-                change = max(change, moved)
+                found[number], largest_step = _smoothed(rows, k, current.ohms[number][k], slope[number])
+                change = max(change, largest_step)
         if change < SETTLED:
             break
-    return _finished(values, found, wired)
+    return _with_gains(values, found, wired)
 
 
-def _begun(rows: Rows, wired: Sequence[int]) -> Rows:
+def _with_start(rows: Rows, wired: Sequence[int]) -> Rows:
     """A recording whose measured springs start from earlier fractions, or from `BEGIN`."""
     xi0 = list(rows.extra["xi0"])
     for k in wired:
@@ -115,14 +115,14 @@ def _noise(rows: Rows, k: int) -> float:
 
 
 def _slopes(
-    values: Mapping[str, Array], stacked: Rows, here: Solved, k: int
+    values: Mapping[str, Array], stacked: Rows, base: Solved, k: int
 ) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Slopes of the outputs and of spring k's resistance over its fraction, shape (recordings, rows)."""
     xi0 = stacked.extra["xi0"][k]
     nudge = jnp.where(xi0 > 0.5, -NUDGE, NUDGE)
-    there = jax.device_get(_solve(values, _with_phase(stacked, k, xi0 + nudge)))
-    outputs = {name: (getattr(there, name) - getattr(here, name)) / np.asarray(nudge) for name in OUTPUTS}
-    return outputs, (there.ohms[:, k] - here.ohms[:, k]) / np.asarray(nudge)
+    perturbed = jax.device_get(_solve(values, _with_phase(stacked, k, xi0 + nudge)))
+    outputs = {name: (getattr(perturbed, name) - getattr(base, name)) / np.asarray(nudge) for name in OUTPUTS}
+    return outputs, (perturbed.ohms[:, k] - base.ohms[:, k]) / np.asarray(nudge)
 
 
 OUTPUTS = ("curvature", "bend_angle", "length", "bend_direction")
@@ -143,37 +143,37 @@ def _smoothed(rows: Rows, k: int, ohms: np.ndarray, slope: np.ndarray) -> tuple[
     return replaced(rows, xi0=xi0), float(np.max(np.abs(after - before)))
 
 
-def _finished(values: Mapping[str, Array], found: list[Rows], wired: Sequence[int]) -> list[Rows]:
+def _with_gains(values: Mapping[str, Array], found: list[Rows], wired: Sequence[int]) -> list[Rows]:
     """Recordings with gains, resistances and weights at the final fractions."""
-    stacked = _held(stack(found))
-    here = jax.device_get(_solve(values, stacked))
+    stacked = _without_gains(stack(found))
+    current = jax.device_get(_solve(values, stacked))
     variance = [
         {name: 1.0 / np.where(w > 0.0, w, np.inf) ** 2 for name, w in r.extra["clean"].items()} for r in found
     ]
     for k in wired:
-        outputs, slopes = _slopes(values, stacked, here, k)
+        outputs, slopes = _slopes(values, stacked, current, k)
         for number, rows in enumerate(found):
-            found[number] = _told(values, rows, k, here, slopes[number], number)
+            found[number] = _with_gain(values, rows, k, current, slopes[number], number)
             sd = found[number].extra["sd"][k]
             share = np.where(sd > BLIND, max(np.sum(sd > BLIND), 1), 1.0)
             for name, known in variance[number].items():
                 slope = outputs[name][number][: len(sd)]
                 known += np.where(np.isfinite(slope), share * (slope * sd) ** 2, 0.0)
-    return [_weighed(rows, known) for rows, known in zip(found, variance, strict=True)]
+    return [_reweighted(rows, known) for rows, known in zip(found, variance, strict=True)]
 
 
-def _told(
-    values: Mapping[str, Array], rows: Rows, k: int, here: Solved, slope: np.ndarray, number: int
+def _with_gain(
+    values: Mapping[str, Array], rows: Rows, k: int, current: Solved, slope: np.ndarray, number: int
 ) -> Rows:
     """A recording with the gain and uncertainty of spring k's fraction."""
     noise, count = _noise(rows, k), len(rows.mask)
-    ohms = tuple(np.asarray(here.ohms[number][j][:count]) for j in range(len(rows.extra["xi0"])))
+    ohms = tuple(np.asarray(current.ohms[number][j][:count]) for j in range(len(rows.extra["xi0"])))
     if noise == 0.0:
         return replaced(rows, ohms=ohms)
     spring = body_of(numbers(values, rows), rows).springs[k]
-    gamma = jnp.asarray(here.gamma[number][k][:count])
-    told = np.asarray(_mean_slope(spring, jnp.asarray(rows.extra["xi0"][k]), gamma, jnp.asarray(noise)))
-    sd = noise / np.sqrt(told**2 + (noise / UNKNOWN) ** 2)
+    gamma = jnp.asarray(current.gamma[number][k][:count])
+    mean_slope = np.asarray(_mean_slope(spring, jnp.asarray(rows.extra["xi0"][k]), gamma, jnp.asarray(noise)))
+    sd = noise / np.sqrt(mean_slope**2 + (noise / UNKNOWN) ** 2)
     total = slope[:count]
     gain = np.where(sd < BLIND, total / (total**2 + (noise / UNKNOWN) ** 2), 0.0)
     put = lambda name, column: tuple(  # noqa: E731
@@ -195,7 +195,7 @@ def _mean_slope(spring: pj.Spring, xi0: Array, gamma: Array, noise: Array) -> Ar
     return 2.0 * noise / jnp.maximum(jnp.abs(ends[0] - ends[1]), NARROWEST)
 
 
-def _weighed(rows: Rows, variance: Mapping[str, np.ndarray]) -> Rows:
+def _reweighted(rows: Rows, variance: Mapping[str, np.ndarray]) -> Rows:
     """A recording with these added variances of its outputs, in the rows that count."""
     clean = rows.extra["clean"]
     weight = {name: np.where(clean[name] > 0.0, variance[name] ** -0.5, 0.0) for name in clean}
@@ -207,7 +207,7 @@ def replaced(rows: Rows, **columns: tuple[np.ndarray, ...]) -> Rows:
     return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, **columns})
 
 
-def _held(stacked: Rows) -> Rows:
+def _without_gains(stacked: Rows) -> Rows:
     """The same stack with fixed fractions, which follow no resistance."""
     return replaced(stacked, gain=tuple(0.0 * gain for gain in stacked.extra["gain"]))
 

@@ -47,12 +47,12 @@ class Solved(eqx.Module):
     ohms: Array
 
 
-def body_of(known: Mapping[str, Array], rows: Rows) -> pj.Actuator:
+def body_of(parameters: Mapping[str, Array], rows: Rows) -> pj.Actuator:
     """The actuator with these parameters."""
     layout = rows.extra["layout"]
-    alloy = Alloy(**{name: known[name] for name in ALLOY}) if layout.spring_numbers else None
-    geometry = pj.Geometry(**{name: known[name] for name in GEOMETRY_KEYS})
-    return pj.round_actuator(layout, geometry, alloy, silicones.law_with(rows.extra["law"], known))
+    alloy = Alloy(**{name: parameters[name] for name in ALLOY}) if layout.spring_numbers else None
+    geometry = pj.Geometry(**{name: parameters[name] for name in GEOMETRY_KEYS})
+    return pj.round_actuator(layout, geometry, alloy, silicones.law_with(rows.extra["law"], parameters))
 
 
 def trajectory(values: Mapping[str, Array], rows: Rows) -> Solved:
@@ -62,11 +62,11 @@ def trajectory(values: Mapping[str, Array], rows: Rows) -> Solved:
         values: free parameters by name, SI.
         rows: one recording.
     """
-    known = numbers(values, rows)
-    body, count = body_of(known, rows), rows.time.size
-    fresh = SpringState.fresh(jnp.asarray(known["prestrain"], float))
-    xi0 = _of_springs(rows, "xi0")
-    states = tuple(SpringState(jnp.broadcast_to(fresh.prestrain, (count,)), _hottest(x)) for x in xi0)
+    parameters = numbers(values, rows)
+    body, count = body_of(parameters, rows), rows.time.size
+    fresh = SpringState.fresh(jnp.asarray(parameters["prestrain"], float))
+    xi0 = _spring_columns(rows, "xi0")
+    states = tuple(SpringState(jnp.broadcast_to(fresh.prestrain, (count,)), _earlier_minimum(x)) for x in xi0)
     guess = jnp.broadcast_to(start(body), (count, body.basis.shape[1]))
     for _ in range(PASSES - 1 if body.springs else 0):
         guess, _ = _solve(body, rows, xi0, states, guess)
@@ -77,13 +77,13 @@ def trajectory(values: Mapping[str, Array], rows: Rows) -> Solved:
     return _solved(body, xi0, *_solve(body, rows, xi0, states, guess))
 
 
-def _of_springs(rows: Rows, name: str) -> Array:
+def _spring_columns(rows: Rows, name: str) -> Array:
     """Given phases and memories of every spring, shape (springs, rows)."""
     columns = rows.extra[name]
     return jnp.stack(columns) if columns else jnp.zeros((0, rows.time.size))
 
 
-def _hottest(xi0: Array) -> Array:
+def _earlier_minimum(xi0: Array) -> Array:
     """Smallest martensite fraction of all earlier rows, 1 for the first row [1]."""
     return jnp.concatenate([jnp.ones(1), jax.lax.cummin(xi0)[:-1]])
 
@@ -110,11 +110,11 @@ def _strains(body: pj.Actuator, unknowns: Array) -> Array:
 def _corrected(body: pj.Actuator, rows: Rows, gamma: Array) -> Array:
     """Martensite fractions at these strains, shape (springs, rows): the given ones, corrected to first
     order."""
-    decided = _of_springs(rows, "xi0")
+    decided = _spring_columns(rows, "xi0")
     springs = zip(body.springs, decided, gamma, strict=True)
     ohms = jnp.stack([s.alloy.resistivity(x, g) * s.geometry.wire_length for s, x, g in springs])
-    moved = decided + _of_springs(rows, "gain") * (_of_springs(rows, "ohms") - ohms)
-    return jnp.clip(moved, 0.0, 1.0)
+    corrected = decided + _spring_columns(rows, "gain") * (_spring_columns(rows, "ohms") - ohms)
+    return jnp.clip(corrected, 0.0, 1.0)
 
 
 def _memories(spring: Spring, first: SpringState, gamma: Array, xi0: Array) -> SpringState:

@@ -22,7 +22,7 @@ from .cautions import silicone_cautions
 from .registry import register
 from .rows import MARK, Rows, numbers
 from .specimen import FITTED, Courses, RowOptions, Specimen
-from .zeros import taut, zeros_of
+from .zeros import strain_from_taut, zeros_of
 
 ZEROS = {"strain": "1", "stress": "kPa"}
 """Quantities whose zero a fit may find, with the unit that reports show."""
@@ -64,7 +64,7 @@ class Coupon(Specimen):
         Raises:
             InputError: if they name several materials, or one has too few complete rows.
         """
-        made = silicones.rows_of_silicone(campaign, options, material, self, _none_off)
+        made = silicones.rows_of_silicone(campaign, options, material, self, _exact_zeros)
         return [_with_zeros(*pair) for pair in zip(made, campaign.recordings, strict=True)]
 
     def parameters_for(self, campaign: Campaign, material: str | Path | None = None) -> Parameters:
@@ -85,13 +85,13 @@ class Coupon(Specimen):
     ) -> tuple[dict[str, Array], dict[str, Any]]:
         """Stress and strain; see `Specimen.answer`. Without effects the rows are independent and are computed
         at once."""
-        known = numbers(values, rows)
-        law = silicones.law_with(rows.extra["law"], known)
-        strain = taut(rows.inputs["strain"], known["strain_zero"], rows.extra["flat"])
+        parameters = numbers(values, rows)
+        law = silicones.law_with(rows.extra["law"], parameters)
+        strain = strain_from_taut(rows.inputs["strain"], parameters["strain_zero"], rows.extra["flat"])
         seen = {"stress": law(strain)}
         if effects:
             seen = simulate_coupon(law, strain, time=rows.time, effects=effects).seen
-        seen = seen | {"stress": seen["stress"] + known["stress_zero"]}
+        seen = seen | {"stress": seen["stress"] + parameters["stress_zero"]}
         rate = jnp.gradient(strain) / jnp.maximum(jnp.gradient(rows.time), 1e-9)
         return seen, {"strain": strain, "strain_rate": rate, "max_strain": jnp.maximum.accumulate(strain)}
 
@@ -101,7 +101,7 @@ class Coupon(Specimen):
         return silicone_cautions(law, drivers["strain"], drivers["strain"])
 
 
-def _none_off(recording: Recording) -> dict[str, float]:
+def _exact_zeros(recording: Recording) -> dict[str, float]:
     """Zeros of both quantities at none, exactly as the recording states them."""
     return {f"{quantity}_zero": 0.0 for quantity in ZEROS}
 
@@ -119,9 +119,9 @@ def _zeros(campaign: Campaign) -> list[Parameter]:
     """Zeros that the fit is to find, per specimen; each has the widest prior among its recordings."""
     specimens, found = campaign.specimens(), []
     for number, recordings in enumerate(specimens.values(), start=1):
-        known = [zeros_of(recording) for recording in recordings]
+        stated = [zeros_of(recording) for recording in recordings]
         for quantity, unit in ZEROS.items():
-            doubt = [zeros for zeros in known if quantity in zeros.sd]
+            doubt = [zeros for zeros in stated if quantity in zeros.sd]
             if doubt:
                 widest = max(doubt, key=lambda zeros: zeros.sd[quantity])
                 name = f"{quantity}_zero" + (f"{MARK}{number}" if len(specimens) > 1 else "")

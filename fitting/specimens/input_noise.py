@@ -54,15 +54,15 @@ def carried_over(model: Model, values: Mapping[str, float], recordings: Sequence
         values: free parameters by name, SI.
         recordings: recordings from `with_drivers` or from an earlier call.
     """
-    held = {name: jnp.asarray(float(value)) for name, value in values.items()}
+    fixed = {name: jnp.asarray(float(value)) for name, value in values.items()}
     predict, stacked = predictor_of(model), stack(recordings)
-    here, more = predict(held, stacked), {}
+    current, more = predict(fixed, stacked), {}
     for driver, sigma in stacked.extra[SIGMA].items():
         for sign in (1.0, -1.0):
-            moved = stacked.inputs[driver] + sign * jnp.asarray(sigma)[:, None]
-            there = predict(held, eqx.tree_at(lambda r, d=driver: r.inputs[d], stacked, moved))
-            for name in there:
-                change = jnp.nan_to_num(there[name] - here[name]) ** 2
+            shifted_driver = stacked.inputs[driver] + sign * jnp.asarray(sigma)[:, None]
+            shifted = predict(fixed, eqx.tree_at(lambda r, d=driver: r.inputs[d], stacked, shifted_driver))
+            for name in shifted:
+                change = jnp.nan_to_num(shifted[name] - current[name]) ** 2
                 more[name, driver] = jnp.maximum(more.get((name, driver), 0.0), change)
     found = jax.device_get(more)
     return [_weighted(rows, found, k) for k, rows in enumerate(recordings)]

@@ -1,7 +1,8 @@
 """Interface for hidden states of a specimen under effects.
 
 A latent trajectory, such as a martensite fraction, is in no column and has to explain several columns
-together."""
+together.
+"""
 
 import abc
 from collections.abc import Callable, Mapping, Sequence

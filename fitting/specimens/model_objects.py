@@ -51,7 +51,7 @@ def alloy_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Alloy:
     """Alloy that a recording names, with the model's constants.
 
     Raises:
-        InputError: if it is to be fitted, cannot be loaded, or has not a spring's constants.
+        InputError: if it is to be fitted, cannot be loaded, or lacks constants of a spring.
     """
     table = model.table("alloy", named_table(recording, "alloy"), recording.specimen)
     table.require(_SPRING_CONSTANTS)
@@ -95,7 +95,7 @@ def actuator_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Actuat
     law = law_of(recording, model)
     try:
         body = pj.make_actuator(design, alloy, law, geometry_of(recording, model))
-        if body.loads:  # weighed with the silicone that the recording names, not with the design's own
+        if body.loads:  # the weight is that of the silicone that the recording names, not of the design's own
             body = body.with_loads(
                 *design_loads(design, body, material_of(recording, model).values().get("density"))
             )

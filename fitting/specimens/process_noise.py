@@ -21,7 +21,8 @@ LOOSE = 1e2
 A tight walk is itself a measurement of the fraction's scale, which depends on `a` and `b`. It biased them by
 two to three standard errors. At this factor the walk only bridges rows whose resistance is uninformative.
 With a factor a hundred times larger, noise crosses the limits of the fraction: 90 % intervals then held the
-truth in 87 instead of 89 to 90 %."""
+truth in 87 instead of 89 to 90 %.
+"""
 ALIKE = 2.0
 """Maximum loss of log-evidence for which a slower walk replaces the best one."""
 DECISIVE = 3.0
@@ -60,17 +61,17 @@ def with_process_noise(
     """
     values = {name: jnp.asarray(value, float) for name, value in values.items()}
     table = np.array([np.asarray(_evidence(values, stacked, jnp.asarray(w))) for w in candidates])
-    held = np.asarray(stacked.extra["level_sd"]) == 0.0
-    told = (np.ptp(table, axis=0) > DECISIVE) & ~held
-    blind = told & (table.max(axis=0) - table[0] <= DECISIVE) & pooled
+    fixed = np.asarray(stacked.extra["level_sd"]) == 0.0
+    informative = (np.ptp(table, axis=0) > DECISIVE) & ~fixed
+    blind = informative & (table.max(axis=0) - table[0] <= DECISIVE) & pooled
     tried, alike = np.asarray(candidates), table > table.max(axis=0) - ALIKE
     best, slowest = tried[np.argmax(table, axis=0)], tried[np.argmax(alike, axis=0)]
     fastest = tried[len(tried) - 1 - np.argmax(alike[::-1], axis=0)]
-    seen = told & ~blind
-    usual = 10.0 ** np.median(np.log10(best[seen])) if seen.any() else tried[len(tried) // 2]
+    resolved = informative & ~blind
+    usual = 10.0 ** np.median(np.log10(best[resolved])) if resolved.any() else tried[len(tried) // 2]
     allowed = np.where(blind, np.minimum(usual, fastest), usual)
-    wander = loose * np.where(seen, best, allowed)
-    pace = np.where(seen, slowest, allowed)
+    wander = loose * np.where(resolved, best, allowed)
+    pace = np.where(resolved, slowest, allowed)
     return eqx.tree_at(
         lambda rows: (rows.extra["wander"], rows.extra["pace"]),
         stacked,

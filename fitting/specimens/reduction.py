@@ -1,8 +1,7 @@
 """Downsampling of long recordings: means where no channel bends within one, else selected rows.
 
 A mean over rows lies on the curve of a law only where the law is straight over these rows. So rows are
-averaged under two conditions. No channel moves by more than a small part of its range from one mean to the
-next. Outputs bend by less than the noise of a mean.
+averaged only if that holds in every block (`block_means`).
 
 Otherwise single rows are kept, denser where readings change. Turning points of the drivers are among them, so
 that loops stay loops. Of very many cycles, some are kept whole.
@@ -15,16 +14,13 @@ import numpy as np
 
 from fitting.data.recordings import Campaign, Recording, Reduction, schema
 from fitting.inference.driven import predicted
-from fitting.inference.readings import noise_found, read_rows, readings_of, share_full_scale
+from fitting.inference.readings import read_rows, readings_of, share_full_scale
 
+from .block_means import PART, averaged, means_of, moving_channels
 from .rows import MOST_ROWS
 
-PART, MOSTLY = 0.05, 0.95
-"""Maximum part of a channel's range between neighbouring means, and minimum share of rows that obey it. A
-mean over 12 % of the range of a wire's temperature lay off its curve by 20 times the noise of a strain."""
-BENT = 0.4
-"""Maximum distance of a mean from a bent curve, in units of the noise of a mean. Noise alone looks like
-0.2."""
+ROW = "row"
+"""Name of the number of a row among the columns that are averaged with it."""
 TURNS = 0.1
 """Minimum part of a channel's range by which it returns after a turning point."""
 EACH_WAY = 8
@@ -57,19 +53,21 @@ def reduced(recording: Recording, most: int) -> Recording:
         return recording if len(recording) <= most else reduced(recording.whole, most)
     read = read_rows(recording)
     if len(read) <= most:
-        return recording if len(read) == len(recording) else _only(recording, read)
+        return recording if len(read) == len(recording) else _only_readings(recording, read)
     table = _table(recording)
     block = -(-len(recording) // most)
-    means = averaged(_measured(recording, table), block)
-    if _straight(recording, means, block):
+    turns = _turning_rows(recording, table, min(block, FINE))
+    means = means_of(recording, _measured(recording, table), turns, block)
+    if means is not None:
+        count = len(next(iter(means.values())))
+        left = len(recording) - block * count
         text = (
-            f"{recording.name}: reduced from {len(recording)} rows to {len(means['row'])}, each the mean of "
-            f"{block}, over which no channel moves by more than {100 * PART:.0f} % of its range"
-        )
-        columns = {name: column for name, column in means.items() if name != "row"}
+            f"{recording.name}: reduced from {len(recording)} rows to {count}, each the mean of {block}; "
+            f"within none of them a channel moves by more than {100 * PART:.0f} % of its range, noise aside"
+        ) + (f"; {left} rows left over before a turn or the end are left out" if left else "")
         how = Reduction(recording, None, block, text)
-        return dataclasses.replace(recording, columns=columns, reduction=how)
-    rows, cycles = _kept(recording, table, block, most)
+        return dataclasses.replace(recording, columns=means, reduction=how)
+    rows, cycles = _selected_rows(recording, table, turns, block, most)
     of = f", of {cycles[0]} of its {cycles[1]} cycles" if cycles else ""
     text = (
         f"{recording.name}: reduced from {len(recording)} rows to {len(rows)}{of}, kept as they were read, "
@@ -79,7 +77,7 @@ def reduced(recording: Recording, most: int) -> Recording:
     return dataclasses.replace(recording, columns=columns, reduction=Reduction(recording, rows, 1, text))
 
 
-def _only(recording: Recording, rows: np.ndarray) -> Recording:
+def _only_readings(recording: Recording, rows: np.ndarray) -> Recording:
     """A recording without rows that are no readings; `inference.readings.cautions` reports them."""
     columns = {name: column[rows] for name, column in _table(recording).items()}
     return dataclasses.replace(recording, columns=columns, reduction=Reduction(recording, rows, 1, ""))
@@ -96,38 +94,15 @@ def said(recordings: Sequence[Recording], most: int = MOST_ROWS) -> list[str]:
     return [how.text for how in found if how and how.text]
 
 
-def averaged(columns: Mapping[str, np.ndarray], block: int) -> dict[str, np.ndarray]:
-    """Means over blocks of rows. Missing samples of a block are left out.
-
-    Args:
-        columns: columns of shape (n,), NaN where missing.
-        block: number of rows in a mean; the last block may have fewer.
-    """
-    edges = np.arange(0, len(next(iter(columns.values()))), block)
-    result = {}
-    for name, values in columns.items():
-        there = np.isfinite(values)
-        total = np.add.reduceat(np.where(there, values, 0.0), edges)
-        held = np.add.reduceat(there.astype(float), edges)
-        result[name] = np.where(held > 0, total / np.maximum(held, 1.0), np.nan)
-    return result
-
-
 def _table(recording: Recording) -> dict[str, np.ndarray]:
     """Numeric columns of known quantities, canonical units."""
-    known = {name: np.asarray(recording.columns[name]) for name in recording.known_columns}
-    return {name: values for name, values in known.items() if values.dtype.kind == "f"}
-
-
-def _channels(table: Mapping[str, np.ndarray]) -> list[str]:
-    """Columns other than the clock and counts that take more than one value."""
-    moving = [name for name, x in table.items() if np.nanmax(x) > np.nanmin(x)] if table else []
-    return [name for name in moving if name not in ("time_s", "cycle")]
+    columns = {name: np.asarray(recording.columns[name]) for name in recording.known_columns}
+    return {name: values for name, values in columns.items() if values.dtype.kind == "f"}
 
 
 def _measured(recording: Recording, table: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Columns with NaN where there is no measurement, and the number of every row."""
-    found = {"row": np.arange(float(len(recording)))}
+    """Columns with NaN where there is no measurement."""
+    found: dict[str, np.ndarray] = {}
     for name, column in table.items():
         if name in ("time_s", "cycle"):
             found[name] = column
@@ -137,60 +112,32 @@ def _measured(recording: Recording, table: Mapping[str, np.ndarray]) -> dict[str
     return found
 
 
-def _straight(recording: Recording, means: Mapping[str, np.ndarray], block: int) -> bool:
-    """True if means lie on the curves of their rows."""
-    for name in _channels(means):
-        if name == "row":
-            continue
-        values = means[name][np.isfinite(means[name])]
-        if len(values) < 3:
-            return False
-        if np.mean(np.abs(np.diff(values)) > PART * np.ptp(values)) > 1.0 - MOSTLY:
-            return False
-        if name in predicted(recording):
-            off = np.quantile(np.abs(np.diff(values, 2)), MOSTLY) / 24.0  # f'' h^2 / 24 over a width h
-            sigma = recording.noise.get(name) or _in_file(recording, name)
-            if off > BENT * sigma / np.sqrt(block):
-                return False
-    return True
-
-
-def _in_file(recording: Recording, name: str) -> float:
-    """Noise of a column in its own unit."""
-    quantity = schema.quantity_and_unit(name)[0]
-    values, si = recording.columns[name], recording.si(quantity)
-    scale = np.nanmax(si) - np.nanmin(si)
-    return noise_found(recording, quantity) * float((np.nanmax(values) - np.nanmin(values)) / scale)
-
-
-def _kept(
-    recording: Recording, table: Mapping[str, np.ndarray], block: int, most: int
+def _selected_rows(
+    recording: Recording, table: Mapping[str, np.ndarray], turns: np.ndarray, block: int, most: int
 ) -> tuple[np.ndarray, tuple[int, int] | None]:
     """Selected rows, ascending; and the counts of kept and of all cycles, where some are left out."""
-    count, channels = len(recording), _channels(table)
-    fine = min(block, FINE)
-    means = averaged({"row": np.arange(float(count)), **{n: table[n] for n in channels}}, fine)
-    turns = _turns(recording, table, means, fine)
+    count, channels = len(recording), moving_channels(table)
+    means = averaged({ROW: np.arange(float(count)), **{n: table[n] for n in channels}}, min(block, FINE))
     usable, cycles = np.ones(count, bool), None
     if len(turns) * EACH_WAY > most:
         usable, cycles = _whole_cycles(turns, count, most)
         turns = turns[usable[turns]]
     path = EVEN_SHARE * np.linspace(0.0, 1.0, count)
     for name in channels:
-        known = np.isfinite(means[name])
-        course = np.interp(np.arange(count), means["row"][known], means[name][known])
+        finite = np.isfinite(means[name])
+        course = np.interp(np.arange(count), means[ROW][finite], means[name][finite])
         way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(course)))])
         path += (1.0 - EVEN_SHARE) / len(channels) * way / max(way[-1], 1e-300)
-    told = usable & _telling(recording)
-    told[[0, -1]] = True
-    rows = np.flatnonzero(told)
+    candidates = usable & _informative_rows(recording)
+    candidates[[0, -1]] = True
+    rows = np.flatnonzero(candidates)
     gone = np.interp(rows, np.flatnonzero(usable), np.cumsum(np.diff(path, prepend=0.0)[usable]))
     wanted = np.linspace(gone[0], gone[-1], max(most - len(turns), 2))
     near = rows[np.clip(np.searchsorted(gone, wanted), 0, len(rows) - 1)]
     return np.unique(np.concatenate([near, turns]))[:most], cycles
 
 
-def _telling(recording: Recording) -> np.ndarray:
+def _informative_rows(recording: Recording) -> np.ndarray:
     """Rows that hold every required column and, if enough rows remain, measurements of every output."""
     outputs = [schema.quantity_and_unit(name)[0] for name in predicted(recording)]
     counted = [readings_of(recording, quantity).counted for quantity in outputs]
@@ -203,15 +150,14 @@ def _telling(recording: Recording) -> np.ndarray:
     return found if found.any() else ~found
 
 
-def _turns(
-    recording: Recording, table: Mapping[str, np.ndarray], means: Mapping[str, np.ndarray], block: int
-) -> np.ndarray:
-    """Rows at which a driver turns back, ascending."""
-    drivers = [name for name in _channels(table) if name not in predicted(recording)]
+def _turning_rows(recording: Recording, table: Mapping[str, np.ndarray], block: int) -> np.ndarray:
+    """Rows at which a driver turns back, ascending; sought in means over `block` rows."""
+    drivers = [name for name in moving_channels(table) if name not in predicted(recording)]
+    means = averaged({ROW: np.arange(float(len(recording))), **{n: table[n] for n in drivers}}, block)
     found: list[int] = []
     for name in drivers:
-        known = np.isfinite(means[name])
-        course, at = means[name][known], means["row"][known]
+        finite = np.isfinite(means[name])
+        course, at = means[name][finite], means[ROW][finite]
         sign, best, back = 0, 0, TURNS * np.ptp(course)
         for k in range(len(course)):
             if sign == 0:
@@ -220,12 +166,12 @@ def _turns(
             elif sign * (course[k] - course[best]) > 0.0:
                 best = k
             elif sign * (course[best] - course[k]) > back:
-                found.append(_peak(sign * table[name], int(at[best]), block))
+                found.append(_peak_row(sign * table[name], int(at[best]), block))
                 sign, best = -sign, k
     return np.unique(np.array(found, int))
 
 
-def _peak(values: np.ndarray, row: int, block: int) -> int:
+def _peak_row(values: np.ndarray, row: int, block: int) -> int:
     """Row of the largest value near a given row; isolated spikes are ignored."""
     first, last = max(row - block, 1), min(row + block + 1, len(values) - 1)
     middle = np.median(

@@ -61,8 +61,8 @@ def by_letter(letter: str) -> Specimen:
 
 def named_by(letters: str) -> list[str]:
     """Registered kinds of an effect's letters, in the order of the letters."""
-    known = {specimen.letter: specimen.kind for specimen in SPECIMENS.values()}
-    return [known[letter] for letter in letters if letter in known]
+    kind_of_letter = {specimen.letter: specimen.kind for specimen in SPECIMENS.values()}
+    return [kind_of_letter[letter] for letter in letters if letter in kind_of_letter]
 
 
 def candidates(kind: str) -> list[str]:

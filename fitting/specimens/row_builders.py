@@ -71,5 +71,5 @@ def smooth(columns: dict[str, np.ndarray], name: str, options: RowOptions = FITT
     if not options.smooth:
         return columns[name]
     time, values = columns["time"], denoised(columns["time"], columns[name])
-    known = np.isfinite(values)
-    return np.interp(time, time[known], values[known])
+    finite = np.isfinite(values)
+    return np.interp(time, time[finite], values[finite])

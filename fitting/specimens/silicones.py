@@ -61,18 +61,18 @@ def packed(law: SiliconeLaw) -> SiliconeLaw:
     return jax.tree.map(lambda leaf: np.asarray(leaf, float)[None], law)
 
 
-def law_with(packed_law: SiliconeLaw, known: Mapping[str, Array]) -> Scaled:
+def law_with(packed_law: SiliconeLaw, parameters: Mapping[str, Array]) -> Scaled:
     """The law of `packed`, with constants and factor from a model's parameters."""
     law = jax.tree.map(lambda leaf: leaf[0], packed_law)
     if type(law) in SINGLE:
-        law = type(law)(*(known[name] for name in SINGLE[type(law)]))
+        law = type(law)(*(parameters[name] for name in SINGLE[type(law)]))
     elif isinstance(law, Ogden):
         terms = range(1, law.mu.shape[0] + 1)
-        law = Ogden(*(jnp.stack([known[f"{stem}_{k}"] for k in terms]) for stem in ("mu", "alpha")))
+        law = Ogden(*(jnp.stack([parameters[f"{stem}_{k}"] for k in terms]) for stem in ("mu", "alpha")))
     elif isinstance(law, PolynomialFit):
-        numbers = jnp.stack([known[f"p_{k}"] for k in range(1, law.coefficients.shape[0] + 1)])
+        numbers = jnp.stack([parameters[f"p_{k}"] for k in range(1, law.coefficients.shape[0] + 1)])
         law = eqx.tree_at(lambda p: p.coefficients, law, numbers)
-    return Scaled(law, known[FACTOR])
+    return Scaled(law, parameters[FACTOR])
 
 
 def law_of(campaign: Campaign, material: str | Path | None = None) -> tuple[SiliconeLaw, bool]:
@@ -195,6 +195,6 @@ def parameters_of_silicone(campaign: Campaign, material: str | Path | None, size
     """
     law, identify = law_of(campaign, material)
     parameters = material_parameters(campaign, law, identify, table_name(campaign, material))
-    known = {name: sizes(members[0]) | {FACTOR: 1.0} for name, members in campaign.specimens().items()}
-    parameters.update(priors.geometry_parameters(campaign, known, UNITS, always_open(identify)))
+    dimensions = {name: sizes(members[0]) | {FACTOR: 1.0} for name, members in campaign.specimens().items()}
+    parameters.update(priors.geometry_parameters(campaign, dimensions, UNITS, always_open(identify)))
     return parameters

@@ -64,8 +64,8 @@ def simulated(
     tables = {name: _table(recording, name, model) for name in specimen.options}
     (rows,) = specimen.rows_for(campaign, options, **tables)
     rows = with_numbers(rows, numbers_of(specimen, model, recording.specimen))
-    given = {name: jnp.asarray(float(value)) for name, value in (values or {}).items()}
-    outputs, drivers = jax.device_get(_answer(specimen, given, stack([rows]), model.effects))
+    overrides = {name: jnp.asarray(float(value)) for name, value in (values or {}).items()}
+    outputs, drivers = jax.device_get(_answer(specimen, overrides, stack([rows]), model.effects))
     count = len(rows.mask)
     cut = lambda courses: {name: np.asarray(x)[0, :count] for name, x in courses.items()}  # noqa: E731
     return Simulation(rows, cut(outputs), cut(drivers))

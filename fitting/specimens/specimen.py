@@ -1,7 +1,7 @@
 """The interface of a kind of specimen. Everything that depends on the kind is one of its methods or
 attributes.
 
-`Specimen` has no optional methods. Who calls what:
+`Specimen` has no optional methods. The callers of each are:
 
 | method or attribute | caller |
 |---|---|
@@ -9,10 +9,10 @@ attributes.
 | `decides`, `decided` | `calibrate`: decisions that are not smooth in the parameters, between two fits |
 | `answer` with effects, `explained`, `latent`, `most_rows_with_effects`, `compiler_options` | `diagnose` |
 | `answer` at every row (`simulation.py`), `drivers`, `cautions`, `states` | `simulate`, `synthesise` |
-| `influences`, `loads`, `located` | `diagnose`: what was varied, what to vary next, where a misfit is |
+| `influences`, `loads`, `located` | `diagnose`: varied inputs, next experiment, place of a misfit |
 | `tables`, `options`, `element`, `letter` | `saved_models`, `with_saved_model`: models on disk |
 | `identified`, `starts`, `profiled`, `unseen` | `calibrate` |
-| `over` | whoever draws or scores an output over an input |
+| `over` | code that draws or scores an output over an input |
 | `noun`, `law` | `report`: words |
 
 The base model is `effects=()`.
@@ -118,9 +118,9 @@ class Model(abc.ABC):
         """Prediction minus measurement in standard deviations; `astray` in rows without an answer."""
         parts = []
         for name in (name for name in self.outputs if name in rows.weight):
-            there, weight = jnp.isfinite(found[name]), rows.weight[name]
-            missed = weight * (jnp.where(there, found[name], 0.0) - rows.measured[name])
-            parts.append(jnp.where(there | (weight == 0.0), missed, self.astray))
+            finite, weight = jnp.isfinite(found[name]), rows.weight[name]
+            missed = weight * (jnp.where(finite, found[name], 0.0) - rows.measured[name])
+            parts.append(jnp.where(finite | (weight == 0.0), missed, self.astray))
         return jnp.concatenate(parts)
 
     def observations(self, recordings: Sequence[Rows]) -> int:
@@ -307,4 +307,4 @@ class Specimen(Model):
     def notes(self, campaign: Campaign) -> list[str]:
         """Sentences about the rows of a campaign that are excluded from the fit."""
         pairs = [(recording, self.set_apart(recording)) for recording in campaign.recordings]
-        return [apart.text(recording.name) for recording, apart in pairs if apart is not None]
+        return [excluded.text(recording.name) for recording, excluded in pairs if excluded is not None]

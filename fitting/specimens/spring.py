@@ -89,8 +89,8 @@ def with_effects(
     values: Mapping[str, Array], rows: Rows, effects: tuple[Effect, ...]
 ) -> tuple[dict[str, Array], dict[str, Any]]:
     """Force and resistance under effects; see `Specimen.answer`."""
-    known = numbers(values, rows)
-    stand = spring_of(known), effects, pj.SpringState(known["prestrain"], jnp.ones(()))
+    parameters = numbers(values, rows)
+    stand = spring_of(parameters), effects, pj.SpringState(parameters["prestrain"], jnp.ones(()))
     elongation, time = rows.inputs["elongation"], rows.time
 
     def follow(stand: tuple, activation: Any) -> tuple[Array, SpringResponse]:
@@ -170,8 +170,8 @@ class SpringOnStand(Specimen):
 
     def drivers(self, recording: Recording) -> tuple[str, ...]:
         """Elongation, and the columns that determine the phase: resistance, temperature, or both."""
-        told = [name for name in ("resistance", "temperature") if recording.has(name)]
-        return ("elongation", *told)
+        phase_columns = [name for name in ("resistance", "temperature") if recording.has(name)]
+        return ("elongation", *phase_columns)
 
     def influences(self, recording: Recording) -> tuple[str, ...]:
         """Elongation and resistance."""

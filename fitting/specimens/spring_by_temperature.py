@@ -26,7 +26,7 @@ from .row_builders import columns_of, measured_and_weight, smooth
 from .rows import Rows, numbers
 from .specimen import FITTED, RowOptions, Specimen
 from .spring_trajectory import ALLOY, FIXED, dimension_numbers, spring_of
-from .thermal_runs import half_way, moved_prior
+from .thermal_runs import centre_prior, half_way
 
 OUTPUTS = ("force",)
 CURVE = ("T_mid", "T_width")
@@ -131,11 +131,12 @@ class SpringByTemperature(Specimen):
         wide = load_calibration(WIDE, "alloy").quantities
         for name in CURVE:
             if name not in parameters:
-                known = quantities[name]
-                parameters.add(priors.tabulated(wide[name] if identify or known.prior is None else known))
+                quantity = quantities[name]
+                use_wide = identify or quantity.prior is None
+                parameters.add(priors.tabulated(wide[name] if use_wide else quantity))
         found = [T for r in campaign.recordings if r.role == "fit" for T in half_way_of(r)]
         if identify and found:
-            moved_prior(parameters["T_mid"], 0.5 * (min(found) + max(found)))
+            centre_prior(parameters["T_mid"], 0.5 * (min(found) + max(found)))
         dimensions = {
             specimen: {name: float(value) for name, value in dimension_numbers(recordings[0]).items()}
             for specimen, recordings in campaign.specimens().items()
@@ -147,11 +148,11 @@ class SpringByTemperature(Specimen):
         self, values: Mapping[str, Array], rows: Rows, effects: tuple[Effect, ...] = ()
     ) -> tuple[dict[str, Array], dict[str, Any]]:
         """Force and drivers; see `Specimen.answer`."""
-        known = numbers(values, rows)
-        state = pj.SpringState(known["prestrain"], jnp.ones(()))
+        parameters = numbers(values, rows)
+        state = pj.SpringState(parameters["prestrain"], jnp.ones(()))
         heat = pj.Temperature(rows.inputs["temperature"])
         drive = {"time": rows.time, "effects": effects}
-        found = pj.simulate_spring(spring_of(known), rows.inputs["elongation"], heat, state, **drive)
+        found = pj.simulate_spring(spring_of(parameters), rows.inputs["elongation"], heat, state, **drive)
         seen = {name: x for name, x in found.seen.items() if name != "resistance"}
         return seen, {"xi0": found.rows.xi0, "strain": found.rows.gamma}
 

@@ -51,9 +51,9 @@ class Noise(eqx.Module):
         """Inverse covariance of one output of a recording."""
         weight = rows.extra.get(f"weight_{name}", rows.weight[name])
         correlation = rows.extra.get(f"correlation_{name}", 0.0)
-        there = weight > 0.0
-        follows = jnp.concatenate([jnp.zeros(1, bool), there[1:] & there[:-1]])
-        own = jnp.where(follows, 1.0 / (1.0 - correlation**2), there)
+        counted = weight > 0.0
+        follows = jnp.concatenate([jnp.zeros(1, bool), counted[1:] & counted[:-1]])
+        own = jnp.where(follows, 1.0 / (1.0 - correlation**2), counted)
         before = jnp.where(follows, correlation / (1.0 - correlation**2), 0.0)
         shift = lambda column: jnp.concatenate([column[1:], jnp.zeros(1)])  # noqa: E731
         return cls(weight, own + shift(before * correlation), -shift(before))
@@ -64,11 +64,11 @@ class Noise(eqx.Module):
         above, below = self.upper * jnp.roll(scaled, -1), jnp.roll(self.upper * scaled, 1)
         return self.weight * (self.diagonal * scaled + above + below)
 
-    def seen_through(self, slope: Array) -> tuple[Array, Array]:
+    def information_on(self, slope: Array) -> tuple[Array, Array]:
         """Fisher information on a trajectory by which the channel changes by `slope`: diagonal and upper
         diagonal."""
-        told = self.weight * slope
-        return self.diagonal * told**2, self.upper * told * jnp.roll(told, -1)
+        scaled = self.weight * slope
+        return self.diagonal * scaled**2, self.upper * scaled * jnp.roll(scaled, -1)
 
 
 class _System(eqx.Module):
@@ -91,7 +91,7 @@ class _System(eqx.Module):
     def walk(self, course: Array) -> Array:
         """Gradient of half the increments' weighted sum of squares, (rows,)."""
         rise = self.coupling * jnp.diff(course, prepend=course[:1])
-        return rise - _later(rise)
+        return rise - _next_row(rise)
 
     def square(self, missing: Array, course: Array) -> Array:
         """Weighted sum of squares of the channels' errors and of the increments."""
@@ -101,20 +101,20 @@ class _System(eqx.Module):
     def bands(self, local: Local) -> tuple[Array, Array, Array]:
         """Channels' gradient in every row; then diagonal and upper diagonal of the normal equations.
         Couplings to remembered rows are left out."""
-        told = [n.seen_through(s) for n, s in zip(self.noise, local.slope, strict=True)]
-        later = sum(n.seen_through(s)[0] for n, s in zip(self.noise, local.remembered, strict=True))
-        information = sum(own for own, _ in told) + jnp.zeros_like(later).at[local.source].add(later)
-        diagonal = information + self.coupling + _later(self.coupling) + HELD
-        return information, diagonal, sum(upper for _, upper in told) - _later(self.coupling)
+        channels = [n.information_on(s) for n, s in zip(self.noise, local.slope, strict=True)]
+        later = sum(n.information_on(s)[0] for n, s in zip(self.noise, local.remembered, strict=True))
+        information = sum(own for own, _ in channels) + jnp.zeros_like(later).at[local.source].add(later)
+        diagonal = information + self.coupling + _next_row(self.coupling) + HELD
+        return information, diagonal, sum(upper for _, upper in channels) - _next_row(self.coupling)
 
     def step(self, local: Local, course: Array, predicted: Array) -> Array:
         """Gauss-Newton step of a trajectory, limited in size and kept within 0 to 1."""
         missing = self.measured - predicted
         pull = local.back(self.weighed(missing)) - self.walk(course)
-        change = jnp.clip(self._solved(local, pull), -LONGEST, LONGEST)
+        change = jnp.clip(self._solution(local, pull), -LONGEST, LONGEST)
         return jnp.clip(course + change, 0.0, 1.0) - course
 
-    def _solved(self, local: Local, right: Array) -> Array:
+    def _solution(self, local: Local, right: Array) -> Array:
         """Solution of the linear system; its bands alone are a good approximation to it."""
         _, diagonal, upper = self.bands(local)
 
@@ -124,7 +124,7 @@ class _System(eqx.Module):
         return solve_coupled(times, right, banded_side_by_side(diagonal, upper))
 
 
-def _later(column: Array) -> Array:
+def _next_row(column: Array) -> Array:
     """The column shifted to the row after; zero for the last."""
     return jnp.concatenate([column[1:], jnp.zeros(1)])
 
@@ -171,37 +171,37 @@ def best_course(outputs: Outputs, frozen: Outputs, read: Array, names: Sequence[
     system = _System([Noise.of(rows, name) for name in names], measured, coupling)
 
     def step(course: Array) -> tuple[Array, Array, Local]:
-        local = _local(frozen, course)
+        local = _linearised(frozen, course)
         move = system.step(local, course, local.predicted)
         return move, system.square(measured - local.predicted, course), local
 
     everywhere = jnp.ones(rows.time.shape, bool)
     nothing = jnp.zeros_like(measured)
     blank = Local(nothing, nothing, nothing, jnp.zeros(read.shape, int))
-    settled, local = settle(step, jnp.clip(read, 0.0, 1.0), everywhere, SETTLED, ROUNDS, blank)
-    there, known = outputs(settled)
-    last = system.step(local, settled, there)
-    # where a row begins to renew the metal's memory all later ones jump, which no slope foretells
-    here, seen, after = jax.lax.stop_gradient((settled, there, settled + last))
+    solution, local = settle(step, jnp.clip(read, 0.0, 1.0), everywhere, SETTLED, ROUNDS, blank)
+    at_solution, known = outputs(solution)
+    last = system.step(local, solution, at_solution)
+    # where a row begins to renew the metal's memory all later ones jump, which the slopes cannot predict
+    solution_value, outputs_here, after = jax.lax.stop_gradient((solution, at_solution, solution + last))
     then = frozen(after)[0]
-    better = system.square(measured - then, after) <= system.square(measured - seen, here)
+    better = system.square(measured - then, after) <= system.square(measured - outputs_here, solution_value)
     made = better & (largest(last, everywhere) <= SETTLED)
-    course = ended(settled, last, made)
-    predicted = there + local.along(course - settled)
+    course = ended(solution, last, made)
+    predicted = at_solution + local.along(course - solution)
     predicted = predicted + jax.lax.stop_gradient(jnp.where(made, then - predicted, 0.0))
     information, diagonal, upper = system.bands(local)
-    inside = (settled > 0.0) & (settled < 1.0)
-    taken = jnp.where(inside, jnp.clip(information * variances(diagonal, upper), 0.0, 1.0), 0.0)
-    return Found(course, predicted, known, taken, local)
+    inside = (solution > 0.0) & (solution < 1.0)
+    leverage = jnp.where(inside, jnp.clip(information * variances(diagonal, upper), 0.0, 1.0), 0.0)
+    return Found(course, predicted, known, leverage, local)
 
 
-def _local(outputs: Outputs, course: Array) -> Local:
+def _linearised(outputs: Outputs, course: Array) -> Local:
     """The channels at a trajectory and their linearisation."""
     lowest = jax.lax.cummin(course)
     hottest = jnp.concatenate([jnp.ones(1, bool), course[1:] < lowest[:-1]])
     source = jax.lax.cummax(jnp.where(hottest, jnp.arange(course.size), 0))
     along = lambda direction: jax.jvp(lambda x: outputs(x)[0], (course,), (direction,))  # noqa: E731
     both = jnp.stack([jnp.ones_like(course), hottest.astype(course.dtype)])
-    predicted, (moved, memory) = jax.vmap(along, out_axes=(None, 0))(both)
+    predicted, (total_slope, memory) = jax.vmap(along, out_axes=(None, 0))(both)
     remembered = jnp.where(hottest, 0.0, memory)
-    return Local(predicted, moved - remembered, remembered, source)
+    return Local(predicted, total_slope - remembered, remembered, source)

@@ -1,6 +1,7 @@
 """A spring on a test stand at a given trajectory of its martensite fraction: force, resistance and memory.
 
-The memory follows the rule row by row, or comes from rows that are known to have set it."""
+The memory follows the rule row by row, or comes from rows that are known to have set it.
+"""
 
 import equinox as eqx
 import jax
@@ -86,11 +87,11 @@ class Law(eqx.Module):
             gamma, xi0, number, slack = now
             after = self.spring.alloy.remember(state, gamma, xi0, margin)
             alike = (after.xi_min != state.xi_min) | (xi0 < state.xi_min + slack)
-            moved = (
+            updated = (
                 jnp.where(after.prestrain != state.prestrain, number, origin),
                 jnp.where(alike, number, hottest),
             )
-            return (after, *moved), carry
+            return (after, *updated), carry
 
         first = SpringState(self.prestrain, jnp.ones_like(self.prestrain))
         never = jnp.asarray(-1)

@@ -86,21 +86,21 @@ def rows_of(
             f"{recording.path or recording.name}: {int(driven.sum())} rows have both time and elongation, "
             "but a test needs four or more"
         )
-    kept = {name: values[driven] for name, values in columns.items()}
-    weight = {name: channel_weight(recording, name, kept, recording.block) for name in OUTPUTS}
-    smooth = denoised(kept["time"], kept["resistance"])
-    known = np.isfinite(smooth)
-    size = len(kept["time"])
+    driven_columns = {name: values[driven] for name, values in columns.items()}
+    weight = {name: channel_weight(recording, name, driven_columns, recording.block) for name in OUTPUTS}
+    smooth = denoised(driven_columns["time"], driven_columns["resistance"])
+    finite = np.isfinite(smooth)
+    size = len(driven_columns["time"])
     return Rows(
         mask=np.ones(size, bool),
-        time=kept["time"],
+        time=driven_columns["time"],
         inputs={
-            "elongation": kept["elongation"],
-            "resistance": np.interp(kept["time"], kept["time"][known], smooth[known])
-            if known.any()
+            "elongation": driven_columns["elongation"],
+            "resistance": np.interp(driven_columns["time"], driven_columns["time"][finite], smooth[finite])
+            if finite.any()
             else np.full(size, np.nan_to_num(alloy["rho_mean"])),
         },
-        measured={name: np.nan_to_num(kept[name]) for name in OUTPUTS},
+        measured={name: np.nan_to_num(driven_columns[name]) for name in OUTPUTS},
         weight=weight,
         base={**{name: np.asarray(float(alloy[name])) for name in ALLOY}, **dimension_numbers(recording)},
         extra={
@@ -110,7 +110,7 @@ def rows_of(
             "level_sd": np.asarray(SPREAD if held_at is None else 0.0),
             "force_informs": np.asarray(1.0),
             "margin": np.asarray(MARGIN),
-            "loading": _loading(kept["elongation"]),
+            "loading": _loading(driven_columns["elongation"]),
         },
         specimen=np.asarray(specimen),
     )
@@ -134,10 +134,10 @@ def dimension_numbers(recording: Recording) -> dict[str, np.ndarray]:
     return {name: np.asarray(float(getattr(geometry, name))) for name in (*GEOMETRY, "prestrain")}
 
 
-def spring_of(known: Mapping[str, Array]) -> Spring:
+def spring_of(parameters: Mapping[str, Array]) -> Spring:
     """The spring with these parameters. On a stand its elongation counts from the free length."""
-    alloy = Alloy(**{name: known[name] for name in ALLOY})
-    geometry = SpringGeometry(**{name: known[name] for name in GEOMETRY})
+    alloy = Alloy(**{name: parameters[name] for name in ALLOY})
+    geometry = SpringGeometry(**{name: parameters[name] for name in GEOMETRY})
     return Spring(geometry, alloy, geometry.free_length)
 
 
@@ -146,8 +146,9 @@ def _outputs(law: Law, xi0: Array) -> smoother.Local:
 
 
 def _law(values: Mapping[str, Array], rows: Rows) -> Law:
-    known = numbers(values, rows)
-    return Law(spring_of(known), known["prestrain"], rows.inputs["elongation"], rows.extra.get("decisions"))
+    parameters = numbers(values, rows)
+    spring, decisions = spring_of(parameters), rows.extra.get("decisions")
+    return Law(spring, parameters["prestrain"], rows.inputs["elongation"], decisions)
 
 
 def _walk(rows: Rows) -> smoother.Walk:
@@ -157,7 +158,7 @@ def _walk(rows: Rows) -> smoother.Walk:
     return smoother.Walk.over(rows.time, rows.mask & free, extra["wander"], extra["level"], level_sd)
 
 
-def _first_trial(law: Law, rows: Rows) -> Array:
+def _first_guess(law: Law, rows: Rows) -> Array:
     """First guess of the trajectory: the earlier one, else the fractions that smoothed resistances imply,
     else the held level."""
     if law.decisions is not None:
@@ -183,7 +184,7 @@ def trajectory(values: Mapping[str, Array], rows: Rows) -> Trajectory:
     law = _law(values, rows)
     measured = jnp.stack([rows.measured[name] for name in OUTPUTS])
     weight = jnp.stack([rows.weight["force"] * rows.extra["force_informs"], rows.weight["resistance"]])
-    course = smoother.profile(_outputs, law, measured, weight, _walk(rows), _first_trial(law, rows))
+    course = smoother.profile(_outputs, law, measured, weight, _walk(rows), _first_guess(law, rows))
     return law.follow(jnp.where(rows.extra["level_sd"] > 0.0, course, rows.extra["level"]))
 
 
@@ -225,11 +226,11 @@ def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
         known = [] if before is None else [jax.tree.map(lambda x: x[None], before)]
         every = jax.tree.map(lambda *x: jnp.concatenate(x), *known, shared, several)
 
-        def told(decisions: Decisions) -> Rows:
+        def with_decisions(decisions: Decisions) -> Rows:
             return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, "decisions": decisions})
 
         def misfit(decisions: Decisions) -> Array:
-            return jnp.sum(residual(values, told(decisions)) ** 2)
+            return jnp.sum(residual(values, with_decisions(decisions)) ** 2)
 
         least = jnp.argmin(jax.lax.map(misfit, every))
         best = jax.tree.map(lambda x: x[least], every)
@@ -237,10 +238,10 @@ def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
         def begun(course: Array) -> tuple[Array, Array]:
             """End of a search that begins at a given trajectory, and the misfit there."""
             decisions = eqx.tree_at(lambda d: d.course, best, course)
-            ended = trajectory(values, told(decisions))
+            ended = trajectory(values, with_decisions(decisions))
             return ended.xi0, jnp.sum(_misfit(ended, rows) ** 2)
 
-        # a hot wire's course may be caught between limits: what a level leads to is often better
+        # the trajectory of a hot wire may be stuck between limits: a constant start is often better
         trials = jnp.stack([best.course, *(jnp.full_like(best.course, level) for level in LEVELS)])
         courses, misfits = jax.lax.map(begun, trials)
         return eqx.tree_at(lambda d: d.course, best, courses[jnp.argmin(misfits)])
@@ -335,5 +336,5 @@ def rows_for(
     quantities, _ = priors.alloy_quantities(campaign, ALLOY, base)
     alloy = {name: quantity.value for name, quantity in quantities.items()}
     number = {specimen: k for k, specimen in enumerate(campaign.specimens(), start=1)}
-    held = held_at or {}
-    return [rows_of(r, alloy, number[r.specimen], held.get(r.name), options) for r in campaign.recordings]
+    levels = held_at or {}
+    return [rows_of(r, alloy, number[r.specimen], levels.get(r.name), options) for r in campaign.recordings]

@@ -22,7 +22,8 @@ APART = 10.0
 """Minimum ratio of the first heating's deviation to the later heatings' scatter and to the noise.
 
 An effect that fades over cycles changes the second from the third by a tenth of the first change or more,
-unless it is all but over after half a cycle. A state that the first heating ends is gone at once."""
+unless it is all but over after half a cycle. A state that the first heating ends is gone at once.
+"""
 SEEN = 0.05
 """Minimum deviation of the first heating to be reported, as part of the output's range."""
 GRID = 40
@@ -142,10 +143,10 @@ def first_heating(recording: Recording, driver: str, output: str) -> FirstHeatin
     if high - low < WHOLE * float(np.ptp(temperature)):
         return None
     grid = np.linspace(low, high, GRID)
-    first, *later = (_at(temperature[r.rows], values[r.rows], grid) for r in heatings)
+    first, *later = (_interpolated(temperature[r.rows], values[r.rows], grid) for r in heatings)
     span = float(np.ptp(values))
-    off = _apart(first, np.mean(later, axis=0)) / span
-    agree = max(_apart(a, b) for a, b in combinations(later, 2)) / span
+    off = _rms_difference(first, np.mean(later, axis=0)) / span
+    agree = max(_rms_difference(a, b) for a, b in combinations(later, 2)) / span
     noise = robust_noise(np.arange(len(values)), values) / span
     if off < max(SEEN, APART * agree, APART * noise):
         return None
@@ -153,11 +154,11 @@ def first_heating(recording: Recording, driver: str, output: str) -> FirstHeatin
     return FirstHeating(int(rows[heatings[0].last]) + 1, off, agree)
 
 
-def moved_prior(entry: Parameter, value: float) -> None:
+def centre_prior(entry: Parameter, value: float) -> None:
     """Centre the prior of a parameter at another value, with the same width, and start there."""
     shift, prior = value - entry.prior.mean, entry.prior
-    moved = Prior(value, prior.sd, prior.min + shift, prior.max + shift)
-    entry.set(value=value, min=moved.min, max=moved.max, prior=moved, scale="linear")
+    shifted = Prior(value, prior.sd, prior.min + shift, prior.max + shift)
+    entry.set(value=value, min=shifted.min, max=shifted.max, prior=shifted, scale="linear")
 
 
 def _without_first(recording: Recording, driver: str, output: str, runs: list[Run]) -> list[Run]:
@@ -172,21 +173,21 @@ def _columns(recording: Recording, driver: str, output: str) -> tuple[np.ndarray
     """Temperature and output of the complete rows, where the driver is steady and the output is not."""
     if not all(recording.has(name) for name in ("temperature", driver, output)):
         return None
-    there = _complete(recording, driver, output)
-    if there.sum() < GRID // 2:
+    complete = _complete(recording, driver, output)
+    if complete.sum() < GRID // 2:
         return None
-    drive = recording.si(driver)[there]
+    drive = recording.si(driver)[complete]
     if np.ptp(drive) > TURN * np.max(np.abs(drive), initial=0.0):
         return None
-    temperature, values = recording.si("temperature")[there], recording.si(output)[there]
+    temperature, values = recording.si("temperature")[complete], recording.si(output)[complete]
     return (temperature, values) if np.ptp(values) > 0.0 and np.ptp(temperature) > 0.0 else None
 
 
-def _at(temperature: np.ndarray, values: np.ndarray, grid: np.ndarray) -> np.ndarray:
+def _interpolated(temperature: np.ndarray, values: np.ndarray, grid: np.ndarray) -> np.ndarray:
     """Values of a rising run, interpolated at temperatures of a grid."""
     order = np.argsort(temperature, kind="stable")
     return np.interp(grid, temperature[order], values[order])
 
 
-def _apart(a: np.ndarray, b: np.ndarray) -> float:
+def _rms_difference(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.sqrt(np.mean((a - b) ** 2)))

@@ -53,7 +53,7 @@ class Tube(Specimen):
     profiled = 2
     element = "actuator"
     wall_drivers = ("time",)
-    most_rows_with_effects = 512  # every one is an equilibrium
+    most_rows_with_effects = 512  # every row is an equilibrium
 
     def drivers(self, recording: Recording) -> tuple[str, ...]:
         """The pressure."""
@@ -91,9 +91,9 @@ class Tube(Specimen):
     ) -> tuple[dict[str, Array], dict[str, Any]]:
         """Length and pressure; see `Specimen.answer`. Without effects the rows are independent and are solved
         at once."""
-        known = numbers(values, rows)
-        law = silicones.law_with(rows.extra["law"], known)
-        sizes = {name: known[name] for name in GEOMETRY}
+        parameters = numbers(values, rows)
+        law = silicones.law_with(rows.extra["law"], parameters)
+        sizes = {name: parameters[name] for name in GEOMETRY}
         pressure = rows.inputs["pressure"]
         rate = jnp.gradient(pressure) / jnp.maximum(jnp.gradient(rows.time), 1e-9)
         if effects:
@@ -115,13 +115,13 @@ def _with_pressure(
     recording: Recording, columns: Mapping[str, np.ndarray], weight: np.ndarray, block: int
 ) -> np.ndarray:
     """Weight of the length with the propagated noise of the pressure, by the recording's own slope."""
-    sigma, held = recording.noise_si("pressure"), weight > 0.0
-    if not sigma or held.sum() < SLOPE_DEGREE + 2:
+    sigma, used = recording.noise_si("pressure"), weight > 0.0
+    if not sigma or used.sum() < SLOPE_DEGREE + 2:
         return weight
-    course = np.polynomial.Polynomial.fit(columns["pressure"][held], columns["length"][held], SLOPE_DEGREE)
-    slope = np.where(held, course.deriv()(columns["pressure"]), 0.0)
-    variance = 1.0 / np.where(held, weight, 1.0) ** 2 + (slope * sigma) ** 2 / block
-    return np.where(held, variance**-0.5, 0.0)
+    course = np.polynomial.Polynomial.fit(columns["pressure"][used], columns["length"][used], SLOPE_DEGREE)
+    slope = np.where(used, course.deriv()(columns["pressure"]), 0.0)
+    variance = 1.0 / np.where(used, weight, 1.0) ** 2 + (slope * sigma) ** 2 / block
+    return np.where(used, variance**-0.5, 0.0)
 
 
 TUBE = register(Tube())

@@ -70,16 +70,16 @@ def likeliest(
     cost = jnp.full(WIDTH, jnp.inf).at[0].set(0.0)
 
     def row(carry: tuple[Memories, Array], now: tuple) -> tuple[tuple[Memories, Array], tuple]:
-        return _followed(alloy, margin, *carry, *now)
+        return _extended_histories(alloy, margin, *carry, *now)
 
     rows = (gamma, xi0, jnp.arange(gamma.size), slack, stress, weight)
     (_, cost), (memories, *choices) = jax.lax.scan(row, (first, cost), rows)
     best = jnp.argsort(cost)[:count]
     best = jnp.where(jnp.isfinite(cost[best]), best, best[0])
-    return jax.vmap(lambda slot: _traced(memories, slot, *choices))(best)
+    return jax.vmap(lambda slot: _history_of_slot(memories, slot, *choices))(best)
 
 
-def _followed(
+def _extended_histories(
     alloy: Alloy,
     margin: Array,
     known: Memories,
@@ -94,11 +94,11 @@ def _followed(
     """All histories after a row, their earlier states, and the slot and parent of a renewal, if any."""
     state = SpringState(known.prestrain, known.xi_min)
     heated = hottest(state, xi0)
-    left = alloy.residual_strain(state, xi0)
+    residual = alloy.residual_strain(state, xi0)
     modulus, detwinning = alloy.modulus(xi0), alloy.detwinning_stress(gamma, xi0)
-    cost = cost + (weight * (alloy.shear_stress(gamma, xi0, left) - measured)) ** 2
-    deeper = residual_strain(alloy.residual_strain_limit(gamma), xi0, alloy.gR_decay) > left
-    beyond = (detwinning - modulus * left) / jnp.maximum(modulus * left, 1e-12)  # above zero the rule renews
+    cost = cost + (weight * (alloy.shear_stress(gamma, xi0, residual) - measured)) ** 2
+    deeper = residual_strain(alloy.residual_strain_limit(gamma), xi0, alloy.gR_decay) > residual
+    beyond = (detwinning - modulus * residual) / jnp.maximum(modulus * residual, 1e-12)  # positive: renewed
     against = TIE * (beyond / jnp.maximum(margin, 1e-12)) ** 2
     due = deeper & (beyond > 0.0)
     stays = jnp.where(deeper & (beyond > margin), jnp.inf, cost + jnp.where(due, against, 0.0))
@@ -116,7 +116,7 @@ def _followed(
     return (after, jnp.where(place, renews[parent], stays)), (known, slot, parent, renewed)
 
 
-def _traced(
+def _history_of_slot(
     memories: Memories, last: Array, slot: Array, parent: Array, renewed: Bool[Array, " rows"]
 ) -> Memories:
     """The history that ends in a slot, from memories of shape (rows, histories)."""

@@ -1,7 +1,8 @@
 """Forward model of straight wires: temperature and stress (or strain) in, strain (or stress) out.
 
 The phase follows the temperature on one reversible curve (the base law), without hysteresis or shift by
-stress. Of strain and stress the steadier one drives the wire, the other is predicted.
+stress. A residual strain may draw a loop all the same: heating takes it away, cooling under load sets it
+again. Of strain and stress the steadier one drives the wire, the other is predicted.
 """
 
 import dataclasses
@@ -29,7 +30,7 @@ from .registry import register
 from .row_builders import columns_of, measured_and_weight, smooth
 from .rows import Rows, numbers
 from .specimen import FITTED, Courses, RowOptions, Specimen
-from .thermal_runs import FirstHeating, first_heating, half_way, moved_prior
+from .thermal_runs import FirstHeating, centre_prior, first_heating, half_way
 
 OUTPUTS = ("strain", "stress")
 ALLOY = tuple(field.name for field in dataclasses.fields(WireAlloy) if field.name != "name")
@@ -89,11 +90,11 @@ def without_residual(campaign: Campaign, base: str | Path | Calibration | None =
     """
     table = load_calibration(base or NEW_WIRE, "alloy")
     quantities, _ = wire_quantities(campaign, table)
-    said = (
+    source = (
         "Left out: no load was taken off, and a loop that it drew under the steady load was not the "
         "recorded one"
     )
-    none = replace(quantities[AMPLITUDE], value=0.0, status="assumed", source=said)
+    none = replace(quantities[AMPLITUDE], value=0.0, status="assumed", source=source)
     return replace(table, quantities={**table.quantities, AMPLITUDE: none})
 
 
@@ -163,9 +164,9 @@ def _time_of(recording: Recording, row: int) -> float:
     return float(recording.si("time")[row - 1]) if recording.has("time") else row - 1.0
 
 
-def wire_of(known: Mapping[str, Array]) -> WireAlloy:
+def wire_of(parameters: Mapping[str, Array]) -> WireAlloy:
     """The wire with these parameters."""
-    return WireAlloy(**{name: known[name] for name in ALLOY})
+    return WireAlloy(**{name: parameters[name] for name in ALLOY})
 
 
 class StraightWire(Specimen):
@@ -176,7 +177,8 @@ class StraightWire(Specimen):
     letter = "W"
     noun = "wire"
     law = (
-        "the reversible base law (one curve of the phase over temperature: no hysteresis, no shift by stress)"
+        "the reversible base law (its phase has one curve over temperature, without hysteresis or shift by "
+        "stress)"
     )
     over = "temperature"
     tables = ("alloy", "actuator")
@@ -220,7 +222,7 @@ class StraightWire(Specimen):
 
         For an alloy that is to be identified two rules hold. Constants of the residual strain are held where
         no load is ever taken off (`RESIDUAL`). The prior of `T_mid` is centred where the recordings are half
-        transformed, if they show it: a table is vague there, and misfits far from it have no slope.
+        transformed, if they show it. A table is vague there, and misfits far from it have no slope.
 
         Args:
             campaign: recordings of kind wire.
@@ -235,7 +237,7 @@ class StraightWire(Specimen):
                     parameters.add(priors.tabulated(quantity))
             between = bracket(campaign)
             if between is not None and "T_mid" in parameters:
-                moved_prior(parameters["T_mid"], 0.5 * sum(between))
+                centre_prior(parameters["T_mid"], 0.5 * sum(between))
             return parameters
         for name, relative in priors.tolerances(campaign.recordings, ALLOY).items():
             quantity = quantities[name]
@@ -247,8 +249,8 @@ class StraightWire(Specimen):
     ) -> tuple[dict[str, Array], dict[str, Any]]:
         """Outputs and drivers; see `Specimen.answer`. The driver is returned unchanged, NaN where no strain
         carries a stress."""
-        known = numbers(values, rows)
-        element, state = wire_of(known), SpringState(known["prestrain"], jnp.ones(()))
+        parameters = numbers(values, rows)
+        element, state = wire_of(parameters), SpringState(parameters["prestrain"], jnp.ones(()))
         temperature = rows.inputs["temperature"]
         drive = {"temperature": temperature, "state": state, "time": rows.time, "effects": effects}
         runs = {}
@@ -259,7 +261,7 @@ class StraightWire(Specimen):
                 runs[given] = (run.seen | {given: rows.inputs[given]}, within)
         if len(runs) == 1:
             ((found, within),) = runs.values()
-        else:  # the recordings of a campaign share one structure, and each says what drives it
+        else:  # the recordings of a campaign share one structure, and each names its driver
             stressed, nothing = rows.extra["by_stress"] > 0.0, jnp.zeros_like(temperature)
             pairs = zip(runs["stress"], runs["strain"], strict=True)
             found, within = (
@@ -279,10 +281,10 @@ class StraightWire(Specimen):
 
     def cautions(self, recording: Recording, rows: Rows, outputs: Courses, drivers: Courses) -> list[str]:
         """Name of the wire's driver, and a warning about rows without an answer."""
-        given, free = _driver_and_output(recording)
+        driver, free = _driver_and_output(recording)
         lost = int(np.sum(~np.isfinite(outputs[free])))
-        said = [f"{given} drives the wire, as it was held or varies less"]
-        return said + ([f"in {lost} of {len(rows.mask)} rows no strain carries the stress"] if lost else [])
+        notes = [f"{driver} drives the wire, as it was held or varies less"]
+        return notes + ([f"in {lost} of {len(rows.mask)} rows no strain carries the stress"] if lost else [])
 
     def states(self, rows: Rows, drivers: Courses) -> dict[str, np.ndarray]:
         """The martensite fraction."""

@@ -103,14 +103,15 @@ class Augmented(Model):
 
     def _predicted(self, rows: Rows) -> Rows:
         """Rows without outputs that the chain of effects does not predict: an actuator's bend direction."""
-        kept = [{n: x for n, x in part.items() if n in self.outputs} for part in (rows.measured, rows.weight)]
-        return dataclasses.replace(rows, measured=kept[0], weight=kept[1])
+        both = (rows.measured, rows.weight)
+        parts = [{n: x for n, x in part.items() if n in self.outputs} for part in both]
+        return dataclasses.replace(rows, measured=parts[0], weight=parts[1])
 
     def described(self, campaign: Campaign) -> Campaign:
         """Recordings with the model's design and tables, where they are known."""
         keys = {"design": "design", "alloy": "alloy", "material": "material"}
 
-        def told(recording: Recording) -> Recording:
+        def with_tables(recording: Recording) -> Recording:
             own = {
                 key: self.model.tables[table]
                 for key, table in keys.items()
@@ -118,7 +119,7 @@ class Augmented(Model):
             }
             return dataclasses.replace(recording, geometry={**recording.geometry, **own})
 
-        return dataclasses.replace(campaign, recordings=[told(r) for r in campaign.recordings])
+        return dataclasses.replace(campaign, recordings=[with_tables(r) for r in campaign.recordings])
 
     def _known(self, specimen: str | None) -> dict[str, Quantity]:
         """The model's constants by their parameter names in `Rows`."""
@@ -155,9 +156,9 @@ class Augmented(Model):
     @property
     def names(self) -> tuple[dict[str, str], ...]:
         """Free parameters of each acting effect: the name in the fit by the name in the file."""
-        result, seen = [], {}
+        result, counts = [], {}
         for added in self.acting:
-            seen[added.slug] = count = seen.get(added.slug, 0) + 1
+            counts[added.slug] = count = counts.get(added.slug, 0) + 1
             stem = added.slug if count == 1 else f"{added.slug}_{count}"
             effect = find_effect(added.slug)
             acts = specs_of(effect, self.specimen.letter)
@@ -254,7 +255,7 @@ class Augmented(Model):
             recordings: recordings from `rows_for`.
         """
         if self.acting and self.specimen.latent.inside:
-            return self._walking(values, recordings)
+            return self._with_process_noise(values, recordings)
         return super().prepared(values, recordings)
 
     def decides(self, recordings: Sequence[Rows]) -> bool:
@@ -276,7 +277,7 @@ class Augmented(Model):
 
         return self.specimen.latent.settled(recordings, drivers)
 
-    def _walking(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
+    def _with_process_noise(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
         """Springs with the process-noise variance that the resistance implies, and no more."""
         base, _ = self._split(values)
         found = np.asarray(self.specimen.latent.prepared(base, stack(recordings)).extra["wander"])
@@ -290,7 +291,7 @@ class Augmented(Model):
 def _start_from(entry: Parameter, quantity: Quantity, title: str) -> None:
     """A base constant at the model's value, with the prior that is known beside these recordings."""
     value, prior = float(quantity.value), entry.prior
-    if quantity.prior is not None and title in quantity.source:  # these recordings: a start, not knowledge
+    if quantity.prior is not None and title in quantity.source:  # from these recordings: a start, no prior
         entry.set(value=float(np.clip(value, entry.min, entry.max)))
         return
     sd = prior.sd if quantity.prior is None else quantity.prior.sd
@@ -308,7 +309,7 @@ def _effect_parameter(added: AddedEffect, key: str, name: str, title: str) -> Pa
     prior = None
     if own is not None and title not in quantity.source:
         prior = Prior(float(quantity.value), own.sd, spec.low, spec.high)
-    elif spec.shape and not logarithmic:  # means nothing while its effect is small, and then stays put
+    elif spec.shape and not logarithmic:  # undetermined for a small effect
         prior = Prior(spec.typical, SHAPE_SD * (spec.high - spec.low), spec.low, spec.high)
     return Parameter(
         name,

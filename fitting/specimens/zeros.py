@@ -12,8 +12,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from fitting.data.importers.slack import find_slack
 from fitting.data.recordings import Recording, schema
+from fitting.data.slack import find_slack
 from fitting.inference.parameters import Prior
 from pneusma_jax.units import to_si
 
@@ -75,13 +75,13 @@ def zeros_of(recording: Recording) -> Zeros:
         quantity, unit = schema.quantity_and_unit(column)
         sd[quantity] = float(to_si(size, unit))
     strain = recording.si("strain")
-    known = strain[np.isfinite(strain)]
-    moves = np.abs(np.diff(known))
+    finite = strain[np.isfinite(strain)]
+    moves = np.abs(np.diff(finite))
     usual = float(np.median(moves[moves > 0.0])) if moves.any() else 0.0
-    near = max(NEAR * float(np.ptp(known)), ROWS * usual)
+    near = max(NEAR * float(np.ptp(finite)), ROWS * usual)
     slack = find_slack(strain, recording.si("stress")) if sd else None
     start = {"strain": slack.start, "stress": slack.zero} if slack else {}
-    return Zeros(sd, start, float(known[0]), near)
+    return Zeros(sd, start, float(finite[0]), near)
 
 
 def offered(recordings: Sequence[Recording]) -> list[str]:
@@ -101,7 +101,7 @@ def offered(recordings: Sequence[Recording]) -> list[str]:
     return found
 
 
-def taut(
+def strain_from_taut(
     strain: Float[Array, " n"], zero: Float[Array, "..."], flat: Bool[Array, " n"]
 ) -> Float[Array, " n"]:
     """Strain from the length at which a specimen is taut, `(strain - zero) / (1 + zero)` [1].

@@ -26,7 +26,7 @@ NOISE = {
     "length_mm": 0.1, **{f"resistance_{k}_ohm": 0.00015 for k in (1, 2, 3)},
 }  # fmt: skip
 TOLERANCE = {"wall_thickness_mm": 0.03, "G_m": 0.05, "G_a": 0.05, "silicone_stiffness": 0.05}
-HEATED = 2  # number of the spring that the current goes through
+HEATED = 2  # Number of the spring with the current
 
 
 @dataclass(frozen=True)

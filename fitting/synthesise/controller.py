@@ -14,11 +14,11 @@ from jaxtyping import Array, Float
 import pneusma_jax as pj
 from pneusma_jax.nitinol.thermal import duty_cycle_current, next_temperature, time_constant
 
-STEP_S = 0.05  # of the controller and of the simulation
-TRICKLE = 1e-3  # least duty cycle: without any current the resistance cannot be measured
-HOT_WIDTHS = 10.0  # widths of the transformation, and kelvin, by which full heating passes its middle
+STEP_S = 0.05  # Time step of the controller and of the simulation
+TRICKLE = 1e-3  # Minimum duty cycle; without any current the resistance cannot be measured
+HOT_WIDTHS = 10.0  # Excess of full heating over the transformation's middle, in its widths and in kelvin
 HOT_KELVIN = 30.0
-BANDWIDTH = 2.0  # rad/s, of the loop where the resistance is most sensitive
+BANDWIDTH = 2.0  # Bandwidth of the loop where the resistance is most sensitive [rad/s]
 RESET_S = 2.0  # integral time
 LEAD_S = 0.1  # derivative time
 

@@ -39,7 +39,7 @@ def synthesise_elastomer(wishes: Wishes) -> Synthetic:
     `silicone_stiffness`, between specimens.
 
     Raises:
-        InputError: for wishes that cannot be.
+        InputError: for impossible wishes.
     """
     nominal = {f"mu_{k}": value / 1e3 for k, value in enumerate(elastomer.TRUTH["mu"], 1)}
     nominal |= {f"alpha_{k}": value for k, value in enumerate(elastomer.TRUTH["alpha"], 1)}
@@ -147,7 +147,7 @@ def synthesise(kind: str, **wishes: object) -> Synthetic:
         Recordings (`.campaign` for the fitting functions) and the truth.
 
     Raises:
-        InputError: for an unknown kind or wishes that cannot be; names the nearest.
+        InputError: for an unknown kind or impossible wishes; names the nearest.
         RuntimeError: if float64 is off.
     """
     known = makers()
@@ -210,9 +210,9 @@ def write_synthetic(
         InputError: if the folder holds anything and `force` is off, or recordings of another campaign.
     """
     folder = check_folder(folder, force)
-    held = sorted(p.name for p in folder.iterdir()) if folder.is_dir() else []
+    present = sorted(p.name for p in folder.iterdir()) if folder.is_dir() else []
     ours = {f"{r.name}{ending}" for r in made.recordings for ending in (".csv", ".toml")}
-    strange = [name for name in held if name.endswith(".csv") and name not in ours]
+    strange = [name for name in present if name.endswith(".csv") and name not in ours]
     if strange:
         raise InputError(f"{folder}: {strange[0]} is of another campaign; choose another --out")
     return publish(folder, lambda: _documents(made, folder, reveal), force)

@@ -12,11 +12,11 @@ from pneusma_jax.units import TEMPERATURE_DIFFERENCE, from_si, to_si
 
 from .wishes import Wishes, stream
 
-LARGEST = 4.0  # sigma at which a draw is cut, as the format says
-COMMON = 0.9  # correlation of the moduli of both phases: most of their scatter is the specimen's
+LARGEST = 4.0  # Number of standard deviations at which a draw is truncated, as in the format
+COMMON = 0.9  # Correlation of both phases' moduli; most of their scatter is the specimen's
 PARTNER = {"G_a": "G_m", "E_a": "E_m"}
-MOST_TRIES = 200  # draws of an alloy until it is one that can exist
-DIGITS = 6  # significant, of a drawn number
+MOST_TRIES = 200  # Maximum number of draws until an alloy is possible
+DIGITS = 6  # Number of significant digits of a drawn number
 
 
 class Unknowns:
@@ -39,7 +39,7 @@ class Unknowns:
                     f"--tolerance {name}: no such parameter, {nearest(name, schema.tolerance_keys())}"
                 )
         self.wishes = wishes
-        if wishes.spread == "prior":  # an unknown alloy: its constants are not known to within a tolerance
+        if wishes.spread == "prior":  # an unknown alloy: its constants have no tolerance
             tolerance = {k: v for k, v in tolerance.items() if k not in schema.ALLOY_PARAMETERS}
         self.tolerance = {k: v for k, v in {**tolerance, **wishes.tolerance}.items() if v > 0.0}
         self.record: dict[str, Any] = {}

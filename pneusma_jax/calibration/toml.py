@@ -5,11 +5,10 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-import tomlkit
-
 from .. import units
 from ..documents import parse_toml
 from ..errors import InputError, nearest
+from ..late import tomlkit
 from . import keys
 from .actuator import check_actuator
 from .records import Calibration, Line, Prior, Quantity

@@ -129,7 +129,7 @@ def test_a_clock_that_stands_still_is_none(put, value):
 
 
 def test_a_clock_cannot_be_constant():
-    with pytest.raises(InputError, match="a clock runs; state the step between rows with --interval"):
+    with pytest.raises(InputError, match="a time goes on; state the seconds between rows with --interval"):
         make_options(constants=["time_s=3"])
 
 

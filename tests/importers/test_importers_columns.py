@@ -1,4 +1,4 @@
-"""Columns: two of one name, clocks of their own, and units that a column states row by row."""
+"""Columns: two of one name, and clocks of their own."""
 
 import numpy as np
 import pytest
@@ -117,50 +117,3 @@ def test_the_clock_of_a_cycle_is_no_clock_of_its_own(put):
 def test_a_clock_with_further_words_is_not_lost(put, heading):
     recording = import_file(put("a.csv", table([heading, "Strain (%)", "Stress (kPa)"], TIME, 100 * STRAIN, STRESS)))
     assert recording.columns["time_s"][-1] == pytest.approx(57.0 * {"s": 1.0, "min": 60.0, "ms": 1e-3}[heading[-4:-1].strip("( ").split("(")[-1]])
-
-
-# Units by row.
-
-def autorange(values, small, large, factor, limit):
-    scaled = [v * factor if v < limit else v for v in values]
-    return scaled, [small if v < limit else large for v in values]
-
-
-BY_ROW = {
-    "millinewton and newton": (
-        ["Extension (mm)", "Load", "Unit"], [20 * STRAIN, *autorange(LOAD, "mN", "N", 1e3, 0.5)], SIZES,
-    ),
-    "named after its column": (
-        ["Load unit", "Extension (mm)", "Load"], [autorange(LOAD, "(gf)", "(N)", 1 / 9.80665e-3, 0.3)[1], 20 * STRAIN, autorange(LOAD, "", "", 1 / 9.80665e-3, 0.3)[0]], SIZES,
-    ),
-    "pascal and kilopascal": (["Strain (%)", "Spannung", "Einheit"], [100 * STRAIN, *autorange(STRESS, "Pa", "kPa", 1e3, 1.0)], {}),
-    "percent in every row": (["Strain", "Unit", "Stress (kPa)"], [100 * STRAIN, ["%"] * 20, STRESS], {}),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", BY_ROW)
-def test_a_column_of_units_is_read_row_by_row(put, name):
-    heads, columns, options = BY_ROW[name]
-    recording = import_file(put("a.csv", table(heads, *columns)), make_options(**{"kind": "elastomer", **options}))
-    np.testing.assert_allclose(recording.columns["stress_kPa"], STRESS, atol=2e-3)
-    np.testing.assert_allclose(recording.columns["strain"], STRAIN, atol=1e-6)
-    assert any("the unit of" in note and "in 20 rows" in note or " rows, " in note for note in recording.notices)
-
-
-def test_a_stated_unit_beside_a_column_of_units_is_refused(put):
-    heads, columns, _ = BY_ROW["millinewton and newton"]
-    path = put("a.csv", table(heads, *columns))
-    message = refusal(path, **SIZES, kind="elastomer", units=["force=N"])
-    assert "--unit force=N: column 'Unit' states the unit of each row; leave the option out" in message
-    import_file(path, make_options(**SIZES, kind="elastomer"))
-
-
-@pytest.mark.parametrize(("units", "why"), [(["N"] * 19 + ["mm"], "are not of one quantity"), (["N"] * 9 + [""] + ["mN"] * 10, "row 11 has none")])
-def test_units_that_do_not_fit_are_refused_where_they_are_needed(put, units, why):
-    path = put("a.csv", table(["Extension (mm)", "Load", "Unit"], 20 * STRAIN, LOAD, units))
-    assert why in refusal(path, **SIZES, kind="elastomer")
-
-
-def test_letters_of_specimens_are_no_units(put):
-    path = put("a.csv", table(["Strain (%)", "Stress (kPa)", "Grip"], 100 * STRAIN, STRESS, ["A"] * 20))
-    np.testing.assert_allclose(import_file(path).columns["stress_kPa"], STRESS, atol=1e-4)

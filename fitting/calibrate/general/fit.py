@@ -63,6 +63,11 @@ class GeneralFit:
         return self.recordings[0].kind
 
     @property
+    def misses(self) -> bool:
+        """Whether what is left is more than noise; `result` was made at noise that covers it."""
+        return not self.reduced_chi_square <= MISFIT
+
+    @property
     def used(self) -> list[Rows]:
         """Recordings as they were fitted: those held out say nothing, and noise is as it was taken."""
         return inflated(fitted_only(self.recordings, self.rows), self.inflation)

@@ -22,7 +22,7 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.precision import require_float64
 from pneusma_jax.units import from_si, to_si
 
-from .fit import GeneralFit, fit_campaign, gone_on, missed
+from .fit import GeneralFit, fit_campaign, gone_on
 from .information import Repeat, cannot_tell, held_back, informed, repeats
 from .profiles import profiles, worth_profiling
 from .scores import Score, scores
@@ -252,7 +252,7 @@ def characterise_specimen(
     }
     found = characterise_general(campaign, specimen, **common, **tables)
     plain, words = specimen.simpler(campaign, **tables)
-    if plain and missed(found.fit.result):
+    if plain and found.fit.misses:
         progress(words)
         found = characterise_general(campaign, specimen, **common, **{**tables, **plain})
     return found

@@ -7,20 +7,19 @@ import numpy as np
 
 from ..recordings import NOT_STATED, Recording, check_recording, schema
 from ..recordings.nominal import nominal_geometry
+from ..recordings.table import refuse
 from .channels import UnitMissing, canonical, units_missing, with_options
-from .derive import CREDIBLE_STRESS_MPA, derive
+from .compression import About
+from .derive import derive, question_stress
 from .making import Channel, Making
-from .mode_of_loading import compression_in
 from .options import Options
 from .parts import Sample
 from .provenance import Provenance, find_provenance
 from .raw import RawFile
 from .running_clock import with_clock
-from .straighten import gauge_pressure, straighten, subtract
-from .strain_unit import settle_strain_unit
-from .taut import largest
+from .signs_and_zeros import correct_signs_and_zeros, gauge_pressure, subtract
+from .strain_unit import refuse_far_wire, say_far, settle_strain_unit
 from .unused import explain, mark_used
-from .words import COMPRESS
 
 
 @dataclass(frozen=True)
@@ -64,7 +63,7 @@ def assemble(
         A checked recording, `real = true`. Citation and licence are "not stated" where none was found.
 
     Raises:
-        InputError: if the quantities of the kind cannot be made, or the numbers cannot be.
+        InputError: if the quantities of the kind cannot be made, or the numbers are impossible.
     """
     raw, grid = sample.raw, sample.require_grid()
     place = f"{raw.path} ({sample.title})" if sample.title else str(raw.path)
@@ -77,19 +76,17 @@ def assemble(
         gauge_pressure(making)
         settle_strain_unit(making)
         derive(making)
+        say_far(making)
         subtract(making)
         columns = canonical(making)
     except UnitMissing:
         raise units_missing(making) from None
     mark_used(making, columns)
-    about, doubtful = _words_of(sample, making)
-    kept = straighten(columns, making, about)
-    _say_engineering(columns, making)
-    _say_preload(sample, making)
-    columns = {name: values[kept] for name, values in columns.items()}
-    if not COMPRESS.search(about):
-        _ask_about_compression(columns, making, doubtful)
-    columns, rows = _drop_empty(columns, np.array(grid.rows)[kept], making.notices)
+    keep = correct_signs_and_zeros(columns, making, _loading_texts(sample, making))
+    _notice_engineering_stress(columns, making)
+    _notice_preload(sample, making)
+    columns = {name: values[keep] for name, values in columns.items()}
+    columns, rows = _drop_empty(columns, np.array(grid.rows)[keep], making)
     columns = with_clock(columns, rows, making)
     provenance = find_provenance(raw.path, options.citation, options.licence, facts.provenance)
     making.notices += provenance.notices
@@ -106,12 +103,7 @@ def assemble(
             " it. State one that"
             " did not change with --constant temperature_degC=..."
         )
-    most = float(np.nanmax(np.abs(columns["stress_MPa"]))) if kind == "wire" else 0.0
-    if most > CREDIBLE_STRESS_MPA:
-        making.warn(
-            f"stress reaches {most:.0f} MPa, more than any nitinol bears: is the cross-section right, and the"
-            " wire of such an alloy?"
-        )
+    question_stress(columns, making)
     name, specimen = _names(sample, options, facts)
     recording = Recording(
         name=name,
@@ -126,40 +118,31 @@ def assemble(
         columns=columns,
         notices=making.notices,
     )
+    refuse_far_wire(making)
     check_recording(recording, [int(row) for row in rows])
     explain(making, columns)
     recording.source["notes"] = list(making.notices)
     return recording
 
 
-def _words_of(sample: Sample, making: Making) -> tuple[str, str]:
-    """Texts that state the mode of loading (headings of strain and stress, lines above the table, the sheet's
-    name), and a line that may state it."""
+def _loading_texts(sample: Sample, making: Making) -> About:
+    """Texts that may mention the loading: headings of strain and stress, the preamble, the sheet's name."""
     labels = [making.channels[name].label for name in ("strain", "stress") if name in making.channels]
-    said, doubtful = compression_in([*sample.require_grid().preamble, [sample.title], [sample.sheet]])
-    return "\n".join([*labels, *said]), doubtful
+    lines = [
+        "; ".join(cell.strip() for cell in row if cell.strip()) for row in sample.require_grid().preamble
+    ]
+    return About(labels, lines, [sample.title, sample.sheet])
 
 
-def _ask_about_compression(columns: dict[str, np.ndarray], making: Making, doubtful: str) -> None:
-    """Ask if a test was one of compression, where a line of the file may say so and strain is positive."""
-    if doubtful and making.kind == "elastomer" and making.options.compression is None:
-        if largest(columns["strain"]) > 0.0:
-            making.warn(
-                f"a line speaks of compression ({doubtful[:60]!r}), but not as the kind of test, so the"
-                " specimen was taken as pulled; if it was pressed: --compression (--tension if it was pulled,"
-                " and this line goes)"
-            )
-
-
-def _say_engineering(columns: dict[str, np.ndarray], making: Making) -> None:
+def _notice_engineering_stress(columns: dict[str, np.ndarray], making: Making) -> None:
     """Report that a stress of unstated definition was taken as engineering stress, where that makes a
     difference."""
     stress = making.channels.get("stress")
     if making.kind != "elastomer" or stress is None or "stress" not in making.raw or "strain" not in columns:
         return
     words = ("engineering", "eng", "nominal", "pk1", "piola", "true", "agrees")
-    told = any(word in stress.label.lower() for word in words) or "force" in making.sources
-    if not told and float(np.nanmax(np.abs(columns["strain"]))) > 0.05:
+    is_stated = any(word in stress.label.lower() for word in words) or "force" in making.sources
+    if not is_stated and float(np.nanmax(np.abs(columns["strain"]))) > 0.05:
         making.say(
             f"{stress.label!r} taken as engineering stress, load over the first cross-section (if it is"
             " true stress:"
@@ -167,7 +150,7 @@ def _say_engineering(columns: dict[str, np.ndarray], making: Making) -> None:
         )
 
 
-def _say_preload(sample: Sample, making: Making) -> None:
+def _notice_preload(sample: Sample, making: Making) -> None:
     """Report that a file mentions a preload, so that its strain begins there and not at zero stress."""
     for row in sample.require_grid().preamble:
         line = " ".join(cell for cell in row if cell).strip()
@@ -181,11 +164,11 @@ def _say_preload(sample: Sample, making: Making) -> None:
 def _geometry(facts: Facts, making: Making) -> dict:
     """Content of the sidecar's [geometry]: dimensions of the kind, and a law that is to be identified."""
     kind, notices = making.kind, making.notices
-    known = {*nominal_geometry(kind, {}), *(schema.GEOMETRY_NUMBERS if kind == "actuator" else ())}
+    keys = {*nominal_geometry(kind, {}), *(schema.GEOMETRY_NUMBERS if kind == "actuator" else ())}
     stated = {
         key: size
         for key, size in making.options.dimensions.items()
-        if key in schema.GEOMETRY_NUMBERS and key in known
+        if key in schema.GEOMETRY_NUMBERS and key in keys
     }
     for key in stated:
         making.use("--dimension", key)
@@ -229,21 +212,31 @@ def _source(sample: Sample, provenance: Provenance, facts: Facts) -> dict[str, o
 
 def slug(text: str) -> str:
     """A valid name for files and specimens: letters, digits, points, dashes and underscores."""
-    kept = "".join(c if c.isalnum() or c in ".-" else "_" for c in text)
-    return "_".join(part for part in kept.split("_") if part) or "recording"
+    cleaned = "".join(c if c.isalnum() or c in ".-" else "_" for c in text)
+    return "_".join(part for part in cleaned.split("_") if part) or "recording"
 
 
 def _drop_empty(
-    columns: dict[str, np.ndarray], rows: np.ndarray, notices: list[str]
+    columns: dict[str, np.ndarray], rows: np.ndarray, making: Making
 ) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """Remove columns without a number, and rows in which only the clock was recorded."""
+    """Remove columns without a number, and rows in which only the clock was recorded.
+
+    Raises:
+        InputError: if a required column has no number, or no row is left.
+    """
+    notices = making.notices
+    needed = schema.KINDS[making.kind].columns.required
     for name in [name for name, values in columns.items() if np.isnan(values).all()]:
+        if name in needed:
+            raise refuse(making.place, f"{name} has no number in it; name its column with --map")
         notices.append(f"{name} has no number in it and was left out")
         del columns[name]
     data = [values for name, values in columns.items() if name != "time_s"]
     empty = np.all([np.isnan(values) for values in data], axis=0)
     if "time_s" in columns:
         empty = empty | np.isnan(columns["time_s"])
+    if empty.all():
+        raise refuse(making.place, "no row has a time and a value; is a column named that holds no numbers?")
     if empty.any():
         notices.append(
             f"{int(empty.sum())} rows without a time or without any value dropped (row {rows[empty][0]})"

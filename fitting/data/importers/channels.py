@@ -16,10 +16,10 @@ from .grid import Grid
 from .making import Channel, Making
 from .options import Options
 from .parts import Sample
-from .spelling import WEIGHTS, unit_name
+from .spelling import WEIGHTS, dimension, unit_name
 from .words import meaning
 
-# Quantities that the strain or the stress of a coupon or wire can be made of, first the one that is it.
+# Quantities from which the strain or the stress of a coupon or wire can be derived, itself first.
 FAMILIES = (("strain", "stretch", "true_strain", "elongation"), ("stress", "true_stress", "force"))
 
 
@@ -29,19 +29,19 @@ class UnitMissing(InputError):
 
 def units_missing(making: Making) -> InputError:
     """One error for all columns without a unit, so that they need not be stated one by one."""
-    known = {schema.quantity_and_unit(name)[0] for name in schema.KINDS[making.kind].columns.known}
+    names = {schema.quantity_and_unit(name)[0] for name in schema.KINDS[making.kind].columns.known}
     plain = {"strain", "stretch", "true_strain", "cycle"}
     bare = [
         quantity
         for quantity, channel in making.channels.items()
-        if channel.unit is None and quantity not in plain and (quantity in known | {"force", "elongation"})
+        if channel.unit is None and quantity not in plain and (quantity in names | {"force", "elongation"})
     ]
     labels = ", ".join(repr(making.channels[quantity].label) for quantity in bare)
-    what = f"the unit of {labels} is" if len(bare) == 1 else f"the units of {labels} are"
+    subject = f"the unit of {labels} is" if len(bare) == 1 else f"the units of {labels} are"
     options = " ".join(f"--unit {quantity}=..." for quantity in bare)
     return refuse(
         making.place,
-        f"{what} not stated in the file; state {'it' if len(bare) == 1 else 'them'} with {options}",
+        f"{subject} not stated in the file; state {'it' if len(bare) == 1 else 'them'} with {options}",
     )
 
 
@@ -56,7 +56,18 @@ def named_channels(grid: Grid) -> dict[str, Channel]:
         order = (empty, means.rank, column)
         if means.quantity not in found or order < found[means.quantity][0]:
             found[means.quantity] = (order, _channel(grid, column))
-    return {quantity: channel for quantity, (_, channel) in found.items()}
+    channels = {quantity: channel for quantity, (_, channel) in found.items()}
+    clock = None if "time" in channels else _clock(grid)
+    return channels if clock is None else {"time": _channel(grid, clock), **channels}
+
+
+def _clock(grid: Grid) -> int | None:
+    """The one column that is in a unit of time, whatever its heading says, and rises from row to row."""
+    columns = [k for k, heading in enumerate(grid.headings) if dimension(heading.unit) == "time"]
+    if len(columns) != 1 or meaning(grid.headings[columns[0]]) is not None:
+        return None
+    values = grid.values[:, columns[0]]
+    return columns[0] if len(values) > 1 and np.all(np.diff(values) > 0.0) else None
 
 
 def _channel(grid: Grid, column: int) -> Channel:
@@ -67,8 +78,8 @@ def _channel(grid: Grid, column: int) -> Channel:
         label=heading.text if heading else f"column {column + 1}",
         zero=heading.zero if heading else "",
         trouble=grid.troubles.get(column, ""),
+        by_row=column in grid.by_row,
         column=column,
-        unit_by_row=column in grid.unit_columns,
     )
 
 
@@ -84,31 +95,23 @@ def channels_of(sample: Sample, options: Options, notices: list[str]) -> dict[st
     grid = sample.require_grid()
     mapped = mapped_channels(sample, options)
     notices += refuse_several_clocks(sample, {q: c.column for q, c in mapped.items()})
-    taken = {channel.column for channel in mapped.values()}
-    recognised = {q: c for q, c in named_channels(grid).items() if c.column not in taken}
-    _refuse_other_unit(sample, {**recognised, **mapped}, options)
+    mapped_columns = {channel.column for channel in mapped.values()}
+    recognised = {q: c for q, c in named_channels(grid).items() if c.column not in mapped_columns}
     for family in FAMILIES:
         if any(quantity in mapped for quantity in family):
             aside = [q for q in family if q in recognised and q not in mapped]
-            # What a further column says of the same is kept for comparison, but does not come first.
+            # A further column of the same quantity is kept for comparison, but does not come first.
             first = min(family.index(q) for q in family if q in mapped)
             for quantity in (q for q in aside if family.index(q) < first):
                 notices.append(f"{recognised[quantity].label!r} set aside for what --map names")
                 del recognised[quantity]
-    return {**recognised, **mapped}
-
-
-def _refuse_other_unit(sample: Sample, channels: dict[str, Channel], options: Options) -> None:
-    """Refuse a stated unit for a column whose rows have units of their own."""
-    for quantity, unit in options.units.items():
-        channel = channels.get(quantity)
-        if channel is not None and channel.unit_by_row and unit_name(str(channel.unit)) != unit:
-            grid = sample.require_grid()
-            by = grid.headings[grid.unit_columns[channel.column]].text
-            raise refuse(
-                sample.raw.path,
-                f"--unit {quantity}={unit}: column {by!r} states the unit of each row; leave the option out",
-            )
+    found = {**recognised, **mapped}
+    for quantity in (q for q in options.units if q in found and found[q].by_row):
+        raise refuse(
+            sample.raw.path, f"--unit {quantity}: the file states the unit of {found[quantity].label!r} row"
+            " by row; leave the option out",
+        )  # fmt: skip
+    return found
 
 
 def mapped_channels(sample: Sample, options: Options) -> dict[str, Channel]:
@@ -182,10 +185,10 @@ def in_unit(channel: Channel, wanted: str, quantity: str, place: object) -> np.n
     if find_unit(wanted).dimension == "force":
         unit = WEIGHTS.get(unit, unit)
     try:
-        dimension = find_unit(unit).dimension
+        measured = find_unit(unit).dimension
     except InputError as error:
         raise refuse(place, f"column {channel.label!r}: {error}; {option}") from None
-    if dimension != find_unit(wanted).dimension:
+    if measured != find_unit(wanted).dimension:
         raise refuse(
             place, f"column {channel.label!r} is in {unit}, which is not a unit of {quantity}; {option}"
         )

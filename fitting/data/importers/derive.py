@@ -1,7 +1,6 @@
 """Strain, stress and resistance, derived from logged quantities: stretch, extension, load, true strain,
 voltage."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -10,16 +9,16 @@ from ..recordings.table import refuse
 from .channels import in_unit
 from .circuit import add_resistances
 from .making import Channel, Making
+from .sizes import SAME
+from .specimen_sizes import AREAS, area_mm2, gauge_length_mm
 
 CREDIBLE_STRESS_MPA = 1500.0
 """Maximum credible stress. Nitinol breaks near 1000 MPa, so a larger one indicates a wrong cross-section or
 another metal."""
-SAME = 0.02
-"""Maximum relative difference of two ways to one quantity that agree. Calipers read dimensions to a percent
-or two."""
+METAL_MPA = 60.0
+"""Minimum stress that no elastomer bears [MPa]: natural rubber, the strongest, breaks at 30 MPa."""
 LEAST = 0.2
 """Minimum part of the largest value at which a row's ratio is meaningful."""
-_AREAS = (("area_mm2",), ("diameter_mm",), ("width_mm", "thickness_mm"))
 
 
 def derive(making: Making) -> None:
@@ -119,70 +118,35 @@ def _derive_stress(making: Making) -> None:
         _add(making, "stress", replace(cauchy, values=cauchy.values / stretch, made=made), "true_stress")
 
 
-def gauge_length_mm(making: Making, quiet: bool = False) -> float | None:
-    """Length between the grips, stated by the user or by the file (with a notice); None if unknown."""
-    stated = making.options.dimensions.get("gauge_length_mm")
-    if stated is not None:
-        making.use("--dimension", "gauge_length_mm")
-        return stated
-    for key in ("gauge_length_mm", "length"):
-        if key in making.sizes:
-            _say_size(making, key, "the gauge length", quiet)
-            return making.sizes[key].value
-    return None
-
-
-def area_mm2(making: Making, quiet: bool = False) -> float | None:
-    """Cross-section, stated by the user or by the file (with a notice); None if unknown."""
-    sizes = dict(making.options.dimensions)
-    if making.kind == "wire" and "wire_diameter_mm" in sizes:
-        sizes.setdefault("diameter_mm", sizes["wire_diameter_mm"])
-        making.use("--dimension", "wire_diameter_mm")
-    for names in _AREAS:
-        if set(names) <= sizes.keys():
-            for name in names:
-                making.use("--dimension", name)
-            return _area(names, [sizes[name] for name in names])
-    found = {key: size.value for key, size in making.sizes.items()} | sizes
-    for names in _AREAS:
-        if set(names) <= found.keys():
-            for name in names:
-                if name in sizes:
-                    making.use("--dimension", name)
-                else:
-                    _say_size(making, name, "the " + name.rpartition("_")[0], quiet)
-            return _area(names, [found[name] for name in names])
-    return None
-
-
-def _area(names: tuple[str, ...], values: list[float]) -> float:
-    if names == ("diameter_mm",):
-        return math.pi * values[0] ** 2 / 4.0
-    return math.prod(values)
-
-
-def _say_size(making: Making, key: str, what: str, quiet: bool) -> None:
-    """Report a dimension that was read from the file, with a warning if its unit was assumed."""
-    size = making.sizes[key]
-    unit = "mm2" if key == "area_mm2" else "mm"
-    text = f"{what} is {size.value:.6g} {unit}, as the file states ({size.said!r})"
-    option = f"--dimension {'gauge_length_mm' if key == 'length' else key}=..."
-    if quiet:
+def question_stress(columns: dict[str, np.ndarray], making: Making) -> None:
+    """Ask about a stress that no specimen of the kind bears."""
+    name, most, matter = {
+        "wire": ("stress_MPa", CREDIBLE_STRESS_MPA, "nitinol"),
+        "elastomer": ("stress_kPa", 1e3 * METAL_MPA, "rubber"),
+    }.get(making.kind, ("", 0.0, ""))
+    if name not in columns:
         return
-    if size.assumed:
-        making.warn(f"{text}; its unit is not stated and was taken as {unit} ({option} to correct)")
-    elif key == "length":
-        making.warn(f"{text}: right if that is the length between the grips ({option} to correct)")
-    else:
-        making.say(text)
+    values = np.abs(columns[name])
+    farthest = float(np.nanmax(values))
+    asked = f"check: {making.channels['stress'].label!r} is " if "stress" in making.channels else "none"
+    if farthest <= most or any(text.startswith(asked) for text in making.notices):
+        return  # credible, or asked about beside a load
+    rows = int(np.sum(values > most))
+    mark = (
+        ", or is it a mark for a missing reading (leave such fields empty)" if 5 * rows < len(values) else ""
+    )
+    making.warn(
+        f"stress reaches {farthest:.4g} {name.rpartition('_')[2]} in {rows} rows, more than any {matter}"
+        f" bears: are its unit and the cross-section right{mark}?"
+    )
 
 
 def _ratio(above: np.ndarray, below: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     """Ratio of two columns in the rows where both are large enough, and those rows; None without any."""
-    there = np.isfinite(above) & np.isfinite(below)
-    if not there.any() or not np.abs(below[there]).max() > 0.0 or not np.abs(above[there]).max() > 0.0:
+    finite = np.isfinite(above) & np.isfinite(below)
+    if not finite.any() or not np.abs(below[finite]).max() > 0.0 or not np.abs(above[finite]).max() > 0.0:
         return None
-    large = there & (np.abs(below) > LEAST * np.abs(below[there]).max())
+    large = finite & (np.abs(below) > LEAST * np.abs(below[finite]).max())
     return above[large] / below[large], large
 
 
@@ -202,7 +166,7 @@ def _compare_stress(making: Making) -> None:
     per_load, rows = found
     label, load = channels["stress"].label, channels["force"].label
     strain = _fraction(making)
-    if strain is not None and (true := _grows_as_stretch(per_load, strain[rows])):
+    if strain is not None and (true := _growth_with_stretch(per_load, strain[rows])):
         making.warn(
             f"{label!r} grows against {load!r} as the stretch does ({true:.0%} over the test): it is true"
             " stress, "
@@ -219,11 +183,11 @@ def _compare_stress(making: Making) -> None:
         sign = ", but for the sign" if factor < 0.0 else ""
         making.say(f"{label!r} agrees with {load!r} over the cross-section of {area:.6g} mm2{sign}")
         return
-    stated = any(set(names) <= stated_before.keys() for names in _AREAS)
-    taken = f"{load!r} over the cross-section" if stated else repr(label)
+    stated = any(set(names) <= stated_before.keys() for names in AREAS)
+    source = f"{load!r} over the cross-section" if stated else repr(label)
     making.warn(
         f"{label!r} is {factor:.4g} times {load!r} over the cross-section of {area:.6g} mm2 (its own would be"
-        f" {abs(implied):.4g} mm2); {taken} was taken"
+        f" {abs(implied):.4g} mm2); {source} was taken"
         + ("" if stated else ", state the right size with --dimension if the load is right")
     )
     if stated:
@@ -274,17 +238,17 @@ def _fraction(making: Making) -> np.ndarray | None:
     return in_unit(channel, "1", "strain", making.place)
 
 
-def _grows_as_stretch(per_load: np.ndarray, strain: np.ndarray) -> float | None:
+def _growth_with_stretch(per_load: np.ndarray, strain: np.ndarray) -> float | None:
     """Growth of stress over load, if it grows as the stretch and not as a constant; None if it does not.
 
     An initial cross-section gives a constant ratio; the current one of an incompressible specimen gives the
     stretch. The test is made where the stretch changes by more than the error of calipers.
     """
     stretch = 1.0 + strain
-    there = np.isfinite(stretch) & (stretch > 0.0)
-    if there.sum() < 3 or float(np.ptp(stretch[there])) < 3.0 * SAME:
+    finite = np.isfinite(stretch) & (stretch > 0.0)
+    if finite.sum() < 3 or float(np.ptp(stretch[finite])) < 3.0 * SAME:
         return None
-    ratio, stretch = per_load[there], stretch[there]
+    ratio, stretch = per_load[finite], stretch[finite]
     misfits = []
     for shape in (np.ones_like(stretch), stretch):
         scale = float(shape @ ratio) / float(shape @ shape)

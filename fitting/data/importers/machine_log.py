@@ -96,12 +96,12 @@ def _bend(
 
 def _check_sizes(channels: dict[str, Channel], options: Options, sample: Sample) -> None:
     """Ask for missing dimensions, and for the cross-section where the machine's stress is impossible."""
-    held = {*options.dimensions, *sample.sizes}
+    named = {*options.dimensions, *sample.sizes}
     area = (
-        bool(held & {"area_mm2", "diameter_mm", "wire_diameter_mm"}) or {"width_mm", "thickness_mm"} <= held
+        bool(named & {"area_mm2", "diameter_mm", "wire_diameter_mm"}) or {"width_mm", "thickness_mm"} <= named
     )
     missing = []
-    if "strain" not in channels and not held & {"gauge_length_mm", "length"}:
+    if "strain" not in channels and not named & {"gauge_length_mm", "length"}:
         missing.append("gauge_length_mm (there is no strain, only extension)")
     if "stress" not in channels and not area:
         missing.append("area_mm2 (there is no stress, only load)")

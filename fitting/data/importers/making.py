@@ -18,9 +18,9 @@ class Channel:
         label: name or number of the raw column.
         zero: reference of a pressure: `"absolute"`, `"gauge"`, or empty where unstated.
         trouble: reason why its numbers are doubtful, a sentence; empty where there is none.
-        column: position of its column in the table, from 0; -1 for a derived channel.
-        unit_by_row: true if a column beside it states the unit of each row.
         made: derivation from other quantities, in words; empty for a column of the file.
+        by_row: true if the file stated its unit row by row.
+        column: position of its column in the table, from 0; -1 for a derived channel.
     """
 
     values: np.ndarray
@@ -29,8 +29,8 @@ class Channel:
     zero: str = ""
     trouble: str = ""
     made: str = ""
+    by_row: bool = False
     column: int = -1
-    unit_by_row: bool = False
 
 
 @dataclass

@@ -23,6 +23,12 @@ _ONLY_COMMA = re.compile(r"[+-]?(\d*,\d+)([eE][+-]?\d+)?")
 _LIKE_A_NUMBER = re.compile(r"[+-]?[\d.,'’ \u00a0\u2009\u202f]*\d[\d.,'’ \u00a0\u2009\u202f]*([eE][+-]?\d+)?")
 
 
+class CellNumber(str):
+    """A number of a workbook's cell as text. A point marks its decimals, whatever the cells of text use."""
+
+    __slots__ = ()
+
+
 def to_number(text: str, decimal: str, spaced: str = "any") -> float | None:
     """Number of a field; NaN if it is blank (`****`, `-`, `NaN`, `N/A`, nothing), None if it is text.
 
@@ -31,6 +37,8 @@ def to_number(text: str, decimal: str, spaced: str = "any") -> float | None:
         decimal: decimal mark, `"."` or `","`; the other one may group thousands, as may `'` and spaces.
         spaced: numbers in which spaces may group thousands: `"any"`, or those with a decimal `"point"`.
     """
+    if isinstance(text, CellNumber):
+        return float(text.removesuffix("%"))
     if _NUMBER.fullmatch(text) and (decimal == "." or "." not in text):
         return _float(text)
     if not text or _BLANK.fullmatch(text):

@@ -19,7 +19,7 @@ QUANTITIES = tuple(
         + ["stretch", "true_strain", "true_stress", "voltage", "voltage_1", "voltage_2", "voltage_3"]
     )
 )
-# Other words for a quantity that people use on the command line.
+# Synonyms of a quantity on the command line.
 SYNONYMS = {
     "displacement": "elongation", "extension": "elongation", "position": "elongation", "load": "force",
     "temp": "temperature", "angle": "bend_angle",
@@ -234,8 +234,10 @@ def _amounts(option: str, texts: Iterable[str]) -> dict[str, tuple[float, str]]:
             names = sorted({column for kind in schema.KINDS.values() for column in kind.columns.known})
             raise InputError(f"{option} {text}: {name!r} is not known here, {nearest(name, names)}")
         quantity, _ = schema.quantity_and_unit(canonical)
-        if option == "--constant" and quantity == "time":
-            raise InputError(f"{option} {text}: a clock runs; state the step between rows with --interval")
+        if quantity == "time" and option == "--constant":
+            raise InputError(
+                f"{option} {text}: a time goes on; state the seconds between rows with --interval"
+            )
         try:
             unit = written_unit(name, canonical)
         except InputError as error:

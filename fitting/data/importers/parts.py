@@ -11,6 +11,7 @@ from .sizes import Sizes, may_hold_sizes, sizes_in, sizes_in_a_name, table_of_si
 from .spelling import plain
 from .splits import split
 from .tables import find_grids
+from .unit_columns import with_units_of_rows
 from .words import SPECIMEN_WORDS
 
 _LABEL = re.compile(
@@ -19,6 +20,12 @@ _LABEL = re.compile(
     r"\s*[:=,;#]?\s*(?P<label>\S.{0,60})$",
     re.IGNORECASE,
 )
+
+_NAMING = {
+    f"{word}{more}"
+    for word in SPECIMEN_WORDS
+    for more in ("", " name", " id", " label", " no", " no.", " number")
+}
 
 
 @dataclass(frozen=True)
@@ -81,15 +88,15 @@ def samples_of(raw: RawFile, sheet: str | None = None) -> list[Sample]:
     notices: list[str] = []
     found: list[Sample] = []
     for page in raw.pages:
-        kept = page in pages
-        tests = _tests_on(raw, page) if kept else []
+        selected = page in pages
+        tests = _tests_on(raw, page) if selected else []
         if not tests:
             rows = page.rows if page.rows is not None else []
             own, table = sizes_in(rows), table_of_sizes(rows)
             shared = {**shared, **own}
             by_specimen |= table
             if page.is_sheet and len(raw.pages) > 1:
-                notices.append(_about(page, own, table, kept))
+                notices.append(_sheet_description(page, own, table, selected))
         found += tests
     if not found:
         return [Sample(raw, None, pages[0].head(), notices=tuple(notices))]
@@ -105,7 +112,7 @@ def samples_of(raw: RawFile, sheet: str | None = None) -> list[Sample]:
             **sample.sizes,
         }
         done.append(replace(sample, title=title, sizes=stated, notices=(*notices, *sample.notices)))
-    return _named_apart(done)
+    return _with_unique_titles(done)
 
 
 def _wanted(raw: RawFile, sheet: str) -> list[Page]:
@@ -124,21 +131,21 @@ def _wanted(raw: RawFile, sheet: str) -> list[Page]:
     )
 
 
-def _about(page: Page, sizes: Sizes, table: dict[str, Sizes], kept: bool) -> str:
+def _sheet_description(page: Page, sizes: Sizes, table: dict[str, Sizes], selected: bool) -> str:
     """Description of a sheet without a test."""
     if sizes or table:
-        said = [size.said for size in sizes.values()] + [
+        texts = [size.said for size in sizes.values()] + [
             f"{name}: {', '.join(s.said for s in own.values())}" for name, own in table.items()
         ]
-        return f"sheet {page.name!r} states sizes: {'; '.join(said)}"
+        return f"sheet {page.name!r} states sizes: {'; '.join(texts)}"
     return f"sheet {page.name!r} " + (
-        "holds no table of a test and was left out" if kept else "was left out (--sheet)"
+        "holds no table of a test and was left out" if selected else "was left out (--sheet)"
     )
 
 
 def _tests_on(raw: RawFile, page: Page) -> list[Sample]:
     """Tests on one page: its tables, each split where it holds several specimens or a test restarts."""
-    grids = find_grids(page)
+    grids = [with_units_of_rows(grid) for grid in find_grids(page)]
     texts = [[[h.text for h in grid.headings], *grid.cells] for grid in grids]
     tables = [
         table_of_sizes(rows) if grid.headings and may_hold_sizes(len(grid.rows)) else {}
@@ -175,6 +182,15 @@ def _tests_on(raw: RawFile, page: Page) -> list[Sample]:
     ]
 
 
+def stated_specimen(grid: Grid) -> str:
+    """Name of the specimen in a line of its own above a table, such as `Sample;NT-38-A`, or nothing."""
+    for row in grid.preamble:
+        cells = [cell.strip().strip('":') for cell in row if cell.strip().strip('":')]
+        if len(cells) == 2 and plain(cells[0]) in _NAMING and re.search(r"[^\W\d]", cells[1]):
+            return cells[1]
+    return ""
+
+
 def _label(grid: Grid) -> str:
     """Name of the specimen that the lines above a table state."""
     for row in reversed(grid.preamble):
@@ -206,7 +222,7 @@ def _sizes_of(sample: Sample, title: str, number: int, count: int, table: dict[s
     return {}
 
 
-def _named_apart(samples: list[Sample]) -> list[Sample]:
+def _with_unique_titles(samples: list[Sample]) -> list[Sample]:
     """Titles made unique where several tests have one."""
     titles = [plain(sample.title) for sample in samples]
     if len(set(titles)) == len(samples):

@@ -17,7 +17,7 @@ _LICENCES = (
     ("gnu general public license", "GPL (see its text)"),
 )
 _LICENCE_FILE = re.compile(r"^(data[_-]?)?licen[cs]e(\.(md|txt))?$", re.IGNORECASE)
-_LEVELS = 4  # the file's folder and three above it
+_LEVELS = 4  # Number of searched folders: the file's own and three above it
 
 
 @dataclass(frozen=True)

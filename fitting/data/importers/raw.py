@@ -13,12 +13,13 @@ from pathlib import Path
 from typing import Any
 
 from ..recordings.table import refuse
+from .numerals import CellNumber
 
 # Time, displacement, force, strain, ...: words that show that a text in no other code is Chinese.
 _CHINESE = ("时间", "位移", "力", "应变", "应力", "温度", "变形")
 
 
-# How files that are no tables begin.
+# First bytes of files that are no tables.
 _OTHERS = {
     b"%PDF": "a PDF",
     b"\x89HDF": "an HDF5 file (MATLAB 7.3 or another program's)",
@@ -204,8 +205,9 @@ def _cell_text(cell: Any) -> str:
     value = cell.value
     if value is None:
         return ""
-    if isinstance(value, int | float) and not isinstance(value, bool) and "%" in str(cell.number_format):
-        return f"{100.0 * value:.15g}%"
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        percent = "%" in str(cell.number_format)
+        return CellNumber(f"{100.0 * value:.15g}%" if percent else str(value))
     return str(value).strip()
 
 
@@ -218,11 +220,11 @@ def formulas_without_values(raw: RawFile) -> str:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         books = [
-            openpyxl.load_workbook(io.BytesIO(raw.content), read_only=True, data_only=told)
-            for told in (False, True)
+            openpyxl.load_workbook(io.BytesIO(raw.content), read_only=True, data_only=computed)
+            for computed in (False, True)
         ]
-    for written, told in zip(*(book.worksheets for book in books), strict=True):
-        for formulas, values in zip(written.iter_rows(), told.iter_rows(), strict=False):
+    for written, computed in zip(*(book.worksheets for book in books), strict=True):
+        for formulas, values in zip(written.iter_rows(), computed.iter_rows(), strict=False):
             for formula, value in zip(formulas, values, strict=False):
                 if str(formula.value).startswith("=") and value.value is None:
                     return (
@@ -248,7 +250,7 @@ def _check_size(raw: RawFile) -> None:
         with zipfile.ZipFile(io.BytesIO(raw.content)) as packed:
             size = sum(part.file_size for part in packed.infolist())
     except (zipfile.BadZipFile, ValueError, OSError, NotImplementedError):
-        return  # whoever reads it says so
+        return  # the reader of the file reports the error
     if size > MOST_UNPACKED:
         raise refuse(
             raw.path,

@@ -22,7 +22,7 @@ from .assemble import slug
 from .channels import named_channels
 from .format import Format
 from .no_table import few_numbers, words_for_numbers
-from .options import Options
+from .options import QUANTITIES, Options
 from .parts import Sample, samples_of
 from .raw import formulas_without_values, open_raw
 from .refused import RECORDING as recording_format
@@ -49,16 +49,16 @@ def detect(sample: Sample) -> Format:
     Raises:
         InputError: if none does (the known ones are listed), or several do (the person picks).
     """
-    hits = [known for known in FORMATS if not known.fallback and known.recognises(sample)]
-    hits = hits or [known for known in FORMATS if known.fallback and known.recognises(sample)]
+    hits = [format for format in FORMATS if not format.fallback and format.recognises(sample)]
+    hits = hits or [format for format in FORMATS if format.fallback and format.recognises(sample)]
     if len(hits) == 1:
         return hits[0]
     if hits:
         names = " or ".join(hit.name for hit in hits)
         raise refuse(sample.raw.path, f"this could be {names}; pick one with --format")
-    told = unmodelled(sample, named_channels(sample.grid)) if sample.grid is not None else None
-    if told:
-        raise refuse(sample.raw.path, told.sentence)
+    unmodelled_test = unmodelled(sample, named_channels(sample.grid)) if sample.grid is not None else None
+    if unmodelled_test:
+        raise refuse(sample.raw.path, unmodelled_test.sentence)
     if sample.grid is None:
         for page in sample.raw.pages:
             if why := words_for_numbers(page):
@@ -67,15 +67,15 @@ def detect(sample: Sample) -> Format:
                 raise refuse(sample.raw.path, why)
     if why := formulas_without_values(sample.raw):
         raise refuse(sample.raw.path, why)
-    known = ", ".join(known.name for known in FORMATS)
+    names = ", ".join(format.name for format in FORMATS)
     headings = [] if sample.grid is None else [heading.text for heading in sample.grid.headings]
     columns = f" ({', '.join(repr(text) for text in headings)})" if headings else ""
     if sample.grid is not None and not headings:
         columns = f" (without headings, numbers 1 to {sample.grid.values.shape[1]})"
     raise refuse(
         sample.raw.path,
-        f"no known format; name its columns{columns} with --map QUANTITY=COLUMN, or see the known ones: "
-        f"{known}",
+        f"no known format; name its columns{columns} with --map QUANTITY=COLUMN, where QUANTITY is one of "
+        f"{', '.join(QUANTITIES)}; or see the known formats: {names}",
     )
 
 
@@ -120,10 +120,10 @@ def import_tests(path: str | Path, options: Options | None = None) -> list[Recor
 
 def _tests_of(path: str | Path, options: Options) -> list[tuple[Recording, Options]]:
     """Recordings of a file, each with its own record of used options."""
-    samples, options = _picked(samples_of(open_raw(path), options.sheet), options)
+    samples, options = _selected_test(samples_of(open_raw(path), options.sheet), options)
     formats: list[Format | InputError] = [_format_or_error(sample, options) for sample in samples]
-    known = [found for found in formats if isinstance(found, Format) and not found.refuses]
-    if not known:
+    formats_of_tests = [found for found in formats if isinstance(found, Format) and not found.refuses]
+    if not formats_of_tests:
         _refuse_doubtful(samples)
         first = formats[0]
         if isinstance(first, InputError):
@@ -140,7 +140,7 @@ def _tests_of(path: str | Path, options: Options) -> list[tuple[Recording, Optio
         own = options.alone()
         made.append((found.read(sample, own), own))
     for recording, _ in made:
-        _add_notices(recording, [*aside, *_others(recording, made)])
+        _add_notices(recording, [*aside, *_several_tests_notice(recording, made)])
     return made
 
 
@@ -152,16 +152,16 @@ def _refuse_doubtful(samples: list[Sample]) -> None:
             raise refuse(place, sample.grid.doubt)
 
 
-def _picked(samples: list[Sample], options: Options) -> tuple[list[Sample], Options]:
+def _selected_test(samples: list[Sample], options: Options) -> tuple[list[Sample], Options]:
     """The test that `--specimen` names, where a file holds several and one has that name."""
     wanted = options.specimen
     if wanted is None or len(samples) < 2:
         return samples, options
     hits = [s for s in samples if wanted.casefold() in (s.title.casefold(), slug(s.title).casefold())]
     if len(hits) != 1:
-        said = f"check: --specimen {wanted} names none of the tests in this file: all are taken as one"
+        warning = f"check: --specimen {wanted} names none of the tests in this file: all are taken as one"
         own = any(sample.own_specimen for sample in samples)
-        return [replace(s, notices=(*s.notices, said)) if own else s for s in samples], options
+        return [replace(s, notices=(*s.notices, warning)) if own else s for s in samples], options
     titles = ", ".join(repr(sample.title) for sample in samples)
     only = replace(
         hits[0], notices=(*hits[0].notices, f"--specimen names one of the tests {titles}: only that was read")
@@ -177,7 +177,7 @@ def _format_or_error(sample: Sample, options: Options) -> Format | InputError:
             return named_columns.FORMAT
         if not options.columns:
             return detect(sample)
-        # A format that reads headings takes those that are named, too; columns without names are a person's.
+        # A format that reads headings also takes named columns; the user must name columns without headings.
         hits = [
             known
             for known in FORMATS
@@ -188,7 +188,7 @@ def _format_or_error(sample: Sample, options: Options) -> Format | InputError:
         return error
 
 
-def _others(recording: Recording, made: list[tuple[Recording, Options]]) -> list[str]:
+def _several_tests_notice(recording: Recording, made: list[tuple[Recording, Options]]) -> list[str]:
     """Notice that a file holds several tests, with their names."""
     if len(made) < 2:
         return []
@@ -281,19 +281,19 @@ def raw_files(sources: Iterable[str | Path]) -> tuple[list[Path], list[Path]]:
             continue
         files = sorted(p for p in source.iterdir() if p.suffix.lower() in RAW_ENDINGS and p.is_file())
         samples = {path: samples_of(open_raw(path)) for path in files}
-        held = [
+        with_numbers = [
             path
             for path, tests in samples.items()
             if any(
                 test.grid is not None or any(known.recognises(test) for known in FORMATS) for test in tests
             )
         ]
-        if not held:
+        if not with_numbers:
             raise refuse(
                 source, f"there is no raw file ({', '.join(RAW_ENDINGS)}) with numbers in this folder"
             )
-        wanted += held
-        aside += [path for path in files if path not in held]
+        wanted += with_numbers
+        aside += [path for path in files if path not in with_numbers]
     return wanted, aside
 
 

@@ -48,10 +48,10 @@ def with_clock(
         )
         others = {name: values for name, values in columns.items() if name != "time_s"}
         return {**others, LOGGED_CLOCK: time}
-    return {**columns, "time_s": _spread(time, notices)}
+    return {**columns, "time_s": _spread_ticks(time, notices)}
 
 
-def _spread(time: np.ndarray, notices: list[str]) -> np.ndarray:
+def _spread_ticks(time: np.ndarray, notices: list[str]) -> np.ndarray:
     """Spread the samples of one tick of a coarse clock evenly over that tick (its resolution at most)."""
     steps = np.diff(time)
     repeats = int(np.sum(steps == 0.0))

@@ -5,11 +5,11 @@ import re
 from typing import NamedTuple
 
 from .clocks import like_a_clock
-from .numerals import decimal_evidence, like_a_number, to_number
+from .numerals import CellNumber, decimal_evidence, like_a_number, to_number
 from .raw import Page
 
-LEAST_ROWS = 3  # fewer rows of numbers are not a table
-_SAMPLED = 1000  # lines from which the delimiter and the decimal mark are told
+LEAST_ROWS = 3  # Minimum number of rows of numbers in a table
+_SAMPLED = 1000  # Number of lines that decide the delimiter and the decimal mark
 
 
 class Reading(NamedTuple):
@@ -41,17 +41,17 @@ def best_reading(page: Page) -> Reading | None:
                 (row, numeric_row(row, decimal, "point" if delimiter == "," else "any")) for row in fields
             ]
             rows = [(row, numbers) for row, numbers in rows if numbers is not None]
-            wide = max((len(row) for row, _ in rows), default=0)
-            if len(rows) < LEAST_ROWS or (wide == 1 and delimiter not in (" ", "")):
+            most_fields = max((len(row) for row, _ in rows), default=0)
+            if len(rows) < LEAST_ROWS or (most_fields == 1 and delimiter not in (" ", "")):
                 continue
-            held = sum(x is not None and not math.isnan(x) for _, numbers in rows for x in numbers)
+            numeric_fields = sum(x is not None and not math.isnan(x) for _, numbers in rows for x in numbers)
             texts = sum(
                 x is None and not like_a_clock(text)
                 for row, numbers in rows
                 for x, text in zip(numbers, row, strict=True)
             )
-            scores[decimal] = (held - texts, rows)
-            pure = pure or (4 * texts <= held and wide > 1)
+            scores[decimal] = (numeric_fields - texts, rows)
+            pure = pure or (4 * texts <= numeric_fields and most_fields > 1)
         if not scores:
             continue
         most = max(score for score, _ in scores.values())
@@ -77,6 +77,7 @@ def _decimal_of(rows: list[list[str]]) -> tuple[str, str]:
 
     A column of `950` and `1,045` groups thousands. Three decimals would appear in all of its fields.
     """
+    rows = [["" if isinstance(text, CellNumber) else text for text in row] for row in rows]
     fields = [text for row in rows for text in row]
     proofs = [proof for text in fields if (proof := decimal_evidence(text)) is not None]
     if proofs:

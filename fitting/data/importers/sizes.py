@@ -4,7 +4,7 @@ specimens."""
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import find_unit
@@ -14,7 +14,7 @@ from .numerals import to_number
 from .spelling import is_unit, parse_heading, plain, unit_name
 from .words import SPECIMEN_WORDS
 
-# Words for sizes, without their unit; beside them the unit in which the tool keeps them.
+# Words for dimensions, without their unit, and the tool's own unit of each.
 _LENGTH = (
     "gauge length", "gage length", "gauge length initial", "initial gauge length", "initial gage length",
     "gauge", "gage",
@@ -28,7 +28,7 @@ _LENGTH = (
     "messlänge", "einspannlänge",
     "longueur initiale", "free length between grips", "active length", "length between grips", "wire length",
 )  # fmt: skip
-# Lengths that may be those of the whole specimen: read where nothing better is stated, and said.
+# Lengths that may be those of the whole specimen: used with a notice where nothing better is stated.
 _DOUBTFUL_LENGTH = (
     "length", "specimen length", "sample length", "height", "specimen height", "sample height",
     "initial height", "cylinder height",
@@ -79,7 +79,9 @@ _PREFIX = re.compile(
 _NUMBER_UNIT = re.compile(rf"^(?P<number>{_NUMBER})\s*(?P<unit>[^\d\s].*)?$")
 
 
-_MOST_ROWS = 60  # specimens of a table of sizes, and lines above it
+SAME = 0.02
+"""Maximum relative difference of two statements of one size that agree. Calipers read to a percent or two."""
+_MOST_ROWS = 60  # Maximum number of specimens in a table of dimensions, and of lines above it
 
 
 @dataclass(frozen=True)
@@ -90,11 +92,19 @@ class Size:
         value: number in the unit of its key.
         said: original text, for messages.
         assumed: true if its unit was not stated.
+        others: original texts that state another number for the same.
     """
 
     value: float
     said: str
     assumed: bool = False
+    others: tuple[str, ...] = ()
+
+    def beside(self, other: "Size") -> "Size":
+        """This size, with what another text says of the same if that is another number."""
+        if abs(other.value - self.value) <= SAME * abs(self.value):
+            return self
+        return replace(self, others=(*self.others, other.said))
 
 
 Sizes = dict[str, Size]
@@ -112,8 +122,9 @@ def sizes_in(rows: Iterable[Sequence[str]]) -> Sizes:
     for row in rows:
         cells = [cell.strip().strip('"') for cell in row if cell.strip().strip('"')]
         read = _of_cells(cells) or _of_text(cells[0] if len(cells) == 1 else ",".join(cells))
-        if read is not None and read[0] not in found:
-            found[read[0]] = read[1]
+        if read is not None:
+            key, size = read
+            found[key] = found[key].beside(size) if key in found else size
     return found
 
 

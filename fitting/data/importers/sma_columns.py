@@ -13,8 +13,9 @@ from .options import Options
 from .parts import Sample
 
 NAME = "sma-columns"
-LOAD_NOISE_MPA = 5.0  # spread of a constant load near zero
-FRACTION_LIMIT = 0.15  # no shape-memory alloy recovers more: larger numbers are percent
+LOAD_NOISE_MPA = 5.0  # Maximum spread of a constant load near zero
+FRACTION_LIMIT = 0.15
+"""Maximum strain as a fraction; no shape-memory alloy recovers more, so larger numbers are percent."""
 
 
 def recognises(sample: Sample) -> bool:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from pneusma_jax.units import UNITS, find_unit
 
-# How units are written, in lower case, where it differs from the package's names in more than capitals.
+# Spellings of units, in lower case, that differ from the package's names in more than capitals.
 _SPELLINGS = {
     "": "1", "-": "1", "–": "1", "/": "1", "--": "1", "[-]": "1", "none": "1", "mm/mm": "1", "m/m": "1",
     "in/in": "1",
@@ -58,7 +58,7 @@ _REFERENCE = re.compile(
     r" ]?\(?(?P<zero>a|abs|abs\.|absolute|g|ga|gauge|gage)\)?$",
     re.IGNORECASE,
 )
-# Weights that stand for forces, as many load cells show them.
+# Masses that stand for forces, as many load cells display them.
 WEIGHTS = {"g": "gf", "kg": "kgf", "mg": "gf"}
 # Words and letters that end a heading more often as a name than as a unit.
 _LETTERS = frozenset(
@@ -88,7 +88,7 @@ def unit_name(text: str) -> str:
     text = text.strip()
     if text in UNITS and text.casefold() not in _SPELLINGS:
         return text
-    folded = _folded(text)
+    folded = _normalised(text)
     for written in (text, folded, folded.replace("^", "").replace("**", ""), folded.replace(" ", "")):
         if written in _SPELLINGS:
             return _SPELLINGS[written]
@@ -101,7 +101,7 @@ def unit_name(text: str) -> str:
     return unit_name(with_zero["unit"]) if with_zero else text
 
 
-def _folded(text: str) -> str:
+def _normalised(text: str) -> str:
     """Lower case, with powers and compatibility characters in plain form (`mm²` is `mm2`, `℃` is `°c`)."""
     plain = unicodedata.normalize("NFKC", text).replace("μ", "µ").replace("⁄", "/").replace("\u2212", "-")
     return re.sub(r"\s+", " ", plain).strip().lower()
@@ -114,7 +114,7 @@ def is_unit(text: str) -> bool:
 
 def pressure_zero(text: str) -> str:
     """Reference of a pressure, from its unit or heading: `"absolute"`, `"gauge"` or empty."""
-    found = _REFERENCE.match(_folded(text))
+    found = _REFERENCE.match(_normalised(text))
     if found:
         return (
             "absolute" if found["zero"].lower().startswith("abs") or found["zero"].lower() == "a" else "gauge"

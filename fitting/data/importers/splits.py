@@ -10,8 +10,8 @@ from .separators import LEAST_ROWS
 from .split_by_name import Part, by_column, by_lines
 from .words import meaning
 
-_RESTART = 0.05  # of the range of what drives a test: so near its start it begins anew
-_SAME = 0.005  # of the largest value: rounding of one measurement in two units
+_RESTART = 0.05  # Maximum distance from its start at which a test restarts, as part of the drive's range
+_SAME = 0.005  # Maximum rounding of one measurement in two units, as part of the largest value
 _OUTPUTS = ("stress", "true_stress", "force")
 _DRIVERS = ("strain", "true_strain", "stretch", "elongation", "pressure")
 

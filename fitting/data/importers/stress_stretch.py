@@ -15,8 +15,8 @@ from .strain_unit import FARTHEST_STRETCH, unit_assumed
 
 NAME = "stress-stretch"
 DEFAULT_UNIT = "MPa"
-NEAR_REST = 0.5  # a test that never comes nearer to a stretch of one is none, or is counted otherwise
-# Folders of such collections name the mode of loading, which the numbers do not.
+NEAR_REST = 0.5  # Maximum distance of some reading from a stretch of one; beyond it the column is no stretch
+# Folders of such collections name the mode of loading, which the numbers do not show.
 _OTHER_MODES = {
     "ET": "equibiaxial tension",
     "PS": "pure shear",
@@ -25,7 +25,7 @@ _OTHER_MODES = {
 }
 
 
-def _agree(stretch: np.ndarray, stress: np.ndarray) -> bool:
+def _signs_agree(stretch: np.ndarray, stress: np.ndarray) -> bool:
     """True if a stretch is positive and begins near one, and stress is tensile above one and compressive
     below."""
     if np.abs(stretch - 1.0).min() > NEAR_REST or stretch.max() > FARTHEST_STRETCH:
@@ -41,8 +41,8 @@ def _orders(sample: Sample) -> list[tuple[str, str]]:
     if not sample.headerless(2) or not np.isfinite(sample.grid.values).all():
         return []
     first, second = sample.grid.values.T
-    orders = [("stress", "stretch")] if _agree(second, first) else []
-    return orders + ([("stretch", "stress")] if _agree(first, second) else [])
+    orders = [("stress", "stretch")] if _signs_agree(second, first) else []
+    return orders + ([("stretch", "stress")] if _signs_agree(first, second) else [])
 
 
 def recognises(sample: Sample) -> bool:

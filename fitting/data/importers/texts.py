@@ -8,7 +8,6 @@ from .clocks import DAY_S, Clock, read_clock
 from .grid import Grid
 from .numerals import like_a_number
 from .spelling import Heading
-from .unit_columns import take_unit_columns
 from .words import meaning
 
 SERIAL = (36526.0, 73050.0)
@@ -28,9 +27,8 @@ def read_texts(grid: Grid, parsed: list[list[float | None]]) -> None:
     """
     _grouped_notice(grid)
     _percent_signs(grid)
-    take_unit_columns(grid)
     _read_words(grid, parsed)
-    _marks(grid)
+    _drop_marks(grid)
     _serial_dates(grid)
 
 
@@ -62,7 +60,7 @@ def _percent_signs(grid: Grid) -> None:
             grid.notices.append(f"fields of column {heading.text!r} end in a percent sign: taken as percent")
 
 
-def _marks(grid: Grid) -> None:
+def _drop_marks(grid: Grid) -> None:
     """Remove numbers by which loggers mark a missing reading: all nines, or huge, and far from every
     other."""
     for column in range(grid.values.shape[1]):
@@ -100,7 +98,7 @@ def _read_words(grid: Grid, parsed: list[list[float | None]]) -> None:
             for row, cells, numbers in zip(grid.rows, grid.cells, parsed, strict=True)
             if column < len(numbers) and numbers[column] is None
         ]
-        if not texts or column in grid.unit_columns.values():
+        if not texts:
             continue
         label = repr(grid.headings[column].text) if grid.headings else str(column + 1)
         if not grid.headings or _may_be_clock(grid.headings[column]):

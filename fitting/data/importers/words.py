@@ -9,7 +9,7 @@ from .spelling import Heading, dimension, is_unit, parse_heading, plain, unit_na
 WORDS: dict[str, tuple[str, ...]] = {
     "time": (
         "time", "elapsed time", "test time", "total time", "t", "time elapsed", "running time", "run time",
-        "timestamp",
+        "timestamp", "elapsed", "duration",
         "time stamp", "zeit", "prüfzeit", "temps", "tiempo", "tijd", "时间", "試験時間", "时刻", "date time",
         "datetime", "clock",
     ),
@@ -48,6 +48,7 @@ WORDS: dict[str, tuple[str, ...]] = {
         "course traverse", "course", "verlängerung", "course standard", "allongement", "déplacement",
         "deplacement",
         "verplaatsing", "位移", "变形", "変位", "ストローク", "extensometer", "ext", "dl", "delta l", "δl",
+        "lvdt", "lvdt displacement", "laser displacement", "dial gauge", "dial indicator",
     ),
     "force": (
         "load", "force", "tensile force", "tensile load", "compressive load", "compressive force",
@@ -56,7 +57,8 @@ WORDS: dict[str, tuple[str, ...]] = {
         "load cell force", "f", "kraft",
         "standardkraft", "force standard", "charge", "fuerza", "kracht", "力", "荷重",
         "試験力", "载荷", "负荷",
-        "weight",
+        "weight", "hung mass", "hanging mass", "suspended mass", "applied mass", "hung weight",
+        "hanging weight", "suspended weight", "applied weight", "dead weight", "applied load",
     ),
     "temperature": (
         "temperature", "specimen temperature", "sample temperature", "wire temperature", "temp", "temp.",
@@ -97,9 +99,10 @@ _NEEDS_UNIT = {
     "compression": "length", "p": "pressure", "p abs": "pressure", "p gauge": "pressure",
     "p rel": "pressure", "r": "resistance", "i": "current",
     "ave": "number", "ave2": "number", "ave 2": "number",
+    "lvdt": "length", "dial gauge": "length", "dial indicator": "length", "duration": "time",
 }  # fmt: skip
 _QUANTITY = {word: (quantity, rank) for quantity, words in WORDS.items() for rank, word in enumerate(words)}
-# What a unit makes of a heading whose word disagrees: `Elongation (%)` is a strain, `Stress (N)` a force.
+# Quantity from the unit where the word disagrees: `Elongation (%)` is a strain, `Stress (N)` a force.
 _BY_UNIT = {
     ("elongation", "number"): "strain", ("strain", "length"): "elongation", ("stress", "force"): "force",
     ("force", "pressure"): "stress", ("stress", "voltage"): "voltage", ("length", "number"): "stretch",
@@ -182,13 +185,13 @@ def _lookup(name: str, heading: Heading) -> tuple[str, int] | None:
         if written in _QUANTITY:
             quantity, rank = _QUANTITY[written]
             quantity = _BY_UNIT.get((quantity, dimension(heading.unit)), quantity)
-            if written in _NEEDS_UNIT and dimension(heading.unit) not in _fitting(written, quantity):
+            if written in _NEEDS_UNIT and dimension(heading.unit) not in _dimensions(written, quantity):
                 return None
             return quantity, rank
     return None
 
 
-def _fitting(written: str, quantity: str) -> tuple[str, ...]:
+def _dimensions(written: str, quantity: str) -> tuple[str, ...]:
     """Dimensions that an ambiguous word may have."""
     if quantity == "force":
         return ("force", "mass")

@@ -53,7 +53,7 @@ DIMENSIONS = {
     "ambient": "temperature",
     "elongation": "length",
 }
-LIMITS = {  # SI: least, most, in words
+LIMITS = {  # Minimum and maximum in SI, and both in words
     "pressure": (-102e3, 1000e3, "a gauge pressure from -102 to 1000 kPa"),
     "xi0": (0.0, 1.0, "a fraction from 0 (hot) to 1 (cold)"),
     "duty": (0.0, 1.0, "a share from 0 to 1"),
@@ -124,9 +124,9 @@ def load_protocol(name_or_path: str | Path) -> Protocol:
 
 def _protocol(document: dict[str, Any], path: Path) -> Protocol:
     kind = document.get("kind", "actuator")
-    known = [name for name, one in schema.KINDS.items() if one.channels]
-    if kind not in known:
-        raise InputError(f"{path}: kind is {kind!r}, {nearest(str(kind), known)}")
+    kinds = [name for name, one in schema.KINDS.items() if one.channels]
+    if kind not in kinds:
+        raise InputError(f"{path}: kind is {kind!r}, {nearest(str(kind), kinds)}")
     steps = document.get("step")
     if not isinstance(steps, list) or not steps:
         raise InputError(f"{path}: this history is empty: a protocol needs at least one [[step]]")
@@ -148,7 +148,7 @@ def _protocol(document: dict[str, Any], path: Path) -> Protocol:
         kind=kind,
         path=path,
         time=time,
-        channels={name: _sampled(time, corners, column) for name, column in values.items()},
+        channels={name: _interpolated(time, corners, column) for name, column in values.items()},
         supply=supply,
     )
 
@@ -216,15 +216,15 @@ def _channel(key: str, where: str) -> tuple[str, str]:
 
 def _check_phases(channels: Mapping[str, float], where: str) -> None:
     """Check that each spring is driven by one quantity."""
-    taken: dict[str, str] = {}
+    channel_of: dict[str, str] = {}
     for name in channels:
         segment, _, rest = name.rpartition(".")
         stem, _, number = rest.partition("_")
         spring = f"{segment}.{number}"
-        if stem in PHASE and spring in taken:
-            raise InputError(f"{where}: {taken[spring]} and {name} both drive one spring; keep one")
+        if stem in PHASE and spring in channel_of:
+            raise InputError(f"{where}: {channel_of[spring]} and {name} both drive one spring; keep one")
         if stem in PHASE:
-            taken[spring] = name
+            channel_of[spring] = name
 
 
 def _number(value: Any, where: str) -> float:
@@ -267,7 +267,7 @@ def _clock(document: dict[str, Any], total: float, supply: dict[str, float], pat
     return np.minimum(interval * np.arange(rows), total)
 
 
-def _sampled(time: np.ndarray, corners: np.ndarray, column: np.ndarray) -> np.ndarray:
+def _interpolated(time: np.ndarray, corners: np.ndarray, column: np.ndarray) -> np.ndarray:
     """Linear interpolation between corners; at a jump, the value after it."""
     last = np.searchsorted(corners, time, side="right") - 1
     after = np.minimum(last + 1, len(corners) - 1)

@@ -6,7 +6,7 @@ from typing import Any
 
 from pneusma_jax.errors import InputError
 
-from . import schema, sidecar
+from . import schema, sidecar, stated_columns
 from .reading import read_merged
 from .recording import Campaign, Recording
 from .table import first_of, refuse
@@ -48,6 +48,7 @@ def read_campaign(path: str | Path, overrides: Mapping[str, Any] | None = None) 
     if errors:
         raise first_of(errors)
     _check_specimens(recordings)
+    notices += [f"{CAMPAIGN_FILE}: {text}" for text in stated_columns.unused(shared, recordings)]
     title = shared.get("title", path.resolve().name if path.is_dir() else path.stem)
     return Campaign(title, recordings, path, notices)
 
@@ -56,7 +57,9 @@ def _shared_settings(folder: Path) -> dict[str, Any]:
     file = folder / CAMPAIGN_FILE
     if not file.exists():
         return {}
-    return sidecar.check_settings(sidecar.read_toml(file), file, schema.CAMPAIGN_KEYS)
+    found = sidecar.check_settings(sidecar.read_toml(file), file, schema.CAMPAIGN_KEYS)
+    stated_columns.check_shared(found, file)
+    return found
 
 
 def _recordings_in(folder: Path, notices: list[str]) -> list[Path]:

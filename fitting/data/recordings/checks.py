@@ -14,8 +14,9 @@ from . import schema
 from .recording import Recording
 from .table import refuse
 
-PRESSURE_LIMIT_KPA = 1000.0  # a silicone tube bursts far below; more is a pressure in the wrong unit
-VACUUM_KPA = -102.0  # gauge; just past the emptiest vacuum, for a sensor's zero error
+PRESSURE_LIMIT_KPA = 1000.0
+"""Maximum pressure; a silicone tube bursts far below, so more is a pressure in the wrong unit."""
+VACUUM_KPA = -102.0  # Minimum gauge pressure: just below perfect vacuum, to allow a sensor's zero error
 ABSOLUTE_ZERO_DEGC = -273.15
 
 
@@ -30,7 +31,7 @@ def check_recording(
         sidecar: file that messages about settings name; None for the recording's own.
 
     Raises:
-        InputError: at the first sample or setting that cannot be, in one line.
+        InputError: at the first impossible sample or setting, in one line.
     """
     place = recording.path or recording.name
     rows = rows if rows is not None else range(1, len(recording) + 1)
@@ -77,9 +78,9 @@ def _load_shipped(name: str, kind: str) -> dict[str, float]:
 
 
 def _check_missing(recording: Recording, place: Path | str, rows: Sequence[int]) -> None:
-    known = recording.known_columns
-    gone = np.stack([np.isnan(recording.columns[name]) for name in known])
-    for name, column in zip(known, gone, strict=True):
+    columns = recording.known_columns
+    gone = np.stack([np.isnan(recording.columns[name]) for name in columns])
+    for name, column in zip(columns, gone, strict=True):
         if column.all():
             raise refuse(place, "no row has a value here; remove the column or fill it in", column=name)
     empty = np.flatnonzero(gone.all(axis=0))
@@ -172,10 +173,10 @@ def resistance_range(recording: Recording) -> tuple[float, float] | None:
 
 
 def _check_resistance(recording: Recording, place: Path | str, rows: Sequence[int]) -> None:
-    held = [
+    resistances = [
         name for name in recording.known_columns if schema.quantity_and_unit(name)[0].startswith("resistance")
     ]
-    bounds = resistance_range(recording) if held else None
+    bounds = resistance_range(recording) if resistances else None
     if bounds is None:
         return
     geometry = recording.full_geometry()
@@ -183,6 +184,6 @@ def _check_resistance(recording: Recording, place: Path | str, rows: Sequence[in
         f"half to twice the range of alloy {geometry['alloy']!r} on {geometry['active_coils']:g} coils is"
         f' {bounds[0]:.3g} to {bounds[1]:.3g} ohm; state the spring in [geometry], or alloy = "fit"'
     )
-    for name in held:
+    for name in resistances:
         values = recording.columns[name]
         _refuse_first((values < bounds[0]) | (values > bounds[1]), values, right, place, rows, name)

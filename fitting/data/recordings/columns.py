@@ -32,9 +32,9 @@ def infer_kind(table: Table, constant: Iterable[str] = ()) -> tuple[str, str]:
     Raises:
         InputError: if the columns fit no kind; the nearest kind's missing columns are named.
     """
-    told = _Header(table, frozenset(_quantity_of(name) for name in (*table.header, *constant)))
+    header = _Header(table, frozenset(_quantity_of(name) for name in (*table.header, *constant)))
     for kind in schema.KINDS.values():
-        reason = kind.told_by(told)
+        reason = kind.told_by(header)
         if reason:
             return kind.name, reason
     raise refuse(
@@ -193,7 +193,7 @@ def _check_present(table: Table, kind: str, assigned: set[str], unknown: list[st
             hint = f"; is it the one named {close[0]!r}?" if close else ""
             raise refuse(
                 table.path,
-                f"a recording of kind {kind} needs the column {canonical}{hint}{_other(table, kind)}; what"
+                f"a recording of kind {kind} needs the column {canonical}{hint}{_remark(table, kind)}; what"
                 " did"
                 f" not change may be stated in the sidecar instead: [constant] {canonical} = ...",
             )
@@ -204,7 +204,7 @@ def _check_present(table: Table, kind: str, assigned: set[str], unknown: list[st
         )
 
 
-def _other(table: Table, kind: str) -> str:
+def _remark(table: Table, kind: str) -> str:
     """Remark that the columns suggest another kind than the stated one."""
     try:
         other, reason = infer_kind(table)

@@ -83,18 +83,18 @@ class Recording:
         Raises:
             InputError: if this recording does not have it; the nearest one that it has is named.
         """
-        held = {schema.quantity_and_unit(name)[0]: name for name in self.known_columns}
-        name = quantity if quantity in self.known_columns else held.get(quantity)
+        column_of = {schema.quantity_and_unit(name)[0]: name for name in self.known_columns}
+        name = quantity if quantity in self.known_columns else column_of.get(quantity)
         if name is None:
             raise InputError(
-                f"{self.path or self.name}: no {quantity!r} was recorded, {nearest(quantity, held)}"
+                f"{self.path or self.name}: no {quantity!r} was recorded, {nearest(quantity, column_of)}"
             )
         return name
 
     def has(self, quantity: str) -> bool:
         """True if a quantity (`"pressure"`, or its column `"pressure_kPa"`) was recorded."""
-        known = self.known_columns
-        return quantity in known or quantity in {schema.quantity_and_unit(name)[0] for name in known}
+        columns = self.known_columns
+        return quantity in columns or quantity in {schema.quantity_and_unit(name)[0] for name in columns}
 
     def si(self, quantity: str) -> np.ndarray:
         """Values of a quantity in SI units (temperatures in degC); shape (rows,), NaN where missing.

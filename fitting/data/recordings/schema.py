@@ -77,7 +77,7 @@ class Kind:
     name: str
     columns: Columns
     nominal: Callable[[Mapping[str, Any]], dict[str, Any]]
-    told_by: Callable[[Told], str | None] = lambda told: None
+    told_by: Callable[[Told], str | None] = lambda header: None
     either: tuple[str, ...] = ()
     ranges: tuple[Rule, ...] = ()
     zeros: tuple[str, ...] = ()
@@ -180,7 +180,7 @@ def tolerance_keys() -> tuple[str, ...]:
     return (*GEOMETRY_NUMBERS, *ALLOY_PARAMETERS, *material, "silicone_stiffness")
 
 
-# Used where no [tolerance] table is given; a table that is given is complete.
+# Defaults without a [tolerance] table; a stated table is complete.
 TOLERANCE_DEFAULTS = {
     **{key: 0.02 for key in GEOMETRY_NUMBERS if re.search(r"(diameter|length|pitch)_mm$", key)},
     "wall_thickness_mm": 0.03,
@@ -197,4 +197,4 @@ SIDECAR_KEYS = (
     "kind", "role", "specimen", "real", "source", "noise", "geometry", "tolerance", "constant", "zero",
 )  # fmt: skip
 CAMPAIGN_KEYS = ("title", "tolerance", "geometry", "constant", "zero")
-NOT_STATED = "not stated"  # what a sidecar says of a citation or licence that nobody gave
+NOT_STATED = "not stated"  # Text of a sidecar for an unknown citation or licence

@@ -4,9 +4,8 @@ import os
 from contextlib import ExitStack
 from pathlib import Path, PurePosixPath
 
-import tomlkit
-
 from pneusma_jax.files import replacing
+from pneusma_jax.late import tomlkit
 
 from ..csv_text import csv_text
 from .checks import check_recording
@@ -79,7 +78,8 @@ def _toml_text(recording: Recording, target: Path) -> str:
         document["specimen"] = recording.specimen
     if recording.real is not None:
         document["real"] = recording.real
-    tables = {"source": recording.source, "noise": recording.noise, "geometry": _moved(recording, target)}
+    geometry = _relocated_geometry(recording, target)
+    tables = {"source": recording.source, "noise": recording.noise, "geometry": geometry}
     tables["zero"] = recording.zero
     for key, table in tables.items():
         if table:
@@ -98,7 +98,7 @@ def _one_a_line(value: object) -> object:
     return value
 
 
-def _moved(recording: Recording, target: Path) -> dict:
+def _relocated_geometry(recording: Recording, target: Path) -> dict:
     """Geometry whose relative paths still lead to the same file from the new place."""
     geometry = dict(recording.geometry)
     for key in ("alloy", "material"):

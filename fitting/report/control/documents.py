@@ -1,4 +1,4 @@
-"""Closed loops for programs: the content of `report.json`, and every course as CSV."""
+"""Files of a study of closed loops: the content of `report.json`, and every time history as CSV."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Figures of closed loops: courses of all cases, the step of one, errors side by side."""
+"""Figures of closed loops: time histories of all cases, the step of one, errors of all cases."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -11,7 +11,7 @@ from .words import SINCE
 
 
 def course_figure(result: Sweep) -> Figure:
-    """Wanted and real curvature of every case."""
+    """Figure of target and actual curvature of every case."""
     cases, count = result.cases, len(result.cases)
     figure = Figure(figsize=(11.0, 1.0 + 2.1 * ((count + 1) // 2)), layout="constrained")
     panels = figure.subplots((count + 1) // 2, 2, sharex=True, sharey=True, squeeze=False).ravel()
@@ -45,7 +45,7 @@ def course_figure(result: Sweep) -> Figure:
 
 
 def step_figure(run: Run) -> Figure:
-    """The step of one run: curvature, resistances, currents, phases."""
+    """Figure of the step of one run: curvature, resistances, currents, phases."""
     rows_of = run.time <= HOLD
     time = run.time[rows_of]
     figure = Figure(figsize=(7.2, 8.4), layout="constrained")
@@ -69,7 +69,7 @@ def step_figure(run: Run) -> Figure:
 
 
 def rmse_figure(result: Sweep) -> Figure:
-    """Errors side by side."""
+    """Figure of the errors of all cases."""
     figure = Figure(figsize=(7.2, 1.2 + 0.5 * len(result.cases)), layout="constrained")
     axes = figure.subplots()
     at = np.arange(len(result.cases))

@@ -1,4 +1,4 @@
-"""The report of closed loops: which physics spoils them, and what knowing it gives back."""
+"""The report of closed loops: the physics that degrades control, and the benefit of modelling it."""
 
 from fitting.control.sweep import Sweep
 
@@ -8,7 +8,7 @@ from .figures import course_figure, rmse_figure, step_figure
 
 
 def report_of(result: Sweep) -> Report:
-    """Everything that is said about a sweep."""
+    """The report of a sweep."""
     first = result.cases[0]
     title = first.name.replace("_", " ")
     step = f"The step with {title}: curvature, resistances, currents and fractions."

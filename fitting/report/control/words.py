@@ -1,4 +1,4 @@
-"""Closed loops in words and tables."""
+"""Sentences and tables of closed loops."""
 
 import numpy as np
 
@@ -13,7 +13,8 @@ MEASURES = ("RMSE [1/m]", "settles in [s]", "observer [1/m]")
 
 
 def verdict(result: Sweep) -> list[str]:
-    """What spoils the curvature most, and where knowing it gives back most."""
+    """Sentences on the largest degradation of the curvature, and on the largest benefit of modelling its
+    cause."""
     known = [case for case in result.cases if case.known is not None]
     if len(known) == 1:
         case = known[0]
@@ -35,7 +36,8 @@ def _named(case: Case) -> str:
 
 
 def case_table(result: Sweep) -> Table:
-    """A row for every case: errors, settling times, and the observer's errors, without and with knowledge."""
+    """Table of every case: errors, settling times, and the observer's errors, without and with the effect in
+    the model."""
     rows = [[_named(case), *_measures(case.without), *_measures(case.known)] for case in result.cases]
     header = ["concealed", *MEASURES, *(f"told: {measure}" for measure in MEASURES)]
     note = (

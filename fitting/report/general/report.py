@@ -28,7 +28,7 @@ NOTHING = "Nothing: everything that was free is known better than before."
 
 
 def report_of(result: GeneralCharacterisation) -> Report:
-    """Everything that is said about the result."""
+    """The report of the result."""
     drawn = pictures(result)
     loose = [entry["text"] for entry in result.identifiability] or [NOTHING]
     notices = notices_of(result.fit.recordings, most_rows(result))
@@ -66,7 +66,7 @@ def _subtitle(result: GeneralCharacterisation) -> str:
 
 
 def _files(result: GeneralCharacterisation) -> dict[str, str]:
-    """Constants that other commands load, and `parameters.csv`; `augmented.toml` for a model on disk."""
+    """Constants for other commands, and `parameters.csv`; `augmented.toml` for a model on disk."""
     found = {name: render_calibration(table) for name, table in tables(result).items()}
     found["parameters.csv"] = characterisation.parameters_csv(result.parameters)
     geometry = geometry_toml(result) if len(result.campaign.specimens()) == 1 else ""

@@ -1,4 +1,4 @@
-"""An inversion, a trajectory or a passage for programs: the content of `report.json`, and CSV files."""
+"""Files of an inversion, a trajectory or a passage: the content of `report.json`, and CSV files."""
 
 from typing import Any
 

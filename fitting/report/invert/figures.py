@@ -1,4 +1,4 @@
-"""Figures of inverse problems: what was wanted and what the model does, and chains in lumens."""
+"""Figures of inverse problems: targets and results of the model, and chains in lumens."""
 
 from collections.abc import Sequence
 
@@ -27,7 +27,7 @@ MOST_PANELS = 3
 
 
 def targets_figure(result: Inversion, time: np.ndarray | None = None) -> Figure:
-    """Wanted and found values of every goal, and the drives."""
+    """Figure of target and actual values of every goal, and the drives."""
     x = np.arange(1, result.met.size + 1) if time is None else time
     label = "target" if time is None else "time [s]"
     dots = "o" if time is None else "-"
@@ -73,7 +73,7 @@ def targets_figure(result: Inversion, time: np.ndarray | None = None) -> Figure:
 
 
 def passage_figure(results: Sequence[Passage]) -> Figure:
-    """Chains in their lumens, each from two sides."""
+    """Figure of chains in their lumens, each from two sides."""
     figure = Figure(figsize=(3.6 * len(results), 7.6), layout="constrained")
     panels = figure.subplots(2, len(results), squeeze=False)
     for (above, below), one in zip(panels.T, results, strict=True):

@@ -12,7 +12,7 @@ FOOTER = "pneusma invert"
 
 
 def inversion_report(result: Inversion) -> Report:
-    """Everything that is said about drives for targets."""
+    """The report of drives for targets."""
     picture = Picture("targets", "What was wanted, what the model does, and the drives.",
                       lambda: targets_figure(result))  # fmt: skip
     return Report(
@@ -32,7 +32,7 @@ def inversion_report(result: Inversion) -> Report:
 
 
 def trajectory_report(result: Trajectory) -> Report:
-    """Everything that is said about drives over time; what cannot be undone comes first."""
+    """The report of drives over time, with irreversible steps first."""
     found = result.inversion
     picture = Picture("targets", "What was wanted, what the model does, and the drives, over time.",
                       lambda: targets_figure(found, result.time))  # fmt: skip
@@ -54,7 +54,7 @@ def trajectory_report(result: Trajectory) -> Report:
 
 
 def passage_report(result: Passage) -> Report:
-    """Everything that is said about a chain in a lumen."""
+    """The report of a chain in a lumen."""
     picture = Picture("passage", "The chain in the lumen, from two sides.", lambda: passage_figure([result]))
     return Report(
         title=result.design,

@@ -1,4 +1,4 @@
-"""Inversions, trajectories and passages in words and tables."""
+"""Sentences and tables of inversions, trajectories and passages."""
 
 import numpy as np
 
@@ -14,11 +14,11 @@ from ..table import Table
 SHOWN = 20
 """Maximum number of targets in a table; `targets.csv` has all."""
 COLD = 1.0 - 1e-6
-"""Minimum martensite fraction [1] of a spring that is called cold: beyond it a table shows 1.000."""
+"""Minimum martensite fraction of a spring that is called cold [1]; beyond it a table shows 1.000."""
 
 
 def unit_of(column: str) -> str:
-    """Unit of a column of targets; a direction is a pure number."""
+    """Unit of a column of targets. A direction is a pure number."""
     return "1" if column.startswith("direction") else unit_of_column(column)[1]
 
 
@@ -27,13 +27,13 @@ def _goals(result: Inversion) -> str:
 
 
 def subtitle(result: Inversion) -> str:
-    """What was wanted of what."""
+    """Subtitle: targets and actuator."""
     count = result.met.size
     return f"Drives for {count} target{'s' * (count != 1)} of {_goals(result)}"
 
 
 def verdict(result: Inversion) -> list[str]:
-    """How many targets are met; of a single one, how."""
+    """Sentence on the number of targets that are met; for a single one, on its errors."""
     met, count = int(result.met.sum()), result.met.size
     if count > 1:
         return [f"{met} of {count} targets are met."]
@@ -45,7 +45,7 @@ def verdict(result: Inversion) -> list[str]:
 
 
 def missed_words(result: Inversion, k: int) -> str:
-    """How far the goals of a target are missed."""
+    """Distances from the goals of a target, in words."""
     found = []
     for name, miss in result.misses.items():
         if name == "direction":  # the miss is the chord between two unit vectors
@@ -58,20 +58,20 @@ def missed_words(result: Inversion, k: int) -> str:
 
 
 def drive_words(result: Inversion, k: int) -> str:
-    """Drives of one target."""
+    """Drives of one target, in words."""
     springs = heated_words(result, result.fractions[k])
     pressure = f"{from_si(result.pressure[k], 'kPa'):.3f} kPa"
     return f"{pressure}, {springs or 'all springs cold'}" if result.springs else pressure
 
 
 def heated_words(result: Inversion, fractions: np.ndarray) -> str:
-    """Martensite fractions of the springs that are not cold."""
+    """Martensite fractions of the springs that are not cold, in words."""
     pairs = [f"xi0_{result.spring_name(j)} {x:.3f}" for j, x in enumerate(fractions) if x < COLD]
     return ", ".join(pairs)
 
 
 def target_table(result: Inversion, time: np.ndarray | None = None) -> Table:
-    """Every target with its drives and what became of it."""
+    """Table of every target with its drives and its result."""
     clock = [] if time is None else ["time [s]"]
     rows = []
     for k in range(min(result.met.size, SHOWN)):
@@ -86,7 +86,7 @@ def target_table(result: Inversion, time: np.ndarray | None = None) -> Table:
 
 
 def spring_table(result: Inversion) -> Table:
-    """What holds every heated spring: its resistance and its current."""
+    """Table of the resistance and the current that hold every heated spring."""
     rows = []
     for k in range(min(result.met.size, SHOWN)):
         for j, fraction in enumerate(result.fractions[k]):
@@ -98,7 +98,7 @@ def spring_table(result: Inversion) -> Table:
 
 
 def way_table(result: Inversion) -> Table:
-    """Other ways to each target."""
+    """Table of other solutions for each target."""
     rows = [
         [str(k + 1), f"{from_si(drives[0], 'kPa'):.3f}", heated_words(result, drives[1:])]
         for k, ways in enumerate(result.ways[:SHOWN])
@@ -108,12 +108,12 @@ def way_table(result: Inversion) -> Table:
 
 
 def agreement(result: Trajectory) -> str:
-    """How well the search's model and the exact history agree."""
+    """Sentence on the agreement of the search's model with the exact history."""
     return f"The exact history agrees with the search to {result.disagreement:.2g} of a goal's size."
 
 
 def passage_verdict(result: Passage) -> list[str]:
-    """Whether a chain passes a lumen, and how it is driven."""
+    """Sentence on the passage of a chain through a lumen, and on its drives."""
     gap = from_si(result.clearance, "mm")
     fit = (
         f"passes with {gap:.2f} mm to the wall"

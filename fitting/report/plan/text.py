@@ -1,4 +1,4 @@
-"""A plan in words: what to do, in what order, and what it is expected to give."""
+"""Sentences of a plan: tests, order and expected result."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from ..cells import percent
 
 
 def verdict(plan: Plan) -> list[str]:
-    """The gist."""
+    """The few most important sentences."""
     relative = plan.relative_sd()
     good = [name for name in plan.wanted if relative[name] <= KNOWN]
     poor = [name for name in plan.wanted if relative[name] > KNOWN]
@@ -29,7 +29,7 @@ def verdict(plan: Plan) -> list[str]:
 
 
 def preparation(plan: Plan) -> list[str]:
-    """What to do before the first test."""
+    """Preparations for the first test."""
     alloy = plan.spring.alloy
     cold, hot = rest_resistances(plan.spring)
     temperature = float(alloy.T_mid - COLD_WIDTHS * alloy.T_width)
@@ -50,7 +50,7 @@ def preparation(plan: Plan) -> list[str]:
 
 
 def reasons(plan: Plan) -> list[str]:
-    """How the tests were chosen, and with what assumptions."""
+    """Reasons for the choice of tests, and assumptions."""
     return [
         f"Each test is valued by the expected fall in the uncertainty of {', '.join(plan.wanted)} per minute."
         " The fall follows from the sensitivities of the spring's law. Tests were exchanged until no exchange"
@@ -69,7 +69,7 @@ def reasons(plan: Plan) -> list[str]:
 
 
 def comparison(plan: Plan) -> str:
-    """The published campaign beside this one."""
+    """Comparison with the published campaign."""
     rows = [plan.knowledge.names.index(name) for name in plan.wanted]
     ratio = np.exp(np.mean(np.log(plan.sd[-1, rows] / plan.published_sd[rows])))
     fitted = sum(test.minutes * test.repeats for test in plan.tests if test.role == "fit")

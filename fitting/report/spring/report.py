@@ -23,7 +23,7 @@ NOTHING = "Nothing: every free constant is known better than before."
 
 
 def report_of(result: SpringCharacterisation) -> Report:
-    """Everything that is said about the result."""
+    """The report of the result."""
     drawn = pictures(result)
     loose = [entry["text"] for entry in result.identifiability] or [NOTHING]
     return Report(

@@ -1,4 +1,4 @@
-"""A choice of filters for programs: the content of `report.json`."""
+"""Files of a choice of filters: the content of `report.json`."""
 
 from typing import Any
 

@@ -11,7 +11,7 @@ COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 
 
 def wiring_figure(circuit: Circuit) -> Figure:
-    """Heating of every spring over frequency, and the crosstalk of every pair."""
+    """Figure of the heating of every spring over frequency, and the crosstalk of every pair."""
     ends = np.log10([float(circuit.resonance.min()) * 0.7, float(circuit.resonance.max()) * 1.4])
     frequency = np.unique(np.concatenate([np.logspace(*ends, 1500), np.asarray(circuit.resonance)]))
     power, table = np.asarray(heating(circuit, frequency)), np.asarray(crosstalk(circuit))

@@ -8,7 +8,7 @@ from .figures import wiring_figure
 
 
 def report_of(result: Wiring) -> Report:
-    """Everything that is said about filters that select springs."""
+    """The report of filters that select springs."""
     caption = "Heating of every spring over the supply's frequency, and the crosstalk of every pair."
     picture = Picture("wiring", caption, lambda: wiring_figure(result.circuit))
     return Report(

@@ -1,4 +1,4 @@
-"""A choice of filters in words and tables."""
+"""Sentences and tables of a choice of filters."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from ..table import Table
 
 
 def verdict(result: Wiring) -> list[str]:
-    """How many springs, and how much one heats another."""
+    """Sentence on the number of springs, and on the crosstalk."""
     return [
         f"{len(result.circuit.resistance)} springs on one pair of wires; worst crosstalk: "
         f"{100.0 * result.crosstalk:.3g} % of the heat.",
@@ -20,7 +20,7 @@ def verdict(result: Wiring) -> list[str]:
 
 
 def filter_table(result: Wiring) -> Table:
-    """The filters, what they heat, and how well resistances can be sensed."""
+    """Table of the filters, the springs that they heat, and the sensing of resistances."""
     circuit, made = result.circuit, result.made
     power = np.diagonal(np.asarray(heating(circuit, circuit.resonance)))
     errors = np.linalg.norm(np.asarray(sensing(circuit, circuit.resonance)), axis=1)

@@ -23,7 +23,7 @@ from pneusma_jax.units import from_si
 
 from .grid import branches_of, compute_workspace, fractions_of, modelled_actuator
 
-CHUNK = 256  # loaded chains that are solved at once
+CHUNK = 256  # Number of loaded chains that are solved at once
 
 
 @dataclass
@@ -102,7 +102,7 @@ def compute_chain_reach(
         branch = random.integers(len(space.heat), size=at.size)
         level = random.integers(len(space.xi0), size=at.size)
         size, direction = space.bend[branch, level, at], space.direction[branch, level, at]
-        size = np.abs(size)  # the direction says where to
+        size = np.abs(size)  # the direction of the bend carries the sign
         bends.append(np.stack([size * np.cos(direction), size * np.sin(direction)], axis=-1))
         lengths.append(space.length[branch, level, at])
         chosen = space.fractions()[branch, level]
@@ -146,10 +146,10 @@ def _loaded_reach(
     for start in range(0, at.size, CHUNK):
         rows = np.minimum(np.arange(start, start + min(CHUNK, at.size)), at.size - 1)
         found = _tips(chain, at[rows], jax.tree.map(lambda x, rows=rows: x[rows], drives))
-        kept = min(CHUNK, at.size - start)
+        count = min(CHUNK, at.size - start)
         for values, more in zip((tips, good, stable), found, strict=True):
-            values.append(np.asarray(more)[:kept])
-        progress(kept)
+            values.append(np.asarray(more)[:count])
+        progress(count)
     tip, good, stable = (np.concatenate(values) for values in (tips, good, stable))
     lost, shaky = int(np.sum(~good)), int(np.sum(good & ~stable))
     cautions = []
@@ -165,8 +165,8 @@ def _tips(chain: pj.SegmentChain, pressure: Any, drives: tuple) -> tuple[Any, An
     """Tips of many states of a loaded chain [m], a mask of those found, and a mask of the stable ones."""
 
     def one(pressure: Any, drives: tuple) -> tuple[Any, Any, Any]:
-        given = [tuple(pj.MartensiteFraction(x) for x in drive) for drive in drives]
-        found = pj.solve_chain(chain, pressure, given, throw=False)
+        activations = [tuple(pj.MartensiteFraction(x) for x in drive) for drive in drives]
+        found = pj.solve_chain(chain, pressure, activations, throw=False)
         return found.end_pose[:3, 3], found.converged, found.stable
 
     return jax.vmap(one)(pressure, drives)

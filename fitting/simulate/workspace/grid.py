@@ -19,8 +19,8 @@ from pneusma_jax.pipeline import Effect
 from pneusma_jax.units import from_si
 
 DESIGNS = ("pneuflex_s", "pneusma1", "pneusma2")
-MIXES = (0.5, 1.0)  # heat of the second spring over that of the first, where two are heated
-CHUNK = 512  # rows that are solved at once
+MIXES = (0.5, 1.0)  # Ratios of the second spring's heat to the first's, where two are heated
+CHUNK = 512  # Number of rows that are solved at once
 
 
 @dataclass
@@ -159,7 +159,7 @@ def compute_workspace(
     bend = found.bend_angle if planar else np.linalg.norm(np.asarray(found.bend), axis=-1)
     curvature = bend / found.length
     more = lambda name: added.get(f"unmodelled_{name}", 0.0)  # noqa: E731
-    marks, told = marked(model, added, "actuator", () if planar else ("curvature", "bend_angle"))
+    marks, sentences = marked(model, added, "actuator", () if planar else ("curvature", "bend_angle"))
     if planar:
         curvature, bend = curvature + more("curvature"), bend + more("bend_angle")
     return Workspace(
@@ -175,7 +175,7 @@ def compute_workspace(
         delta_1=grid(found.delta_1),
         delta_2=grid(found.delta_2),
         status=grid(found.status),
-        cautions=actuator_cautions(actuator, found) + told,
+        cautions=actuator_cautions(actuator, found) + sentences,
         outer_diameter=2.0 * float(actuator.section.radius),
         planar=planar,
         marks={name: grid(values) for name, values in marks.items()},
@@ -193,10 +193,10 @@ def fractions_of(heat: np.ndarray, xi0: np.ndarray) -> np.ndarray:
 
 
 def modelled_actuator(design: str, alloy: Any, silicone: Any, model: AugmentedModel) -> pj.Actuator:
-    """A design with a model's numbers.
+    """A design with a model's constants.
 
     Raises:
-        InputError: for a table that cannot be used, or dimensions that cannot be.
+        InputError: for a table that cannot be used, or impossible dimensions.
     """
     table = model.table("actuator", design)
     if model.quantities("alloy") and not isinstance(alloy, pj.Alloy):
@@ -207,7 +207,7 @@ def modelled_actuator(design: str, alloy: Any, silicone: Any, model: AugmentedMo
 
 
 def branches_of(actuator: pj.Actuator) -> np.ndarray:
-    """Which springs are heated together, and how much, shape (branches, springs)."""
+    """Share of the activation that each spring gets in each branch, shape (branches, springs)."""
     count = len(actuator.springs)
     if not count:
         return np.zeros((1, 0))
@@ -231,18 +231,18 @@ def _in_chunks(
     effects: tuple[Effect, ...],
     progress: Callable[[int], object],
 ) -> tuple[pj.Equilibrium, dict[str, Any]]:
-    """Every row, lot by lot through one compiled program; the last lot is filled up with its last row."""
+    """All rows, in chunks through one compiled program. The last chunk is padded with its last row."""
     size = min(CHUNK, len(pressure))
     found = []
     for start in range(0, len(pressure), size):
         rows = np.minimum(np.arange(start, start + size), len(pressure) - 1)
-        given = tuple(pj.MartensiteFraction(column) for column in fractions[rows].T)
-        lot = _at_rest(actuator, pressure[rows], given, effects) if effects else (
-            (pj.solve_batch(actuator, pressure[rows], given), {})
+        activations = tuple(pj.MartensiteFraction(column) for column in fractions[rows].T)
+        lot = _at_rest(actuator, pressure[rows], activations, effects) if effects else (
+            (pj.solve_batch(actuator, pressure[rows], activations), {})
         )  # fmt: skip
-        kept = min(size, len(pressure) - start)
-        found.append(jax.tree.map(lambda leaf, kept=kept: np.asarray(leaf)[:kept], lot))
-        progress(kept)
+        count = min(size, len(pressure) - start)
+        found.append(jax.tree.map(lambda leaf, count=count: np.asarray(leaf)[:count], lot))
+        progress(count)
     return jax.tree.map(lambda *lots: np.concatenate(lots), *found)
 
 
@@ -250,7 +250,8 @@ def _in_chunks(
 def _at_rest(
     actuator: pj.Actuator, pressure: Any, given: tuple, effects: tuple[Effect, ...]
 ) -> tuple[pj.Equilibrium, dict[str, Any]]:
-    """Rows of a batch, each as the first of a recording under a model's effects; what remainders add."""
+    """Rows of a batch, each as the first of a recording under a model's effects; and the model
+    discrepancies."""
 
     def one(pressure: Any, given: tuple) -> tuple[pj.Equilibrium, dict[str, Any]]:
         history = pj.simulate_history(actuator, pressure[None], given, time=np.zeros(1), effects=effects)
@@ -261,7 +262,7 @@ def _at_rest(
 
 
 def join_columns(workspaces: Sequence[Workspace]) -> dict[str, np.ndarray]:
-    """Columns of all workspaces below each other; NaN where one has not what another has."""
+    """Columns of all workspaces below each other; NaN where a workspace lacks a column."""
     tables = [workspace.columns() for workspace in workspaces]
     names = list(dict.fromkeys(name for table in tables for name in table))
     names.sort(key=lambda name: (name != "design", name != "pressure_kPa", not name.startswith("xi0_")))

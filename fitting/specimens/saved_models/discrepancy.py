@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import tomlkit
 
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.calibration.toml import quantity_entry, read_quantity
 from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.late import tomlkit
 from pneusma_jax.model_discrepancy import UNITS, WALL, Unmodelled, unit_of, unmodelled
 from pneusma_jax.units import UNITS as KNOWN_UNITS
 

@@ -22,8 +22,6 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-import tomlkit
-
 from fitting.data.files import write_whole
 from pneusma_jax.calibration.keys import KINDS, QUANTITIES
 from pneusma_jax.calibration.records import Quantity
@@ -31,6 +29,7 @@ from pneusma_jax.calibration.toml import quantity_entry, read_quantity
 from pneusma_jax.documents import parse_toml, read_document
 from pneusma_jax.effects import find_effect
 from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.late import tomlkit
 from pneusma_jax.pipeline import Effect
 from pneusma_jax.units import TEMPERATURE, TEMPERATURE_DIFFERENCE, UNITS
 
@@ -48,7 +47,7 @@ from .model import (
 SCHEMA = "pneusma-model/1"
 TABLES = ("design", "alloy", "material")
 TOP = ("schema", "name", "description", "base", "specimen", "effect")
-PLAIN = "1"  # stands for a unit that only one effect has, while its number is read and written
+PLAIN = "1"  # Placeholder, while a number is read and written, for a unit that only one effect has
 
 
 def load_model(path: str | Path) -> AugmentedModel:
@@ -129,8 +128,8 @@ def _owner(key: str, entry: Any, where: str) -> tuple[str, str]:
         return kind, rest
     owners = [kind for kind in KINDS if key in QUANTITIES[kind]]
     if not owners:
-        known = {name for kind in KINDS for name in QUANTITIES[kind]} | set(TABLES)
-        raise InputError(f"{where} {key}: unknown key, {nearest(key, known)}")
+        names = {name for kind in KINDS for name in QUANTITIES[kind]} | set(TABLES)
+        raise InputError(f"{where} {key}: unknown key, {nearest(key, names)}")
     unit = entry.get("unit") if isinstance(entry, dict) else None
     if unit in UNITS:
         fitting = [kind for kind in owners if _measures(QUANTITIES[kind][key], unit)]

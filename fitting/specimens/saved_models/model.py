@@ -24,8 +24,8 @@ from .discrepancy import AddedDiscrepancy
 Base = Mapping[str, Mapping[str, Quantity]]
 """Quantities by kind of table (`alloy`, `silicone`, `actuator`) and name."""
 STIFFNESS = "silicone_stiffness"
-SLACK = 1e-6  # of the width of an effect's bounds: a fit may end a rounding error beyond one
-USUAL_UNITS = {"length": "mm", "angle": "deg"}  # of files, where the internal unit is not usual
+SLACK = 1e-6  # Maximum excess over an effect's bounds by rounding of a fit, as part of their width
+USUAL_UNITS = {"length": "mm", "angle": "deg"}  # Units in files, where the internal unit is not usual
 
 
 @dataclass(frozen=True)
