@@ -160,7 +160,7 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
         doubt=_all_longer(lines, longer, len(keep), stated) if doubtful else "",
         breaks=_breaks(fields, keep, dropped),
     )
-    read_texts(grid, numbers)
+    read_texts(grid, numbers, lines.decimal)
     return grid
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from .clocks import DAY_S, Clock, read_clock
 from .grid import Grid
+from .grouped import doubt_groups, say_grouped
 from .numerals import like_a_number
 from .spelling import Heading
 from .words import meaning
@@ -18,31 +19,20 @@ HUGE = 1e30
 """Minimum magnitude that no reading reaches in any unit. Instruments mark overflow by 1e37 or 9.9e37."""
 
 
-def read_texts(grid: Grid, parsed: list[list[float | None]]) -> None:
+def read_texts(grid: Grid, parsed: list[list[float | None]], decimal: str = ".") -> None:
     """Interpret fields of a table that are no plain numbers, and report it. The grid is changed in place.
 
     Args:
         grid: table with its cells as text.
         parsed: numbers of each row, None where a field is text.
+        decimal: decimal mark with which they were read.
     """
-    _grouped_notice(grid)
+    say_grouped(grid, decimal)
+    doubt_groups(grid, decimal)
     _percent_signs(grid)
     _read_words(grid, parsed)
     _drop_marks(grid)
     _serial_dates(grid)
-
-
-def _grouped_notice(grid: Grid) -> None:
-    """Report that thousands were grouped, with an example."""
-    for row, cells in zip(grid.rows, grid.cells, strict=True):
-        for text in cells:
-            if re.fullmatch(
-                r"[+-]?\d{1,3}([.,'’ \u00a0\u2009\u202f]\d{3})+[.,]\d*|[+-]?\d{1,3}(['’"
-                r" \u00a0\u2009\u202f]\d{3})+",
-                text,
-            ):
-                grid.notices.append(f"thousands are grouped: {text!r} in row {row}")
-                return
 
 
 def _percent_signs(grid: Grid) -> None:
