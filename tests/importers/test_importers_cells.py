@@ -67,3 +67,31 @@ def test_grouped_thousands_beside_smaller_numbers_are_no_doubt(put, form):
     recording = import_file(put("a.csv", "Strain (%);Load (N)\n" + "\n".join(lines) + "\n"), make_options(**SIZES))
     assert recording.columns["stress_kPa"].max() == pytest.approx(1.8e5)
     assert any("thousands are grouped" in note for note in recording.notices)
+
+
+# Formulas that no program computed, as writing libraries leave them.
+
+
+def test_a_column_that_is_a_formula_in_some_rows_is_refused(put_sheet):
+    load = [f"=A{k + 2}*0.04+1" if k % 3 == 1 else float(f) for k, f in enumerate(LOAD)]
+    message = refusal(put_sheet("a.xlsx", rows_of(load)), **SIZES)
+    assert "sheet 'Sheet' holds 10 formulas that no program has computed (B3: '=A3*0.04+1')" in message
+
+
+def test_a_needed_column_of_formulas_is_named_rather_than_a_missing_size(put_sheet):
+    rows = [["Extension (mm)", "Load (N)", "Stress (kPa)"]] + [[20 * e, f, f"=B{k + 2}/0.01"] for k, (e, f) in enumerate(zip(STRAIN, LOAD, strict=True))]
+    book = {"Data": [[float(x) if not isinstance(x, str) else x for x in row] for row in rows]}
+    assert "holds 30 formulas that no program has computed (C2: '=B2/0.01')" in refusal(put_sheet("a.xlsx", book))
+
+
+def test_a_formula_that_nothing_needs_is_said(put_sheet):
+    rows = rows_of(LOAD, "=1+1")
+    rows[0].append("Note")
+    recording = import_file(put_sheet("a.xlsx", rows), make_options(**SIZES))
+    assert len(recording) == 30 and any(note.startswith("check: sheet 'Sheet' holds 30 formulas") for note in recording.notices)
+
+
+def test_empty_cells_beside_formulas_on_another_sheet_are_only_missing(put_sheet):
+    load = [None if k == 5 else float(f) for k, f in enumerate(LOAD)]
+    path = put_sheet("a.xlsx", {"Data": rows_of(load), "Summary": [["Largest load", "=MAX(Data!B2:B31)"]]})
+    assert np.isnan(import_file(path, make_options(**SIZES)).columns["stress_kPa"]).sum() == 1

@@ -6,7 +6,7 @@ import io
 import re
 import warnings
 import zipfile
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -211,8 +211,14 @@ def _cell_text(cell: Any) -> str:
     return str(value).strip()
 
 
-def formulas_without_values(raw: RawFile) -> str:
-    """Reason why columns with formulas are empty: no program computed them. Empty for other files."""
+def formulas_without_values(raw: RawFile, sheet: str | None = None, rows: Collection[int] = ()) -> str:
+    """Reason why cells with formulas are empty: no program computed them. Empty for other files.
+
+    Args:
+        raw: raw file.
+        sheet: name of the only sheet to look at; all sheets by default.
+        rows: numbers of the rows to look at, from 1; all rows by default.
+    """
     if not raw.is_workbook:
         return ""
     import openpyxl  # as below
@@ -223,15 +229,23 @@ def formulas_without_values(raw: RawFile) -> str:
             openpyxl.load_workbook(io.BytesIO(raw.content), read_only=True, data_only=computed)
             for computed in (False, True)
         ]
+    wanted = set(rows)
     for written, computed in zip(*(book.worksheets for book in books), strict=True):
-        for formulas, values in zip(written.iter_rows(), computed.iter_rows(), strict=False):
-            for formula, value in zip(formulas, values, strict=False):
-                if str(formula.value).startswith("=") and value.value is None:
-                    return (
-                        f"sheet {written.title!r} holds formulas that no program has computed"
-                        f" ({formula.coordinate}: {formula.value!r}); open it in a spreadsheet program and"
-                        " save it"
-                    )
+        if sheet is not None and written.title != sheet:
+            continue
+        found = [
+            (formula.coordinate, formula.value)
+            for formulas, values in zip(written.iter_rows(), computed.iter_rows(), strict=False)
+            for formula, value in zip(formulas, values, strict=False)
+            if str(formula.value).startswith("=") and value.value is None
+            if not wanted or formula.row in wanted
+        ]
+        if found:
+            count = f"{len(found)} formulas" if len(found) > 1 else "a formula"
+            return (
+                f"sheet {written.title!r} holds {count} that no program has computed"
+                f" ({found[0][0]}: {found[0][1]!r}); open it in a spreadsheet program and save it"
+            )
     return ""
 
 

@@ -4,6 +4,8 @@ from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from pneusma_jax.errors import InputError, nearest
 
 from ..recordings import Recording
@@ -40,7 +42,6 @@ FORMATS: tuple[Format, ...] = (
 )
 MOST_TITLES = 12
 """Number of tests of a file whose names a notice lists."""
-RAW_ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".prn", ".tra", ".xlsx", ".xlsm")
 
 
 def detect(sample: Sample) -> Format:
@@ -128,7 +129,7 @@ def _tests_of(path: str | Path, options: Options) -> list[tuple[Recording, Optio
         first = formats[0]
         if isinstance(first, InputError):
             raise first
-        first.read(samples[0], options.alone())
+        _read(first, samples[0], options.alone())
     made: list[tuple[Recording, Options]] = []
     aside = []
     for sample, found in zip(samples, formats, strict=True):
@@ -138,10 +139,32 @@ def _tests_of(path: str | Path, options: Options) -> list[tuple[Recording, Optio
             continue
         _refuse_doubtful([sample])
         own = options.alone()
-        made.append((found.read(sample, own), own))
+        made.append((_read(found, sample, own), own))
     for recording, _ in made:
         _add_notices(recording, [*aside, *_several_tests_notice(recording, made)])
     return made
+
+
+def _read(format: Format, sample: Sample, options: Options) -> Recording:
+    """The recording of a test. Formulas that no program computed are named where numbers are missing.
+
+    Raises:
+        InputError: if the format refuses the test, or formulas without values leave gaps in it.
+    """
+    grid = sample.grid
+    rows = grid.rows if grid is not None and np.isnan(grid.values).any() else []
+    try:
+        recording = format.read(sample, options)
+    except InputError:
+        if rows and (why := formulas_without_values(sample.raw, sample.sheet, rows)):
+            raise refuse(sample.raw.path, why) from None
+        raise
+    gaps = any(np.isnan(values).any() for values in recording.columns.values())
+    if rows and (why := formulas_without_values(sample.raw, sample.sheet, rows)):
+        if gaps or len(recording) < len(rows):
+            raise refuse(sample.raw.path, why)
+        _add_notices(recording, [f"check: {why}"])
+    return recording
 
 
 def _refuse_doubtful(samples: list[Sample]) -> None:
@@ -262,39 +285,6 @@ def import_files(paths: Iterable[str | Path], options: Options | None = None) ->
     recordings = [recording for recording, _ in made]
     _separate_names(recordings)
     return recordings
-
-
-def raw_files(sources: Iterable[str | Path]) -> tuple[list[Path], list[Path]]:
-    """Files to import: the named ones, and those of named folders that hold numbers.
-
-    Returns:
-        The files, and the files of folders that were ignored because they are notes or licences.
-
-    Raises:
-        InputError: if a folder holds no raw file.
-    """
-    wanted: list[Path] = []
-    aside: list[Path] = []
-    for source in map(Path, sources):
-        if not source.is_dir():
-            wanted.append(source)
-            continue
-        files = sorted(p for p in source.iterdir() if p.suffix.lower() in RAW_ENDINGS and p.is_file())
-        samples = {path: samples_of(open_raw(path)) for path in files}
-        with_numbers = [
-            path
-            for path, tests in samples.items()
-            if any(
-                test.grid is not None or any(known.recognises(test) for known in FORMATS) for test in tests
-            )
-        ]
-        if not with_numbers:
-            raise refuse(
-                source, f"there is no raw file ({', '.join(RAW_ENDINGS)}) with numbers in this folder"
-            )
-        wanted += with_numbers
-        aside += [path for path in files if path not in with_numbers]
-    return wanted, aside
 
 
 def _separate_names(recordings: list[Recording]) -> None:
