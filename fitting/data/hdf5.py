@@ -1,4 +1,4 @@
-"""HDF5 files opened for reading: every fault of a file ends in one line."""
+"""Access to HDF5 files, in which every fault of a file ends in one line."""
 
 import io
 from collections.abc import Iterator
@@ -14,13 +14,13 @@ from .sealed import check_seal
 
 @contextmanager
 def opened(source: Path | bytes, name: str, what: str, more: str = "") -> Iterator[h5py.File]:
-    """An HDF5 file, open for reading, whose faults all end in one line.
+    """An HDF5 file, open for reading. Every fault of it raises an error of one line.
 
     Args:
-        source: the file, or its bytes.
-        name: of the file, for messages.
-        what: it should be, such as `a chain`.
-        more: what to do where it is not.
+        source: path of the file, or its bytes.
+        name: name of the file in messages.
+        what: required content, such as `a chain`.
+        more: remedy for a wrong file.
 
     Raises:
         FileNotFoundError: if there is no such file.

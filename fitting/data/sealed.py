@@ -1,9 +1,9 @@
-"""Binary files that know when they were damaged: a digest after their content.
+"""Binary files with a digest after their content, which reveals damage.
 
-HDF5 and pickled files are read by libraries that find no fault with a flipped bit in a column of numbers.
-Such a library may even end the process where the structure is damaged, so the digest is compared before.
-Readers of HDF5 and of pickled objects ignore what follows the content: other software opens these files as
-ever. Software that changes a file in place cuts the digest off; a file without one is read as it is.
+Libraries that read HDF5 and pickled files accept a flipped bit in a column of numbers. Such a library may
+even end the process where the structure is damaged, so the digest is compared before. Readers of HDF5 and of
+pickled objects ignore bytes after the content, so other software opens these files as usual. Software that
+changes a file in place cuts the digest off. A file without a digest is read without a check.
 """
 
 import hashlib
@@ -13,11 +13,11 @@ from pathlib import Path
 from pneusma_jax.errors import InputError
 
 MARK = b"\npneusma sha256 "
-"""What stands between the content and its digest."""
+"""Separator between the content and its digest."""
 SEAL = len(MARK) + 64
-"""Bytes after the content."""
+"""Number of bytes after the content."""
 BLOCK = 2**20
-"""Bytes that are read at a time."""
+"""Number of bytes that are read at a time."""
 
 
 def sealed(content: bytes) -> bytes:
@@ -38,11 +38,11 @@ def seal_file(path: Path) -> None:
 
 
 def check_seal(source: Path | bytes, name: str) -> None:
-    """Refuse a file whose content has another digest than the one that follows it.
+    """Refuse a file whose content does not match its digest.
 
     Args:
-        source: the file, or its bytes.
-        name: of the file, for the message.
+        source: path of the file, or its bytes.
+        name: name of the file in the message.
 
     Raises:
         InputError: if the file was damaged or altered.

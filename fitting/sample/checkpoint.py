@@ -1,7 +1,7 @@
-"""Chains on disk, in an HDF5 file that is never half-written.
+"""Storage of chains in an HDF5 file that is never half-written.
 
-A kill while HDF5 writes would leave a file that nothing opens, so each checkpoint is written beside the last
-one and takes its name when it is complete.
+A kill while HDF5 writes would leave an unreadable file. So each checkpoint is written beside the last one and
+renamed when it is complete.
 """
 
 import json
@@ -25,12 +25,12 @@ SAMPLER = "sampler"
 
 @dataclass(frozen=True)
 class Header:
-    """What every chain file says of itself.
+    """Metadata of every chain file.
 
     Attributes:
-        fingerprint: of the target that was sampled.
-        settings: that must stay the same.
-        counters: evaluations and failures so far.
+        fingerprint: hash of the sampled target.
+        settings: settings that must stay the same.
+        counters: numbers of evaluations and failures so far.
     """
 
     fingerprint: str
@@ -39,12 +39,12 @@ class Header:
 
 
 def write(path: Path, header: Header, fill: Callable[[h5py.File], None]) -> None:
-    """Replace the chain file; it is the old one or the new one, whenever the machine stops.
+    """Replace the chain file atomically: it is the old one or the new one, whenever the machine stops.
 
     Args:
-        path: of the file.
-        header: what it says of itself.
-        fill: writes the chains into the open file.
+        path: path of the file.
+        header: metadata of the file.
+        fill: function that writes the chains into the open file.
 
     Raises:
         InputError: if the place cannot be written.
@@ -75,7 +75,7 @@ def opened(path: Path) -> AbstractContextManager[h5py.File]:
 
 
 def header_of(path: Path) -> Header:
-    """What a chain file says of itself.
+    """Metadata of a chain file.
 
     Raises:
         InputError: if the file is no chain, or was damaged.
@@ -92,7 +92,7 @@ def header_of(path: Path) -> Header:
 
 
 def settings_of(path: Path) -> dict[str, Any]:
-    """Settings that a chain was begun with.
+    """Settings of a stored chain.
 
     Raises:
         InputError: if the file is no chain.
@@ -101,7 +101,7 @@ def settings_of(path: Path) -> dict[str, Any]:
 
 
 def other_model(path: Path) -> str:
-    """Sentence for a chain whose stored probabilities the present model does not give."""
+    """Sentence about a chain whose stored probabilities differ from the present model's."""
     return (
         f"{path}: this chain was sampled with another model: the same parameters now have other "
         "probabilities; start over in another folder, or replace it with --force"
@@ -109,12 +109,12 @@ def other_model(path: Path) -> str:
 
 
 def same_settings(path: Path, stored: dict[str, Any], wanted: dict[str, Any]) -> None:
-    """Refuse to continue a chain with other settings than it was begun with.
+    """Refuse to continue a chain with other settings.
 
     Args:
-        path: of the chain file.
-        stored: its settings.
-        wanted: those asked for; None where nothing was.
+        path: path of the chain file.
+        stored: settings of the stored chain.
+        wanted: requested settings; None where nothing was requested.
 
     Raises:
         InputError: if one of them differs.
@@ -128,7 +128,7 @@ def same_settings(path: Path, stored: dict[str, Any], wanted: dict[str, Any]) ->
 
 
 def same_chain(path: Path, stored: Header, fingerprint: str, wanted: dict[str, Any]) -> None:
-    """Refuse to continue a chain of something else.
+    """Refuse to continue a chain of another target.
 
     Raises:
         InputError: if data, priors or settings differ.

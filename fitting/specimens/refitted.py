@@ -1,4 +1,4 @@
-"""A model on disk with the numbers of a fit."""
+"""A model on disk with the parameters of a fit."""
 
 import dataclasses
 from collections.abc import Mapping, Sequence
@@ -15,16 +15,23 @@ from .saved_models import AugmentedModel
 from .with_saved_model import Augmented
 
 
-def refitted(augmented: Augmented, campaign: Campaign, parameters: Parameters, source: str) -> AugmentedModel:
-    """The model with the numbers of a fit, their standard errors as priors.
+def refitted(
+    augmented: Augmented,
+    campaign: Campaign,
+    parameters: Parameters,
+    source: str,
+    errors: Mapping[str, float] | None = None,
+) -> AugmentedModel:
+    """The model with fitted parameters, whose standard errors become priors.
 
     Args:
-        augmented: that was fitted.
-        campaign: to which.
-        parameters: at the values found, SI.
-        source: for the file.
+        augmented: model that was fitted.
+        campaign: recordings that it was fitted to.
+        parameters: fitted parameters, SI.
+        source: text for the file's field `source`.
+        errors: standard errors that are quoted instead of the fit's, by name, SI.
     """
-    model = augmented.model
+    model, errors = augmented.model, errors or {}
     base = {kind: dict(table) for kind, table in model.base.items()}
     own = {s: {kind: dict(t) for kind, t in tables.items()} for s, tables in model.specimens.items()}
     specimens = list(campaign.specimens())
@@ -39,7 +46,7 @@ def refitted(augmented: Augmented, campaign: Campaign, parameters: Parameters, s
         place = base if specimen is None else own.setdefault(specimen, {})
         table = _table_of(augmented.specimen.tables, stem)
         if table is not None:
-            place.setdefault(table, {})[stem] = _quantity(stem, entry, source)
+            place.setdefault(table, {})[stem] = _quantity(stem, entry, source, errors.get(name))
     pairs = iter(zip(augmented.acting, augmented.names, strict=True))
     added = []
     for one in model.added:
@@ -47,7 +54,7 @@ def refitted(augmented: Augmented, campaign: Campaign, parameters: Parameters, s
             added.append(one)
             continue
         _, names = next(pairs)
-        found = {k: _quantity(k, parameters[n], source) for k, n in names.items()}
+        found = {k: _quantity(k, parameters[n], source, errors.get(n)) for k, n in names.items()}
         added.append(dataclasses.replace(one, parameters={**one.parameters, **found}))
     return dataclasses.replace(
         model, base=base, specimens=own, added=tuple(added), description=source, path=None
@@ -59,12 +66,12 @@ def _states(tables: Mapping[str, Mapping[str, Quantity]], name: str) -> bool:
 
 
 def _table_of(tables: Sequence[str], name: str) -> str | None:
-    """Kind of table that a number belongs to; None for one that no table has."""
+    """Kind of table that a parameter belongs to; None if no table has it."""
     return next((table for table in tables if name in QUANTITIES[table]), None)
 
 
-def _quantity(name: str, entry: Parameter, source: str) -> Quantity:
-    sd = entry.standard_error
+def _quantity(name: str, entry: Parameter, source: str, error: float | None) -> Quantity:
+    sd = entry.standard_error if error is None else error
     prior = None if not sd or not np.isfinite(sd) else Prior(float(entry.value), float(sd))
     note = "" if entry.free else "; held"
     return Quantity(name, float(entry.value), entry.unit, "fitted", source + note, prior)

@@ -1,4 +1,4 @@
-"""What headings call a quantity: machines' and laboratories' words, and which specimen they speak of."""
+"""Vocabulary of headings: words of machines and laboratories for quantities, and for specimens."""
 
 import re
 from dataclasses import dataclass
@@ -102,7 +102,7 @@ _NEEDS_UNIT = {
     "lvdt": "length", "dial gauge": "length", "dial indicator": "length", "duration": "time",
 }  # fmt: skip
 _QUANTITY = {word: (quantity, rank) for quantity, words in WORDS.items() for rank, word in enumerate(words)}
-# What a unit makes of a heading whose word disagrees: `Elongation (%)` is a strain, `Stress (N)` a force.
+# Quantity from the unit where the word disagrees: `Elongation (%)` is a strain, `Stress (N)` a force.
 _BY_UNIT = {
     ("elongation", "number"): "strain", ("strain", "length"): "elongation", ("stress", "force"): "force",
     ("force", "pressure"): "stress", ("stress", "voltage"): "voltage", ("length", "number"): "stretch",
@@ -110,6 +110,8 @@ _BY_UNIT = {
     ("time", "temperature"): "temperature",
 }  # fmt: skip
 
+# A clock by its first word and its unit, where nothing better is there: `Time T (s)`, `Time of test [min]`.
+_CLOCK = re.compile(r"(?:time|zeit|temps|tiempo)[\s_:,\-]+(?P<tag>.+)$")
 COMPRESS = re.compile(r"\bcompress|\bdruckversuch|\bdruckprüf|\bstauch", re.IGNORECASE)
 SPECIMEN_WORDS = ("specimen", "sample", "coupon", "probe", "échantillon", "éprouvette", "dumbbell", "dogbone")
 TEST_WORDS = (
@@ -125,6 +127,8 @@ TEST_WORDS = (
     "nr",
     "cycle test",
 )
+# What else heads a column that tells specimens apart.
+LOT_WORDS = ("material", "batch", "lot", "prüfling", "prüfkörper", "probekörper", "muster", "lot de matière")
 _SPECIMEN = "|".join(SPECIMEN_WORDS)
 _TAGGED = "|".join((*SPECIMEN_WORDS, *TEST_WORDS))
 _TAG_PATTERNS = (
@@ -141,12 +145,12 @@ _TAG_PATTERNS = (
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a heading means.
+    """Meaning of a heading.
 
     Attributes:
-        quantity: one of `WORDS`.
-        rank: place of its word among those of the quantity; the lowest wins.
-        tag: what tells it from others of the same word (`"specimen 2"`), or nothing.
+        quantity: quantity, one of `WORDS`.
+        rank: position of its word among those of the quantity; the lowest wins.
+        tag: text that distinguishes it from others of the same word (`"specimen 2"`), or empty.
     """
 
     quantity: str
@@ -155,7 +159,7 @@ class Meaning:
 
 
 def meaning(heading: Heading) -> Meaning | None:
-    """Quantity that a heading names, and which specimen's, or None if it names none."""
+    """Quantity and specimen that a heading names; None if it names none."""
     direct = _lookup(heading.name, heading)
     if direct is not None:
         return Meaning(*direct)
@@ -165,6 +169,9 @@ def meaning(heading: Heading) -> Meaning | None:
             named = _lookup(found["name"].strip(" -:,_"), heading)
             if named is not None:
                 return Meaning(*named, tag=" ".join(found["tag"].split()))
+    clock = _CLOCK.match(heading.name)
+    if clock and dimension(heading.unit) == "time":
+        return Meaning("time", len(WORDS["time"]), tag=clock["tag"])
     return None
 
 
@@ -178,21 +185,21 @@ def _lookup(name: str, heading: Heading) -> tuple[str, int] | None:
         if written in _QUANTITY:
             quantity, rank = _QUANTITY[written]
             quantity = _BY_UNIT.get((quantity, dimension(heading.unit)), quantity)
-            if written in _NEEDS_UNIT and dimension(heading.unit) not in _fitting(written, quantity):
+            if written in _NEEDS_UNIT and dimension(heading.unit) not in _dimensions(written, quantity):
                 return None
             return quantity, rank
     return None
 
 
-def _fitting(written: str, quantity: str) -> tuple[str, ...]:
-    """Dimensions that a word of many meanings may have."""
+def _dimensions(written: str, quantity: str) -> tuple[str, ...]:
+    """Dimensions that an ambiguous word may have."""
     if quantity == "force":
         return ("force", "mass")
     return (_NEEDS_UNIT[written],) if quantity not in ("temperature", "strain") else ("temperature", "number")
 
 
 def heading_of(text: str) -> Heading:
-    """Heading of a text; a letter at its end is a unit where the rest names a quantity (`Temperature C`)."""
+    """Heading of a text. A letter at its end is a unit where the rest names a quantity (`Temperature C`)."""
     heading = parse_heading(text)
     percent = re.match(r"(?:percent|per cent|pct\.?|%)\s+(.+)$", text.strip(), re.IGNORECASE)
     if heading.unit is None and percent and plain(percent[1]) in _QUANTITY:
