@@ -62,6 +62,20 @@ class PlannedTest:
 
 
 @dataclass(frozen=True)
+class Teller:
+    """A test that determines a constant.
+
+    Attributes:
+        candidate: test.
+        left: standard deviation of the constant after this test alone, in units of the prior's, median over
+            alloys.
+    """
+
+    candidate: Candidate
+    left: float
+
+
+@dataclass(frozen=True)
 class Plan(Result):
     """A protocol and its expected result.
 
@@ -80,6 +94,7 @@ class Plan(Result):
         wanted: constants that the tests were chosen for.
         noise: standard deviations of force [N] and resistance [ohm].
         misfit: assumed relative error of the law [1].
+        tellers: tests that determine each constant best on their own, best first, by constant.
     """
 
     knowledge: Knowledge
@@ -95,6 +110,7 @@ class Plan(Result):
     wanted: tuple[str, ...]
     noise: tuple[float, float]
     misfit: float
+    tellers: dict[str, tuple["Teller", ...]]
 
     @property
     def minutes(self) -> float:
@@ -186,7 +202,28 @@ def plan_campaign(
         wanted=tuple(wanted),
         noise=sigma,
         misfit=misfit,
+        tellers=_tellers(table, pool, prior.names),
     )
+
+
+def _tellers(
+    table: np.ndarray, pool: Sequence[Candidate], names: Sequence[str]
+) -> dict[str, tuple[Teller, ...]]:
+    """Best test of each kind of hold for every constant, by the remaining standard deviation after it alone.
+
+    Args:
+        table: information of each test, shape (alloys, tests, repeats, unknowns, unknowns).
+        pool: candidate tests.
+        names: names of the unknowns.
+    """
+    alone = np.stack([np.median(expected_sd(table, [k])[-1], axis=0) for k in range(len(pool))])
+    found = {}
+    for place, name in enumerate(names):
+        best: dict[int, Teller] = {}
+        for k in np.argsort(alone[:, place]):
+            best.setdefault(pool[k].hold, Teller(pool[k], float(alone[k, place])))
+        found[name] = tuple(best.values())
+    return found
 
 
 def _dimensions(stated: Mapping[str, Any]) -> pj.SpringGeometry:

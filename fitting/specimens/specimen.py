@@ -39,6 +39,8 @@ from .thermal_runs import FirstHeating
 
 FEWEST = 4
 """Minimum number of complete rows for a fit."""
+EVERY = 1_000
+"""Number of parameters to profile that no campaign has: all of them."""
 ASTRAY = 30.0
 """Residual of a row for which the model has no answer, in standard deviations."""
 

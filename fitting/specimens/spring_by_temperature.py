@@ -24,7 +24,7 @@ from . import priors
 from .input_noise import carried_over, noisy, with_drivers
 from .row_builders import columns_of, measured_and_weight, smooth
 from .rows import Rows, numbers
-from .specimen import FITTED, RowOptions, Specimen
+from .specimen import EVERY, FITTED, RowOptions, Specimen
 from .spring_trajectory import ALLOY, FIXED, dimension_numbers, spring_of
 from .thermal_runs import centre_prior, half_way
 
@@ -57,6 +57,7 @@ class SpringByTemperature(Specimen):
     letter = "S"
     noun = "spring"
     law = "the base law of the spring, its phase on one curve over temperature (no hysteresis)"
+    profiled = EVERY
     tables = ("alloy", "actuator")
     options = ("base",)
     identified = "alloy"

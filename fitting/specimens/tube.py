@@ -22,7 +22,7 @@ from .cautions import silicone_cautions
 from .model_objects import geometry_of
 from .registry import register
 from .rows import Rows, numbers
-from .specimen import FITTED, Courses, RowOptions, Specimen
+from .specimen import EVERY, FITTED, Courses, RowOptions, Specimen
 
 GEOMETRY = ("length", "outer_diameter", "wall_thickness")
 SLOPE_DEGREE = 5
@@ -50,7 +50,7 @@ class Tube(Specimen):
     options = ("material",)
     identified = "material"
     loads = "pressure"
-    profiled = 2
+    profiled = EVERY
     element = "actuator"
     wall_drivers = ("time",)
     most_rows_with_effects = 512  # every row is an equilibrium

@@ -29,7 +29,7 @@ from .input_noise import carried_over, noisy, with_drivers
 from .registry import register
 from .row_builders import columns_of, measured_and_weight, smooth
 from .rows import Rows, numbers
-from .specimen import FITTED, Courses, RowOptions, Specimen
+from .specimen import EVERY, FITTED, Courses, RowOptions, Specimen
 from .thermal_runs import FirstHeating, centre_prior, first_heating, half_way
 
 OUTPUTS = ("strain", "stress")
@@ -187,7 +187,7 @@ class StraightWire(Specimen):
     sized = False
     loads = "stress"
     starts = 8  # with all constants open there is a minimum beside every kink of the residual strain
-    profiled = 3
+    profiled = EVERY
     element = "wire"
     astray = ASTRAY
 

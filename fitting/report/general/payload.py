@@ -6,7 +6,7 @@ from fitting.calibrate.assumed import notices_of
 from fitting.calibrate.general.information import advice
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.general.scores import Score, overall
-from fitting.calibrate.spring.alloy_table import KELVIN
+from fitting.calibrate.quoted import KELVIN
 from fitting.specimens import WIRE
 from fitting.specimens.rows import MOST_ROWS
 from pneusma_jax.units import from_si
@@ -100,6 +100,7 @@ def _more(result: GeneralCharacterisation) -> dict[str, Any]:
             "reduced_chi_square": fit.reduced_chi_square,
             "standard_errors_multiplied_by": fit.inflation,
             "correlation_time_samples": fit.correlation_time,
+            "zeros": characterisation.zeros_json(result.lasting),
             "starts_chi_square": list(fit.starts),
             "status": fit.result.status.value,
             "text": text.how_it_was_fitted(result),

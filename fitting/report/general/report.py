@@ -5,8 +5,7 @@ from fitting.calibrate.general.information import advice
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.general.scores import overall
 from fitting.calibrate.general.tables import geometry_toml, tables
-from fitting.calibrate.spring.alloy_table import KELVIN
-from fitting.calibrate.spring.information import relative_to_prior
+from fitting.calibrate.quoted import KELVIN
 from fitting.specimens.saved_models.files import render_model
 from pneusma_jax.calibration.toml import render_calibration
 from pneusma_jax.units import from_si
@@ -78,9 +77,8 @@ def _files(result: GeneralCharacterisation) -> dict[str, str]:
 
 def _parameters(result: GeneralCharacterisation) -> Table:
     start = {n: float(from_si(result.start[n], e.unit, e.unit == KELVIN)) for n, e in result.fitted.items()}
-    share = {name: relative_to_prior(entry) for name, entry in result.fitted.items()}
+    share = {name: estimate.of_prior for name, estimate in result.parameters.items()}
     start |= {name: e.value for name, e in result.parameters.items() if name not in start}
-    share |= dict.fromkeys(result.unseen, 1.0)
     return characterisation.parameter_table(result.parameters, start, share)
 
 

@@ -3,16 +3,23 @@
 from collections.abc import Mapping, Sequence, Set
 from typing import Any
 
+import numpy as np
+
 from fitting.calibrate.general.fit import MISFIT, OVERSTATED
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.general.scores import overall
+from fitting.inference.lasting_noise import Lasting
 from fitting.specimens import BY_TEMPERATURE, WIRE
 from fitting.specimens.spring_by_temperature import ELECTRICAL
 from pneusma_jax.effects import find_effect
 
 from .. import profile_likelihood
+from ..characterisation import limits
 from ..figures import axis_label
 from . import wires
+
+TELLING = 0.1
+"""Growth of an error by zeros that are off, from which the report speaks of them: a digit of an error bar."""
 
 
 def verdict(result: GeneralCharacterisation) -> list[str]:
@@ -48,6 +55,24 @@ def lasting_sentence(time: float, inflation: float) -> str:
         "an instrument that drifts, or a law that is not quite followed. Standard errors were multiplied by "
         f"{inflation:.2g}."
     )
+
+
+def lasting_zeros(found: Lasting | None) -> list[str]:
+    """Zeros of instruments that are off or wander, in words, where they made errors grow."""
+    grown = 1.0 if found is None else float(np.sqrt(np.max(found.variance, initial=1.0)))
+    if grown < 1.0 + TELLING:
+        return []
+    seen = [name for name in found.drift if found.offset[name] + found.drift[name] > TELLING]
+    if not seen:
+        return []
+    sizes = "; ".join(
+        f"that of {name} is off by {found.offset[name]:.2g} and wanders by {found.drift[name]:.2g}"
+        for name in seen
+    )
+    return [
+        f"What is left changes slowly, as if zeros of instruments were off: {sizes} times its noise. "
+        f"Errors were multiplied by up to {grown:.2g} for it. Read zeros before and after each test."
+    ]
 
 
 def overstated_sentence(reduced: float) -> str:
@@ -136,7 +161,8 @@ def warnings(result: GeneralCharacterisation) -> list[str]:
         sentences.append(
             "Only one of the starts ended at the best fit: there may be a better one that none found."
         )
-    return sentences + profile_likelihood.warnings(result)
+    sentences += lasting_zeros(result.lasting)
+    return sentences + limits(result.parameters) + profile_likelihood.warnings(result)
 
 
 TOGETHER = {
@@ -158,7 +184,7 @@ def _grouped_warnings(entries: Sequence[Mapping[str, Any]], held: Set[str] = fro
     """Warnings about single parameters, with one sentence for all of the same status.
 
     Args:
-        entries: of `GeneralCharacterisation.identifiability`.
+        entries: entries of `GeneralCharacterisation.identifiability`.
         held: names of the parameters that were held because no recording shows them.
     """
     sentences = []

@@ -63,6 +63,8 @@ def expected(plan: Plan) -> dict[str, dict[str, Any]]:
             "first_guess": _short(from_si(float(plan.knowledge.mean[k]), unit, difference=True)),
             "sd_before": _short(sd),
             "sd_after": _short(sd * plan.sd[-1, k]),
+            "told_best_by": plan.tellers[name][0].candidate.name,
+            "sd_after_that_alone": _short(sd * plan.tellers[name][0].left),
             "unit": unit,
         }
     return table

@@ -30,6 +30,7 @@ def report_of(plan: Plan) -> Report:
                     text.comparison(plan),
                 ],
             ),
+            Section("Which test tells which constant", [Points(text.tellers(plan))]),
             Section("What will stay unknown", [Points(plan.loose or ("Nothing stands out.",))]),
             Section("How this was chosen", [Points(text.reasons(plan))]),
         ],

@@ -8,7 +8,11 @@ from fitting.plan.plan import KNOWN, Plan
 from fitting.synthesise.controller import rest_resistances
 from fitting.synthesise.spring import COLD_WIDTHS
 
-from ..cells import percent
+from ..cells import joined, percent
+
+UNTOLD = 0.7
+"""1-sigma after a test over that before, from which prior and test weigh alike: it says next to nothing."""
+LEFT = "In brackets: the expected 1-sigma after that test alone, in units of what is known before it."
 
 
 def verdict(plan: Plan) -> list[str]:
@@ -26,6 +30,24 @@ def verdict(plan: Plan) -> list[str]:
         why = next((text for text in plan.loose if any(name in text for name in poor)), "")
         pieces.append(f"Less well known after these tests: {stated}. {why}".rstrip())
     return pieces
+
+
+def tellers(plan: Plan) -> list[str]:
+    """Which test tells each constant: a sentence for all that the same one tells best."""
+    said: dict[str, list[str]] = {}
+    for name, found in plan.tellers.items():
+        told = found[0].left < UNTOLD
+        said.setdefault(found[0].candidate.words if told else "", []).append(
+            f"{name} ({percent(found[0].left)})"
+        )
+    silent = said.pop("", [])
+    sentences = [f"{words[0].upper()}{words[1:]}: tells {joined(names)}." for words, names in said.items()]
+    if silent:
+        sentences.append(
+            f"No single test tells {joined(silent)} to less than {percent(UNTOLD)} of what is known before."
+            " Only several together do."
+        )
+    return [*sentences, LEFT]
 
 
 def preparation(plan: Plan) -> list[str]:

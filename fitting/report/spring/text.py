@@ -5,13 +5,16 @@ from fitting.calibrate.spring.joint import MISFIT, lead
 from fitting.calibrate.spring.modes import Mode
 from fitting.calibrate.spring.pipeline import SpringCharacterisation
 from fitting.calibrate.spring.scores import Score, overall
+from fitting.calibrate.spring.stand_tests import SOFTER
 
 from .. import profile_likelihood
-from ..general.text import lasting_sentence, overstated_sentence
+from ..characterisation import limits
+from ..general.text import lasting_sentence, lasting_zeros, overstated_sentence
 
 OTHER_RULE = (
     " If the alloy is no nitinol, its phases' resistances may mix by another rule: --base new_sma opens it."
 )
+ORDER = " The tests were read with {} as the softer phase; --softer {} reads them the other way."
 CLOSE_CALL = 4.0
 """Maximum advantage in chi-square of a best fit that only one start found, up to which no sentence is
 needed."""
@@ -33,6 +36,7 @@ def verdict(result: SpringCharacterisation) -> list[str]:
             f"The law leaves more than noise (reduced chi-square {reduced:.2g}). The numbers are the nearest "
             f"that it comes, and standard errors were multiplied by {result.joint.inflation:.2g}."
             + (OTHER_RULE if result.identify and "c" not in result.fitted else "")
+            + (ORDER.format(result.softer, _other(result)) if result.softer else "")
         )
     elif result.joint.inflation > 1.0:
         sentences.append(lasting_sentence(result.joint.correlation_time, result.joint.inflation))
@@ -46,6 +50,11 @@ def verdict(result: SpringCharacterisation) -> list[str]:
             "These tests determine every constant that was free, each better than was known before."
         )
     return sentences
+
+
+def _other(result: SpringCharacterisation) -> str:
+    """The phase that was not taken as the softer one."""
+    return next(phase for phase in SOFTER if phase != result.softer)
 
 
 def _errors(measures: dict[str, float] | None) -> str:
@@ -89,6 +98,7 @@ def warnings(result: SpringCharacterisation) -> list[str]:
             f"chi-square larger by {ahead:.3g}. There may be a better fit; --starts tries more. Standard "
             "errors span the fits that were found."
         )
+    sentences += lasting_zeros(result.lasting) + limits(result.parameters)
     sentences += profile_likelihood.warnings(result)
     sentences += [blind_sentence(score) for score in result.scores if score.blind > BLIND_SHARE]
     return sentences
