@@ -27,12 +27,13 @@ def drop_marks(grid: Grid) -> None:
     for column in range(grid.values.shape[1]):
         values = grid.values[:, column]
         finite = values[np.isfinite(values)]
-        marks = [value for value in np.unique(finite) if _is_mark(value) or _is_far(value, finite)]
+        distinct = np.unique(finite)
+        marks = [*filter(_is_mark, distinct[_may_be_mark(distinct)]), *_far_ends(distinct)]
         others = np.sort(finite[~np.isin(finite, marks)])
         if not marks or others.size < 2:
             continue
         label = repr(grid.headings[column].text) if grid.headings else f"column {column + 1}"
-        for value in marks:
+        for value in dict.fromkeys(marks):
             where = values == value
             count = int(where.sum())
             found = f"{value:.10g} in {count} row{'s' * (count > 1)} of {label} (first in row"
@@ -51,6 +52,13 @@ def drop_marks(grid: Grid) -> None:
                 )
 
 
+def _may_be_mark(values: np.ndarray) -> np.ndarray:
+    """True for numbers whose whole part is all nines, and for those that are marks in themselves."""
+    whole = np.floor(np.abs(values)) + 1.0
+    power = np.round(np.log10(whole))
+    return (whole == 10.0**power) & (power >= 2.0) | (np.abs(values) >= HUGE) | np.isin(values, ENDS)
+
+
 def _is_mark(value: float) -> bool:
     """True if a number consists of two or more nines, is the end of a converter's range, or exceeds any
     physical reading."""
@@ -58,10 +66,18 @@ def _is_mark(value: float) -> bool:
     return nines or abs(value) >= HUGE or value in ENDS
 
 
-def _is_far(value: float, values: np.ndarray) -> bool:
-    """True for a whole number that is farther from all others than a hundred times their range."""
-    if value != np.round(value):
-        return False
-    others = values[values != value]
-    reach = float(np.ptp(others)) if others.size > 1 else 0.0
-    return reach > 0.0 and float(np.min(np.abs(others - value))) > APART * reach
+def _far_ends(distinct: np.ndarray) -> list[float]:
+    """The least and the largest number, if it is whole and lies farther from all others than a hundred times
+    their range.
+
+    Args:
+        distinct: sorted numbers, each once.
+    """
+    if distinct.size < 3:
+        return []
+    ends = (distinct[0], distinct[1] - distinct[0], distinct[1:]), (
+        distinct[-1], distinct[-1] - distinct[-2], distinct[:-1],
+    )  # fmt: skip
+    return [
+        float(v) for v, gap, rest in ends if v == np.round(v) and gap > APART * (rest[-1] - rest[0]) > 0.0
+    ]
