@@ -245,7 +245,7 @@ rows = 2000
 
 def test_a_file_that_is_no_posterior_is_named(tmp_path):
     (tmp_path / "posterior.nc").write_bytes(b"nothing")
-    with pytest.raises(InputError, match="no posterior of `pneusma posterior`"):
+    with pytest.raises(InputError, match="cannot be read as a posterior of `pneusma posterior`"):
         read_draws(tmp_path)
 
 
