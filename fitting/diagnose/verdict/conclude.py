@@ -15,6 +15,7 @@ from .conclusion import Conclusion
 from .discrepancy import Discrepancy, beside, fitted_discrepancy
 from .discrepancy_evidence import DiscrepancyEvidence, best_discrepancy
 from .held_out import Correction, HeldOut, Scores
+from .left import left_of
 from .locate import Place, locate
 from .next_experiment import best_design
 from .probabilities import (
@@ -75,10 +76,13 @@ def conclude(explanation: Explanation) -> Conclusion:
     lost = outdone(explanation, discrepancy) if named else 0.0
     beyond = named and unknown <= 0.5 and (more or lost > 0.0)
     unknown = max(unknown, VERDICT.beside_unknown) if beyond else unknown
+    rest = beside(program, explanation.final) if beyond or (named and last[0] > limits[0]) else None
+    if named and left_of(program, explanation.final, rest) is not None:
+        unknown = max(unknown, VERDICT.refuted_unknown)
     candidates, nothing = probabilities(explanation, mismatch, unknown)
     unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
     found = effects_found(explanation, unknown) if named else []
-    place, rest, members = locate(explanation), None, _members(explanation)
+    place, members = locate(explanation), _members(explanation)
     if mismatch and (unknown > 0.5 or not named):
         if by_discrepancy(discrepancy):
             place = place.led_by(discrepancy.driver)
@@ -89,8 +93,6 @@ def conclude(explanation: Explanation) -> Conclusion:
         members.insert(0, (UNMODELLED, *model, share, rest and rest.corrected))
     else:
         before, after = scores.held_out(explanation)
-        if named and (beyond or last[0] > limits[0]):
-            rest = beside(program, explanation.final)
         with_rest = [] if rest is None else [(program, explanation.final, 1.0, rest.corrected)]
         smoothed = scores.averaged(with_rest) if with_rest else after
         if smoothed.reduced_chi2 > after.reduced_chi2:
@@ -102,6 +104,10 @@ def conclude(explanation: Explanation) -> Conclusion:
             rival = None if more else discrepancy
             found.append(_left_over(explanation, unknown, last, found, rival, lost))
         found.sort(key=lambda f: -f.probability)
+    first = bool(found) and found[0].slug == UNMODELLED
+    left = (
+        left_of(program, explanation.final if len(found) > 1 else explanation.base, rest) if first else None
+    )
     return Conclusion(
         explanation,
         mismatch,
@@ -120,6 +126,7 @@ def conclude(explanation: Explanation) -> Conclusion:
         rest,
         discrepancy,
         [*taken_back, *_contending(explanation, found)],
+        left=left,
     )
 
 

@@ -89,7 +89,7 @@ def _verdict(conclusion: Conclusion) -> list[str]:
     names = [f.slug for f in conclusion.found if f not in over]
     if names and names[0] == "unmodelled":
         whole = base_named(conclusion)
-        lead = f"The recordings contradict {whole}, and no effect that is known here explains them."
+        lead = _unexplained(conclusion, whole)
         rival = conclusion.discrepancy
         if (
             conclusion.unknown <= VERDICT.tentative
@@ -130,6 +130,18 @@ def _verdict(conclusion: Conclusion) -> list[str]:
         f"{with_it} the misfit of {held} {went(base.reduced_chi2, after.reduced_chi2)}.",
         _by_chance(chance),
     ]
+
+
+def _unexplained(conclusion: Conclusion, whole: str) -> str:
+    """The first sentence where nothing that has a name explains the recordings."""
+    left = conclusion.left
+    if left is None:
+        return f"The recordings contradict {whole}, and no effect that is known here explains them."
+    if not left.names:
+        what = f"no effect that is known here explains them: {left.text}"
+    else:
+        what = f"no name is to be trusted: with {' and '.join(left.names)}, {left.text}"
+    return f"The recordings contradict {whole}, and {what}."
 
 
 def base_named(conclusion: Conclusion) -> str:

@@ -1,0 +1,65 @@
+"""What a model clearly leaves, so that no name is to be trusted: how much, and in which rows."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..evaluate.program import Program
+from ..fit.misfit import floor, predictive_chi_square
+from ..fit.refit import Fit
+from ..settings import DEFAULT
+from .discrepancy import Discrepancy
+from .regime import Regime, regime_of
+
+VERDICT = DEFAULT.verdict
+
+
+@dataclass(frozen=True)
+class Left:
+    """Misfit that names and a saved discrepancy clearly leave.
+
+    Attributes:
+        reduced_chi2: predictive, per value.
+        noise: of it, what noise leaves.
+        held_out: whether it is that of validation recordings.
+        names: effects that leave it.
+        regime: where most of it is; None where no regime is confirmed.
+    """
+
+    reduced_chi2: float
+    noise: float
+    held_out: bool
+    names: tuple[str, ...]
+    regime: Regime | None
+
+    @property
+    def text(self) -> str:
+        """How much, and where, as a part of a sentence."""
+        among = "recordings kept for validation" if self.held_out else "fitted recordings"
+        noise = f"noise leaves {self.noise:.2g}"
+        text = f"a reduced chi-square of {self.reduced_chi2:.3g} is left in {among} ({noise})"
+        if self.regime is None:
+            return text
+        return f"{text}, {100.0 * self.regime.share:.0f} % of it where {self.regime.text}"
+
+
+def left_of(program: Program, fit: Fit, rest: Discrepancy | None = None) -> Left | None:
+    """What a model clearly leaves, a saved discrepancy beside it; None where that is less than its noise.
+
+    Args:
+        program: of the campaign.
+        fit: model.
+        rest: saved discrepancy.
+    """
+    if rest is not None:
+        fit = replace(fit, evaluation=rest.shown(fit.evaluation))
+    masks = (program.fitted,) if program.fitted.all() else (program.fitted, program.unseen)
+    excess: Sequence[tuple[float, float, np.ndarray]] = [
+        (predictive_chi_square(program, fit, mask), floor(program, fit, mask), mask) for mask in masks
+    ]
+    square, noise, mask = max(excess, key=lambda one: one[0] - one[1])
+    if square - noise <= VERDICT.clearly_left:
+        return None
+    held_out = bool(not np.any(mask & program.fitted))
+    return Left(float(square), float(noise), held_out, fit.slugs, regime_of(program, fit, mask))
