@@ -6,9 +6,10 @@ from linear_world import ANOTHER, CONSTANT, DELAY, SWELLING, World, fast, tubes
 from scipy.special import comb
 
 from fitting.diagnose.fit.base_fit import base_fit
+from fitting.diagnose.fit.evidence import log_sets
 from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.fit.sensitivities import sensitivities_about
-from fitting.diagnose.fit.set_scores import Gram, best_sets, log_sets
+from fitting.diagnose.fit.set_scores import Gram, best_sets
 
 SLUGS = (CONSTANT, ANOTHER, DELAY, SWELLING)
 

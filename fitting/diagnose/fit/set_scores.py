@@ -2,11 +2,11 @@
 
 An effect may be hidden by another one: alone it looks bad, and both together explain everything. So sets are
 scored, not effects. All sensitivities about a point, whitened and projected off the base, give one Gram
-matrix. The gain of any set of effects, each at one shape, is then the solution of a few normal equations,
-which are solved for thousands of sets at a time. Strengths keep their signs and bounds.
+matrix. A few normal equations then give the gain of any set of effects, each at one shape. They are solved
+for thousands of sets at a time. Strengths keep their signs and bounds.
 
-A set is worth its log marginal likelihood: the misfit that it leaves, the prior of its strengths over what
-the recordings tell of them, and the number of sets of its size.
+A set is worth its log marginal likelihood. That counts the misfit that it leaves, and the prior of its
+strengths over what the recordings tell of them. The price is the number of sets of its size.
 """
 
 from collections.abc import Sequence
@@ -14,12 +14,12 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from scipy.special import gammaln
 from scipy.stats import chi2
 
 from ..evaluate.program import Program
 from ..evaluate.unknowns import Unknowns
 from ..settings import DEFAULT
+from .evidence import log_sets
 from .score_test import simulated
 from .sensitivities import Block, Sensitivities
 
@@ -41,12 +41,6 @@ class SetScore:
     promised: float
     cost: float
     start: np.ndarray
-
-
-def log_sets(effects: int, size: int) -> float:
-    """Logarithm of the number of sets of a size among so many effects; 0 for none."""
-    size = min(size, effects)
-    return float(gammaln(effects + 1) - gammaln(size + 1) - gammaln(effects - size + 1))
 
 
 class Gram:

@@ -9,6 +9,7 @@ fits in part.
 A set of which no part would be named alone must explain everything, down to the noise.
 """
 
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,7 @@ from ..fit.refit import Fit, at_its_bound
 from ..settings import DEFAULT
 from .pool import Pool
 
+CANDIDATES = DEFAULT.candidates
 EVIDENCE = DEFAULT.evidence
 ENTRY = DEFAULT.entry
 SEARCH = DEFAULT.search
@@ -64,13 +66,16 @@ class Judge:
 
     def decide(self) -> Decision:
         """The set of most evidence of which every effect earns its place."""
-        refused, tops = [], {}
+        refused, tops, asked = [], {}, Counter()
         for fit, worth in self.pool.ranked():
             if worth < EVIDENCE.minimum_first:
                 break
             size = len(fit.slugs)
             top = tops.setdefault(size, worth)
             if top - worth > max(EVIDENCE.minimum_difference, EVIDENCE.behind * top):
+                continue
+            asked[size] += 1
+            if size > 1 and asked[size] > CANDIDATES.final_count:  # the others were not fitted to the end
                 continue
             why = self.refusal(fit) or self._too_much_left(fit)
             if why is None:
@@ -91,6 +96,9 @@ class Judge:
         program, single = self.pool.program, len(fit.slugs) == 1
         inflation = inflation_of(program, fit)
         enough = EVIDENCE.minimum_first if single else EVIDENCE.minimum_further
+        quick = [self.pool.get(s for s in fit.slugs if s != slug) for slug in fit.slugs]
+        if any(rest is not None and evidence(program, rest, fit, inflation) < enough for rest in quick):
+            return LITTLE  # which a better fit of the rest would not change
         rests = {slug: self.pool.without(fit, slug) for slug in fit.slugs}
         worth = {slug: evidence(program, rest, fit, inflation) for slug, rest in rests.items()}
         if min(worth.values()) < enough:

@@ -83,7 +83,6 @@ def _whole(search: SetSearch, program: Program, base: Fit, found: ScoreTest) -> 
         search.progress("beginning again from a better fit of the base model")
         program, base = fit_with_noise(program, better)
         found = base_scored(program, base, search.rng)
-    explanation.weigh_effects = search.weigh_effects
     return explanation
 
 

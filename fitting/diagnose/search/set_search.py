@@ -8,6 +8,7 @@ together by successive halving, and so on for triples, as long as evidence grows
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import zip_longest
 
 import numpy as np
@@ -196,6 +197,7 @@ class SetSearch:
             if why == INSTRUMENTS and fit.slugs and len(slugs) > 1 and not set(slugs) <= set(fit.slugs)
         ]
         explanation.named = self._weighed(explanation, pool, fit)
+        explanation.weigh_effects = partial(self._weighed_again, self._beside)
         explanation.steps[0].chosen = next(iter(explanation.named.fit.slugs), None)
 
     def _note(self, explanation: Explanation, pool: Pool, judge: Judge) -> None:
@@ -241,10 +243,11 @@ class SetSearch:
             named.leave_one_out[slug] = one
         return named
 
-    def weigh_effects(self, explanation: Explanation, fit: Fit) -> Named:
-        """Leave-one-effect-out evidence of another model of the same recordings."""
+    def _weighed_again(self, beside: dict[frozenset, Step], explanation: Explanation, fit: Fit) -> Named:
+        """Leave-one-effect-out evidence of another model of the recordings that a search was about."""
+        self._beside = beside
         pool = Pool(explanation.program, explanation.base)
-        pool.add([fit, *(c.fit for step in self._beside.values() for c in step.candidates)])
+        pool.add([fit, *(c.fit for step in beside.values() for c in step.candidates)])
         self._rivals(explanation.program, pool, fit)
         return self._weighed(explanation, pool, pool.get(fit.slugs))
 

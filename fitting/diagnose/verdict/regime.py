@@ -1,8 +1,8 @@
 """The regime in which a model leaves more than noise: rows with a driver beyond a limit, or on one branch.
 
 It is found on one half of the rows and confirmed on the other. The halves are alternate stretches of every
-recording, so neighbouring rows are in the same one. The test is Fisher's, which is exact: it asks whether
-stretches of large misfit lie inside the regime more often than chance would place them there.
+recording, so neighbouring rows are in the same one. The test is Fisher's, which is exact. It asks whether
+stretches of large misfit lie inside the regime more often than by chance.
 """
 
 from collections.abc import Iterator
