@@ -18,12 +18,9 @@ from scipy.stats import chi2
 
 from ..evaluate.program import Program
 from ..evaluate.unknowns import Unknowns
-from ..settings import DEFAULT
 from .evidence import log_sets
 from .score_test import simulated
 from .sensitivities import Block, Sensitivities
-
-SCORE_TEST = DEFAULT.score_test
 
 
 @dataclass(frozen=True)
@@ -112,18 +109,19 @@ class Gram:
                 u[block.own] = c[: len(block.own)]
         return u
 
-    def best_log_p(self, sets: np.ndarray, errors: np.ndarray) -> np.ndarray:
+    def best_log_p(self, sets: np.ndarray, errors: np.ndarray, at_once: int = 200) -> np.ndarray:
         """Log p-value of the set that explains most of each column of errors, (columns,).
 
         Args:
             sets: indices of blocks, (sets, size).
             errors: in units of the noise, (rows, columns).
+            at_once: sets whose equations are solved together, for memory's sake alone.
         """
         g, eye = self._X.T @ errors, np.eye(self._place.shape[1] * sets.shape[1])
         place = self._place[sets].reshape(len(sets), -1)
         active = place < len(self._g) - 1
         freedom, most = active.sum(axis=1), {}
-        for part in np.array_split(np.arange(len(sets)), max(len(sets) // SCORE_TEST.sets_at_once, 1)):
+        for part in np.array_split(np.arange(len(sets)), max(len(sets) // at_once, 1)):
             H = self._G[place[part][:, :, None], place[part][:, None, :]]
             seen = g[place[part]]
             gains = np.sum(seen * np.linalg.solve(_kept(H, active[part], eye), seen), axis=1)

@@ -18,7 +18,7 @@ from ..evaluate.program import Program
 from ..fit.cross_validation import HeldOutScores, gain
 from ..fit.evidence import evidence, inflation_of, log_likelihood
 from ..fit.instrument_drift import drift_evidence
-from ..fit.misfit import negative_log_predictive_density, predictive_chi_square, reduced, spread
+from ..fit.misfit import limit_of, negative_log_predictive_density, predictive_chi_square, reduced, spread
 from ..fit.refit import Fit, at_its_bound
 from ..settings import DEFAULT
 from .pool import Pool
@@ -26,7 +26,6 @@ from .pool import Pool
 CANDIDATES = DEFAULT.candidates
 EVIDENCE = DEFAULT.evidence
 ENTRY = DEFAULT.entry
-SEARCH = DEFAULT.search
 VERDICT = DEFAULT.verdict
 
 LITTLE, BOUND, UNSEEN, LEFT_OUT, SHARE, INSTRUMENTS, REMAINS = (
@@ -157,7 +156,4 @@ def leaves_more(program: Program, fit: Fit, left_out: float = np.nan) -> bool:
     """Whether a model leaves more than noise; `left_out` is its cross-validated reduced chi-square."""
     left = [(predictive_chi_square(program, fit, mask), mask) for mask in (program.fitted, program.unseen)]
     left.append((left_out, program.fitted))
-    return any(
-        score > 1.0 + max(SEARCH.noise_excess, SEARCH.noise_deviations * spread(program, mask))
-        for score, mask in left
-    )
+    return any(score > limit_of(program, mask) for score, mask in left)

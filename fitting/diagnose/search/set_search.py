@@ -179,15 +179,16 @@ class SetSearch:
     def _settle(self, explanation: Explanation, pool: Pool) -> None:
         """Decide, weigh every effect against its rivals, and decide again if these bring a better set."""
         program = explanation.program
-        judge, chosen = Judge(pool, explanation.scores), None
+        judge, seen = Judge(pool, explanation.scores), set()
         self.progress("predicting recordings left out in turn")
-        for _ in range(SEARCH.rounds):
+        while True:
             decision = judge.decide()
-            before, chosen = chosen, decision.fit
-            if before is not None and set(before.slugs) == set(chosen.slugs):
+            chosen = frozenset(decision.fit.slugs)
+            if chosen in seen:
                 break
-            self._rivals(program, pool, chosen)
-        fit = pool.get(chosen.slugs)
+            seen.add(chosen)
+            self._rivals(program, pool, decision.fit)
+        fit = pool.get(chosen)
         explanation.base = pool.base
         explanation.steps[0].base = pool.base
         self._note(explanation, pool, judge)

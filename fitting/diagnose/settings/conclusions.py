@@ -47,8 +47,6 @@ class Place:
         (0.2, 0.35, 0.5, 0.65, 0.8), "Number of quantiles of a driver for the limit of a region: these."
     )
     stretch: int = threshold(8, "Number of rows of a stretch for a regime of misfit.", "rows")
-    minimum_stretches: int = threshold(8, "Minimum number of stretches of either half for a regime.")
-    level: float = threshold(0.01, "Maximum p-value of the exact test for a regime to be said.")
 
 
 @dataclass(frozen=True)

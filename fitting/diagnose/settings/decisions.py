@@ -29,9 +29,6 @@ class ScoreTest:
     whole_effects: tuple[float, ...] = threshold(
         (0.3, 1.0), "Factor on a typical effect for its trial as a whole, about nominal constants."
     )
-    sets_at_once: int = threshold(
-        200, "Number of sets whose normal equations are solved at once.", basis=NUMERICAL
-    )
     price: float = threshold(3.0, "Factor on the degrees of freedom for the order of scores.")
 
 
@@ -139,10 +136,3 @@ class Search:
 
     maximum_effects: int = threshold(3, "Maximum number of effects for a model.")
     beam: int = threshold(8, "Number of sets of one size for a fit together with the base.")
-    rounds: int = threshold(3, "Maximum number of decisions for rivals of the chosen set to be tried.")
-    noise_excess: float = threshold(
-        0.05, "Maximum excess of a reduced chi-square for a set to leave no more than noise."
-    )
-    noise_deviations: float = threshold(
-        2.0, "Maximum excess of a reduced chi-square for no more than noise, too.", "sd"
-    )

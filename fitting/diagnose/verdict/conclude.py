@@ -6,7 +6,7 @@ from pneusma_jax.effects import CATALOGUE
 from pneusma_jax.model_discrepancy import WALL
 
 from ..evaluate.program import Program
-from ..fit.misfit import floor, predictive_chi_square, reduced
+from ..fit.misfit import floor, limit_of, predictive_chi_square, reduced
 from ..fit.refit import Fit
 from ..search.steps import Explanation
 from ..settings import DEFAULT
@@ -33,7 +33,6 @@ from .unexplained import (
     discrepancy_probability,
     helps_nobody,
     leaves_more,
-    limit_of,
     outdone,
     refuted,
     steady,

@@ -17,6 +17,7 @@ from ..settings import DEFAULT
 from .locate import drivers_of
 
 PLACE = DEFAULT.place
+SCORE_TEST = DEFAULT.score_test
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,7 @@ def regime_of(program: Program, fit: Fit, chosen: np.ndarray) -> Regime | None:
         chosen: mask of the recordings that count.
     """
     found = _stretches(program, fit, chosen)
-    if len(found.square) < 2 * PLACE.minimum_stretches:
+    if len(found.square) < 2 or not found.texts:
         return None
     halves = [slice(0, None, 2), slice(1, None, 2)]
     square, inside = found.square[halves[0]], found.inside[halves[0]]
@@ -73,7 +74,7 @@ def regime_of(program: Program, fit: Fit, chosen: np.ndarray) -> Regime | None:
         [np.sum(~large & inside), np.sum(~large & ~inside)],
     ]
     p_value = float(fisher_exact(table, alternative="greater").pvalue)
-    if p_value > PLACE.level:
+    if p_value > SCORE_TEST.level:
         return None
     return Regime(found.texts[best], _share(square, inside), float(inside.mean()), p_value)
 
