@@ -16,6 +16,7 @@ from fitting.diagnose.settings import DEFAULT
 from fitting.diagnose.verdict.conclude import _left_over, conclude
 from fitting.diagnose.verdict.discrepancy_evidence import DiscrepancyEvidence
 from fitting.diagnose.verdict.probabilities import effects_found, probabilities
+from fitting.diagnose.verdict.text import verdict_sentences
 from fitting.diagnose.verdict.unexplained import (
     contradicted,
     discrepancy_probability,
@@ -150,17 +151,18 @@ def imperfect(strength):
 
 
 def test_an_effect_whose_form_is_not_natures_has_something_unmodelled_beside_it():
-    """It leaves less than another noise variance."""
-    conclusion = imperfect(2.2)
+    """It leaves more than noise, and less than makes no name trusted; the first sentence says how much."""
+    conclusion = imperfect(3.5)
+    assert conclusion.left.trusted and "a reduced chi-square of" in verdict_sentences(conclusion)[0]
     first, beside = conclusion.found[:2]
     assert (first.slug, beside.slug, beside.confusable) == (CONSTANT, "unmodelled", [CONSTANT])
     assert beside.probability == pytest.approx(DEFAULT.verdict.beside_unknown)
     assert beside.text.startswith(f"{CONSTANT} leaves more than noise")
 
 
-def test_an_effect_that_leaves_more_than_another_noise_variance_is_not_first():
-    conclusion = imperfect(4.5)
-    assert conclusion.found[0].slug == "unmodelled" and conclusion.left.reduced_chi2 > 2.0
+def test_an_effect_that_leaves_far_more_than_noise_is_not_first():
+    conclusion = imperfect(6.0)
+    assert conclusion.found[0].slug == "unmodelled" and conclusion.left.reduced_chi2 > 3.0 and not conclusion.left.trusted
     assert conclusion.unknown >= DEFAULT.verdict.refuted_unknown
 
 

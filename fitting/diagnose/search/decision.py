@@ -4,7 +4,7 @@ A set is named if every one of its effects earns its place beside the others. It
 without it must be enough, also less what drift and noise of inputs explain. It must predict fitted recordings
 that are left out in turn, and must not make validation recordings worse. A further effect must remove a large
 share of what the others leave: the imperfect form of a true effect leaves a remainder, which another effect
-fits in part.
+fits in part. Only the strongest effect may end at a bound: its form may be another than nature's.
 
 A set of which no part would be named alone must explain everything, down to the noise.
 """
@@ -102,8 +102,11 @@ class Judge:
         worth = {slug: evidence(program, rest, fit, inflation) for slug, rest in rests.items()}
         if min(worth.values()) < enough:
             return LITTLE
-        bounded = any(at_its_bound(fit, slug) for slug in fit.slugs)
-        if bounded and (not single or self.scores(self.pool.base).sum() < ENTRY.minimum_at_bound):
+        strongest = max(worth, key=worth.get)
+        bounded = [slug for slug in fit.slugs if at_its_bound(fit, slug)]
+        if set(bounded) - {strongest}:
+            return BOUND
+        if bounded and self.scores(self.pool.base).sum() < ENTRY.minimum_at_bound:
             return BOUND
         for rest in rests.values():
             gained, share = gain(self.scores(rest), self.scores(fit))

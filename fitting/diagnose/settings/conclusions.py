@@ -89,8 +89,8 @@ class Verdict:
         basis="sixteenth to eighteenth run: of 39 mismatches one was like that, a null",
     )  # fmt: skip
     clearly_left: float = threshold(
-        1.0, "Minimum excess of a reduced chi-square over noise for names not to be trusted.",
-        basis="field: single names that left two to sixty noise variances were imperfect or wrong",
+        2.0, "Maximum excess of a reduced chi-square over noise for names to be trusted.",
+        basis="field: names that left a reduced chi-square of 3 to 233 were imperfect or wrong",
     )  # fmt: skip
     beside_unknown: float = threshold(
         0.25, "Minimum probability of something unknown for effects that leave more than noise.",

@@ -76,7 +76,8 @@ def conclude(explanation: Explanation) -> Conclusion:
     beyond = named and unknown <= 0.5 and (more or lost > 0.0)
     unknown = max(unknown, VERDICT.beside_unknown) if beyond else unknown
     rest = beside(program, explanation.final) if beyond or (named and last[0] > limits[0]) else None
-    if named and left_of(program, explanation.final, rest) is not None:
+    left = left_of(program, explanation.final, rest) if named else None
+    if left is not None and not left.trusted:
         unknown = max(unknown, VERDICT.refuted_unknown)
     candidates, nothing = probabilities(explanation, mismatch, unknown)
     unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
@@ -103,10 +104,8 @@ def conclude(explanation: Explanation) -> Conclusion:
             rival = None if more else discrepancy
             found.append(_left_over(explanation, unknown, last, found, rival, lost))
         found.sort(key=lambda f: -f.probability)
-    first = bool(found) and found[0].slug == UNMODELLED
-    left = (
-        left_of(program, explanation.final if len(found) > 1 else explanation.base, rest) if first else None
-    )
+    names = any(f.slug != UNMODELLED for f in found)
+    left = left_of(program, explanation.final if names else explanation.base, rest) if mismatch else None
     return Conclusion(
         explanation,
         mismatch,
@@ -155,7 +154,9 @@ def _described(
     if doubtful:
         score = scores.averaged([(program, explanation.final, 1.0)])
         if score.reduced_chi2 - 1.0 < VERDICT.maximum_kept * max(before.reduced_chi2 - 1.0, 0.0):
-            options.append((score, [*alone, *doubtful], explanation.final, None))
+            options.append(
+                (score, [*alone, *sorted(doubtful, key=lambda f: -f.probability)], explanation.final, None)
+            )
     for _, found, fit, _ in tuple(options):
         rest = fitted_discrepancy(program, fit, place, seen)
         if rest is not None:

@@ -37,7 +37,7 @@ class Conclusion:
         notes: sentences about what is to be read with care.
         asked: answers about effects that were asked for.
         start: what the recordings were compared with.
-        left: what names and the remainder clearly leave, where `unmodelled` is first.
+        left: what names and the remainder leave beyond noise.
     """
 
     explanation: Explanation

@@ -1,4 +1,4 @@
-"""What a model clearly leaves, so that no name is to be trusted: how much, and in which rows."""
+"""What a model leaves beyond noise, and in which rows. Where that is much, no name is to be trusted."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -17,7 +17,7 @@ VERDICT = DEFAULT.verdict
 
 @dataclass(frozen=True)
 class Left:
-    """Misfit that names and a saved discrepancy clearly leave.
+    """Misfit beyond noise that names and a saved discrepancy leave.
 
     Attributes:
         reduced_chi2: predictive, per value.
@@ -34,6 +34,11 @@ class Left:
     regime: Regime | None
 
     @property
+    def trusted(self) -> bool:
+        """Whether it is so little that the form of a right effect may have left it."""
+        return self.reduced_chi2 - self.noise <= VERDICT.clearly_left
+
+    @property
     def text(self) -> str:
         """How much, and where, as a part of a sentence."""
         among = "recordings kept for validation" if self.held_out else "fitted recordings"
@@ -45,7 +50,7 @@ class Left:
 
 
 def left_of(program: Program, fit: Fit, rest: Discrepancy | None = None) -> Left | None:
-    """What a model clearly leaves, a saved discrepancy beside it; None where that is less than its noise.
+    """What a model leaves, a saved discrepancy beside it; None where that is about noise.
 
     Args:
         program: of the campaign.
@@ -59,7 +64,7 @@ def left_of(program: Program, fit: Fit, rest: Discrepancy | None = None) -> Left
         (predictive_chi_square(program, fit, mask), floor(program, fit, mask), mask) for mask in masks
     ]
     square, noise, mask = max(excess, key=lambda one: one[0] - one[1])
-    if square - noise <= VERDICT.clearly_left:
+    if square - noise <= VERDICT.minimum_over:
         return None
     held_out = bool(not np.any(mask & program.fitted))
     return Left(float(square), float(noise), held_out, fit.slugs, regime_of(program, fit, mask))
