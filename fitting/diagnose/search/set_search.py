@@ -129,7 +129,7 @@ class SetSearch:
     def _proposals(self, program: Program, pool: Pool, size: int) -> list[Proposal]:
         """Sets of a size that promise most: from Gram matrices about the base, and beside the sets before."""
         refitter, most = Refitter(program), self.effort * SEARCH.beam
-        parents = pool.of_size(size - 1)[: most // 2 if program.hidden or size > 2 else most]
+        parents = pool.of_size(size - 1)[: most // 2]
         self.progress(f"screening every set of {size} effects")
         jobs = zip(parents, self.rng.spawn(len(parents)), strict=True)
         extended = run_parallel(lambda job: self._extended(program, refitter, *job), jobs)
