@@ -4,7 +4,7 @@ A set is named if every one of its effects earns its place beside the others. It
 without it must be enough, also less what drift and noise of inputs explain. It must predict fitted recordings
 that are left out in turn, and must not make validation recordings worse. A further effect must remove a large
 share of what the others leave: the imperfect form of a true effect leaves a remainder, which another effect
-fits in part. Only the strongest effect may end at a bound: its form may be another than nature's.
+fits in part. Only the strongest effect may end at a bound, unless the set leaves no more than noise.
 
 A set of which no part would be named alone must explain everything, down to the noise.
 """
@@ -104,7 +104,7 @@ class Judge:
             return LITTLE
         strongest = max(worth, key=worth.get)
         bounded = [slug for slug in fit.slugs if at_its_bound(fit, slug)]
-        if set(bounded) - {strongest}:
+        if set(bounded) - {strongest} and leaves_more(program, fit):
             return BOUND
         if bounded and self.scores(self.pool.base).sum() < ENTRY.minimum_at_bound:
             return BOUND
